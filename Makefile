@@ -1,0 +1,44 @@
+# The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
+.PHONY: help build report test clean installed
+# Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
+unexport MAKEFLAGS
+export CC CXX
+export CMAKE_GENERATOR := Unix Makefiles
+export CMAKE_BUILD_PARALLEL_LEVEL := $(shell nproc)
+
+help:   ## this list
+	@awk -F ':[^#]*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
+
+build:  ## the library, the Python package and all that report and tests need, in .venv
+	@.ci/need build
+	@$(MAKE) --no-print-directory installed
+
+report: build   ## accuracy, speed and the thesis' figures, in report/
+	@.venv/bin/kreisel report
+
+test: build     ## the tests in C, again under sanitizers, and in Python
+	@.ci/test
+
+clean:  ## removes all that was made here
+	rm -rf build .venv report dist .pytest_cache
+	find csrc python tests validation -name __pycache__ -prune -exec rm -rf {} +
+
+# The Python package stands in .venv by reference: an edit in python/ is there at once, one in csrc/ by `make build`.
+gsl := $(shell pkg-config --exists gsl 2>/dev/null && echo ON || echo OFF)
+sources := $(shell find CMakeLists.txt csrc python -type f ! -path '*/__pycache__/*')
+installed: .venv/kreisel-gsl-$(gsl)
+	@echo "ready: .venv/bin/kreisel, .venv/bin/python"
+
+.venv/kreisel-gsl-$(gsl): .venv/requirements.txt $(sources)
+	@echo "building kreisel in .venv, GSL $(gsl)"
+	@rm -f .venv/kreisel-gsl-*
+	@.venv/bin/python -m pip install -q --no-deps --no-build-isolation -e . \
+		--config-settings build-dir=build/venv --config-settings cmake.define.KREISEL_GSL=$(gsl)
+	@touch $@
+
+.venv/requirements.txt: pyproject.toml .ci/requirements
+	@echo "getting what report and tests need into .venv; the first time takes minutes"
+	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
+	@.venv/bin/python .ci/requirements >$@.new
+	@.venv/bin/python -m pip install -q --disable-pip-version-check -r $@.new
+	@mv $@.new $@

@@ -1,0 +1,158 @@
+/* kreisel: the motion of a rigid body that turns about a fixed point under gravity.
+ *
+ *     dm/dt = mass gravity e3 x a,    dq/dt = w q / 2,    a = q com q*,    w = q J^-1 q* m
+ *
+ * Frames   space (e1, e2, e3), gravity along -e3; the frame in which the user described the body; and the
+ *          principal axes of inertia at the fixed point (N, B, T). An attitude q turns vectors of the described
+ *          frame into space: v_space = q v q*. The angular momentum m is seen from space.
+ * Units    any consistent set; each quantity names its dimension in [M L T].
+ * Memory   allocated in kr_top_create only (the GSL methods, where built, let GSL allocate its own).
+ * Errors   what can fail returns a kr_status and writes through its last argument; on failure that stays untouched.
+ * Threads  no global state: any number of threads, one at a time on one top.
+ * SPDX-License-Identifier: MIT */
+#ifndef KREISEL_H
+#define KREISEL_H
+#include <stddef.h>
+#include <stdint.h>
+
+#define KR_VERSION "0.1.0"
+
+#if defined KR_SHARED && defined _WIN32
+#  define KR_API __declspec(dllexport)
+#elif defined __GNUC__
+#  define KR_API __attribute__((visibility("default")))
+#else
+#  define KR_API
+#endif
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* name, what went wrong: INPUT (nothing was run), MEMORY, FAILURE (of a run), INTERRUPT; and what it says */
+#define KR_STATUS_LIST(X)                                                                                       \
+    X(OK,              NONE,      "success")                                                                    \
+    X(ERR_ARGUMENT,    INPUT,     "an argument is missing, not finite, or out of range")                        \
+    X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must be positive, "          \
+                                  "none larger than the other two together")                                    \
+    X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                                      \
+    X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                                       \
+    X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                                     \
+    X(ERR_MEMORY,      MEMORY,    "out of memory")                                                              \
+    X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                                 \
+    X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                                    \
+    X(ERR_CONVERGENCE, FAILURE,   "the implicit step did not converge")                                         \
+    X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                                             \
+    X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
+typedef enum kr_status {
+#define X(name, what, text) KR_##name,
+    KR_STATUS_LIST(X)
+#undef X
+    KR_STATUS_COUNT
+} kr_status;
+KR_API const char *kr_status_text(kr_status status);
+KR_API const char *kr_version(void);
+
+typedef struct kr_vec3 { double x, y, z; } kr_vec3;
+typedef struct kr_quat { double w, x, y, z; } kr_quat;          /* w + x i + y j + z k */
+
+typedef struct kr_body {
+    double  mass;       /* [M] */
+    kr_vec3 inertia;    /* principal moments at the fixed point [M L^2] */
+    kr_vec3 com;        /* centre of mass seen from the fixed point, along the principal axes [L] */
+    kr_quat axes;       /* principal axes -> frame of description: v_described = axes v axes* */
+} kr_body;
+
+typedef struct kr_state {
+    double  t;          /* [T] */
+    kr_quat q;          /* attitude: frame of description -> space, a unit quaternion */
+    kr_vec3 m;          /* angular momentum about the fixed point, in space [M L^2 T^-1] */
+} kr_state;
+
+typedef struct kr_scene {
+    kr_body  body;
+    double   gravity;   /* acceleration along -e3, of either sign [L T^-2] */
+    kr_state start;
+} kr_scene;
+
+/* Bodies. The makers check what they are given. A diagonal inertia is its own principal frame; else the principal
+ * axes nearest the frame of description are taken, right-handed, T along the symmetry axis of a Lagrange top. */
+KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);    /* [M L^-3], [L], pivot seen from the centre */
+KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);    /* axis T */
+KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *body);  /* row by row, at the fixed point */
+KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot, kr_body *body);  /* about the centre of mass */
+KR_API kr_status kr_body_check(const kr_body *body);
+
+typedef enum kr_kind { KR_GENERAL, KR_EULER, KR_LAGRANGE, KR_KOWALEWSKI, KR_GORYACHEV_CHAPLYGIN } kr_kind;
+#define KR_KIND_RTOL 1e-12      /* what the library takes for equal when it asks itself for the kind */
+KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
+
+KR_API kr_scene kr_scene_default(void);                         /* Bodack (2008): the cuboid of chapter 6 */
+KR_API kr_status kr_scene_check(const kr_scene *scene);
+
+/* Quantities of a state. */
+KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);     /* angular velocity, in space [T^-1] */
+KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);       /* dm/dt [M L^2 T^-2] */
+KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);         /* direction of the centre of mass in space; of T if there is no lever */
+KR_API void    kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);  /* N, B, T in space */
+KR_API double  kr_state_kinetic(const kr_scene *scene, const kr_state *s);      /* [M L^2 T^-2] */
+KR_API double  kr_state_potential(const kr_scene *scene, const kr_state *s);
+KR_API double  kr_state_vertical(const kr_scene *scene, const kr_state *s);     /* <m, e3> = <m, p> / g [M L^2 T^-1] */
+KR_API double  kr_state_axial(const kr_scene *scene, const kr_state *s);        /* <m, apex> = <m, a> / |a| */
+/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1 along -com: [T^-4], [T^-3].
+ * NaN for a body that has none; the second is constant only while <m, e3> = 0. */
+KR_API double  kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
+KR_API double  kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
+/* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the body is a Lagrange top. */
+KR_API double  kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
+KR_API double  kr_attitude_error(kr_quat a, kr_quat b);         /* angle of the rotation between them, 0 .. pi [rad] */
+
+/* Methods: a table to read. */
+enum {
+    KR_SYMPLECTIC = 1,
+    KR_REVERSIBLE = 2,
+    KR_ADAPTIVE = 4,            /* chooses its steps by a tolerance */
+    KR_IMPLICIT = 8,
+    KR_ALGEBRAIC = 16,          /* only + - * / sqrt: the same bits from every compiler and libm */
+    KR_ABSOLUTE = 32,           /* its tolerance is absolute in the user's unit of time */
+    KR_LAGRANGE_ONLY = 64      /* for symmetric bodies with the centre of mass on the axis */
+};
+typedef struct kr_method kr_method;
+KR_API size_t           kr_method_count(void);
+KR_API const kr_method *kr_method_at(size_t i);
+KR_API const kr_method *kr_method_find(const char *name);       /* NULL if unknown */
+KR_API const char      *kr_method_name(const kr_method *method);
+KR_API const char      *kr_method_text(const kr_method *method);        /* what it is */
+KR_API const char      *kr_method_conserves(const kr_method *method);   /* to rounding */
+KR_API const char      *kr_method_reference(const kr_method *method);
+KR_API int              kr_method_order(const kr_method *method);       /* 0: chosen on the way */
+KR_API unsigned         kr_method_flags(const kr_method *method);
+KR_API int              kr_method_applies(const kr_method *method, const kr_body *body);
+
+/* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the grid is read by a
+ * run of its own from the grid point before it. An adaptive method likewise takes the steps that it would take anyway.
+ * So a state depends neither on what else was asked for nor on how the way there was divided. */
+typedef struct kr_config {
+    double  step;       /* the step, or the first step of an adaptive method (0: its own choice); negative: back in time [T] */
+    double  tol;        /* adaptive: local error of a step; implicit: residual; 0: the method's own */
+    int64_t max_steps;  /* 0: no limit */
+    int   (*poll)(void *context);       /* called at least every 256 steps and in every adaptive one; not 0: stop; may be NULL */
+    void   *context;
+} kr_config;
+typedef struct kr_stats { int64_t steps, rejected, evaluations, iterations; } kr_stats;
+typedef struct kr_top kr_top;
+
+KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config, kr_top **top);
+KR_API void      kr_top_free(kr_top *top);
+/* On failure the top stays at the last good state, not before where it was. */
+KR_API kr_status kr_top_step(kr_top *top);                      /* to the end of the method's next step */
+KR_API kr_status kr_top_advance(kr_top *top, double t);         /* to t */
+/* The states at t[0], t[1], ... in the direction of the step; `done` (may be NULL) counts those that are good. */
+KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done);
+KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
+KR_API kr_state  kr_top_state(const kr_top *top);
+KR_API kr_stats  kr_top_stats(const kr_top *top);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,43 @@
+/* What a method is: how to step. Floor 2. One method = one file in methods/ and one line in methods.def.
+ * A method sees a run: the top in its working axes and own units. Everything above that - the user's frame, his units and
+ * clock, landing, limits, finiteness, interruption, the last good state - belongs to the driver (top.c). */
+#ifndef KR_METHOD_H
+#define KR_METHOD_H
+#include "su2.h"
+
+typedef struct kr_run {
+    /* Working axes: principal; T along the odd axis of a symmetric body, else B along that of the middle moment.
+     * Units: powers of two in which the largest moment and the top's rate are about one (KR_ABSOLUTE: the user's time). */
+    kr_vec3 inertia;
+    kr_vec3 lever;          /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
+    double step, tol;       /* from the config; tol 0: the method's own */
+    double clock;           /* time since the start; kept by adaptive methods only */
+    kr_stats stats;
+    void *aux;              /* what an adapter needs from another library; freed by `done` */
+    double *work;           /* the method's memory: method->work doubles */
+} kr_run;
+
+struct kr_method {
+    const char *name, *text, *conserves, *reference;
+    int order;
+    unsigned flags;
+    size_t work;
+    /* Begin anew at a state (q, m; its t is not used): at the start, and whenever the state is set. */
+    kr_status (*reset)(kr_run *run, const kr_state *start);
+    /* One step: of run->step, or of an adaptive method's own choice, which ends at clock = until where that comes first. */
+    kr_status (*step)(kr_run *run, double until);
+    /* q and m after the last step; q of unit length. Changes nothing. */
+    void (*read)(const kr_run *run, kr_state *s);
+    void (*done)(kr_run *run);                  /* give back aux; may be NULL */
+};
+
+#define X(id) extern const kr_method kr_method_##id;
+#include "methods.def"
+#undef X
+
+static inline kr_vec3 run_torque(const kr_run *run, kr_quat q)
+{
+    const kr_vec3 a = q_turn(q, run->lever);
+    return v3(-a.y, a.x, 0.0);
+}
+#endif

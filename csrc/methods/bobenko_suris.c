@@ -1,0 +1,31 @@
+/* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
+ *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
+ * (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with errata 1-5). Keeps <m,p>, <m,a> and
+ * E + h M <p x a, m> / 2 I1; conjugate to bobenko_suris2 by half a kick. */
+#include "../lagrange.h"
+
+static kr_status reset(kr_run *run, const kr_state *start)
+{
+    lagrange_begin((lagrange_orbit *)run->work, run, start);
+    return KR_OK;
+}
+static kr_status step(kr_run *run, double until)
+{
+    lagrange_orbit *o = (lagrange_orbit *)run->work;
+    (void)until;
+    o->m = lagrange_kicked(o, o->kick);
+    lagrange_drift(o);
+    run->stats.evaluations++;
+    return KR_OK;
+}
+static void read(const kr_run *run, kr_state *s) { lagrange_read((const lagrange_orbit *)run->work, s); }
+
+const kr_method kr_method_bobenko_suris = {
+    .name = "bobenko_suris",
+    .text = "integrable discretization of the Lagrange top in the rest frame",
+    .conserves = "<m,p>, <m,a>, a modified energy",
+    .reference = "Bobenko and Suris 1999; thesis 4.2",
+    .order = 1,
+    .flags = KR_SYMPLECTIC | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
+    .work = LAGRANGE_WORK, .reset = reset, .step = step, .read = read,
+};

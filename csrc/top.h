@@ -1,0 +1,33 @@
+/* A top in motion, as the driver sees it. Floor 4; shared by top.c (the user's side) and steps.c (the methods' side). */
+#ifndef KR_TOP_H
+#define KR_TOP_H
+#include "method.h"
+
+struct kr_top {
+    kr_scene scene;
+    const kr_method *method;
+    kr_config config;
+    kr_quat axes;                       /* working axes -> frame of description */
+    int turned;                         /* whether they differ */
+    double time, momentum;              /* the own units in the user's: [T], [M L^2 T^-1] */
+    double forward;                     /* 1, or -1 back in time */
+    kr_run main, side, kept;            /* kept: main as it was when last looked at */
+    int64_t k, kept_k, look_at;         /* main's steps, which are its point on the grid; then; when to look again */
+    kr_state before;                    /* adaptive: the state, own units, from which main's last step began, */
+    double before_clock;                /* and when */
+    double asked;                       /* the time that was asked for last, */
+    kr_state now;                       /* and the state there; the user's */
+    double memory[];
+};
+
+/* Main failed, or is not finite, since it was kept: back there, and on as far as all is well. Says what failed. */
+kr_status kr_steps_recover(kr_top *top);
+/* Main, on to grid point `goal`, and its state there. */
+kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s);
+/* Main, on by one step of an adaptive method. */
+kr_status kr_steps_adaptive(kr_top *top);
+/* The state `span` after `from`, by a run of its own; own units. */
+kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end);
+/* Keep main as it is. */
+void kr_steps_keep(kr_top *top);
+#endif

@@ -1,0 +1,42 @@
+"""kreisel: the motion of spinning tops.
+
+    import kreisel as kr
+    body = kr.Body.cuboid(half=(.8, .8, 1), pivot=(0, 0, -1))
+    scene = kr.Scene(body, momentum=(.172, -1.862, 1.46))
+    path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
+    path.t, path.q, path.apex, path.energy
+
+Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space; vectors are seen from space; any
+consistent units do, given as [M L T]. See kreisel.conventions(), kreisel.methods, kreisel.scenes.
+"""
+from . import quaternion, scenes
+from ._core import version as __version__
+from .body import Body
+from .compare import Row, Table, compare
+from .errors import Error, Interrupted
+from .methods import Method, methods
+from .path import Path, Stats
+from .quaternion import attitude_error, conventions, from_rotation
+from .scene import Scene
+from .solve import solve
+
+__all__ = [
+    "Body",
+    "Error",
+    "Interrupted",
+    "Method",
+    "Path",
+    "Row",
+    "Scene",
+    "Stats",
+    "Table",
+    "__version__",
+    "attitude_error",
+    "compare",
+    "conventions",
+    "from_rotation",
+    "methods",
+    "quaternion",
+    "scenes",
+    "solve",
+]

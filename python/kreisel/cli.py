@@ -1,0 +1,183 @@
+"""The command line: the words of the Python package."""
+from __future__ import annotations
+
+import csv
+import importlib
+import sys
+from pathlib import Path as File
+from typing import Any, cast
+
+import click
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table as Grid
+
+import kreisel as kr
+
+from .methods import unknown
+
+_COLUMNS = ("t", "qw", "qx", "qy", "qz", "mx", "my", "mz")
+_FILE = click.Path(dir_okay=False, allow_dash=True)
+_SEVERAL = "NUMBER[,...]"
+
+
+def _numbers(words: str) -> list[float]:
+    try:
+        return [float(word) for word in words.split(",")]
+    except ValueError:
+        raise click.BadParameter(f"{words!r} is not a number, nor numbers with commas between them") from None
+
+
+def _names(words: str) -> list[str]:
+    return words.split(",")
+
+
+def _scene(word: str) -> kr.Scene:
+    if word in kr.scenes.about:
+        return cast(kr.Scene, getattr(kr.scenes, word))
+    try:
+        return kr.Scene.from_toml(word)
+    except FileNotFoundError:
+        names = ", ".join(kr.scenes.about)
+        raise click.BadParameter(f"there is no file {word!r}, nor a scene of that name; the scenes are {names}") from None
+    except (OSError, TypeError, ValueError) as error:
+        raise click.BadParameter(str(error)) from None
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(kr.__version__, prog_name="kreisel")
+def main() -> None:
+    """The motion of spinning tops. A SCENE is a TOML file, or the name of one of kreisel's own."""
+
+
+def _one_or_more(t: list[float]) -> float | list[float]:
+    return t[0] if len(t) == 1 else t
+
+
+def _save(path: kr.Path, csv_file: str | None, npz_file: str | None) -> None:
+    if csv_file:
+        with click.open_file(csv_file, "w", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(_COLUMNS)
+            writer.writerows(path.states.tolist())
+    if npz_file:
+        np.savez(npz_file, t=path.t, q=path.q, m=path.m, scene=path.scene.to_toml())
+
+
+def _show(path: kr.Path) -> None:
+    stats, states = path.stats, path.states
+    click.echo(f"{len(path)} states by {path.method}: {stats.steps} steps, {stats.evaluations} evaluations")
+    if not len(path):
+        return
+    grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
+    for name, first, last in zip(_COLUMNS, states[0], states[-1]):
+        grid.add_row(name, f"{first: .15g}", f"{last: .15g}")
+    Console().print(grid)
+    click.echo(f"energy error {path.energy_error:.2g}")
+
+
+@main.command()
+@click.argument("scene", type=_scene)
+@click.option("--t", type=_numbers, required=True, metavar=_SEVERAL, help="The time to reach, or the times wanted.")
+@click.option("--method", default="auto", show_default=True, help="See `kreisel methods`.")
+@click.option("--step", type=float, help="For methods of fixed step.")
+@click.option("--tol", type=float, help="For adaptive methods.")
+@click.option("--every", type=int, help="Record each so many steps.")
+@click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
+@click.option("--csv", "csv_file", type=_FILE, help="Write the states; - for standard output.")
+@click.option("--npz", "npz_file", type=_FILE, help="Write t, q, m and the scene for numpy.load.")
+def solve(scene: kr.Scene, t: list[float], csv_file: str | None, npz_file: str | None, **how: Any) -> None:
+    """The motion of a scene. What a failed or interrupted run has reached is written too."""
+    stopped: kr.Error | kr.Interrupted | None = None
+    try:
+        path = kr.solve(scene, _one_or_more(t), **how)
+    except (kr.Error, kr.Interrupted) as error:
+        path, stopped = error.path, error
+    except (MemoryError, TypeError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    _save(path, csv_file, npz_file)
+    if csv_file != "-":
+        _show(path)
+    if stopped:
+        click.echo(f"Error: {stopped}", err=True)
+        sys.exit(130 if isinstance(stopped, kr.Interrupted) else 1)
+
+
+@main.command()
+@click.argument("scene", type=_scene)
+@click.option("--t", type=_numbers, required=True, metavar=_SEVERAL, help="The time to reach, or the times wanted.")
+@click.option("--methods", type=_names, metavar="NAME[,...]", help="Which; all that apply to the body if left out.")
+@click.option("--steps", type=_numbers, metavar=_SEVERAL, help="For methods of fixed step.")
+@click.option("--tols", type=_numbers, metavar=_SEVERAL, help="For adaptive methods.")
+@click.option("--truth", default="extrap", show_default=True, help="A method, taken with tol 1e-13 or a fine step.")
+@click.option("--repeats", type=int, default=5, show_default=True, help="The fastest counts.")
+@click.option("--csv", "csv_file", type=_FILE, help="Write the table with all digits.")
+def compare(scene: kr.Scene, t: list[float], csv_file: str | None, **how: Any) -> None:
+    """Error against run time, method by method."""
+    try:
+        table = kr.compare(scene, _one_or_more(t), **{word: value for word, value in how.items() if value is not None})
+    except kr.Interrupted:
+        raise click.Abort() from None
+    except (kr.Error, MemoryError, TypeError, ValueError) as error:
+        raise click.ClickException(str(error)) from None
+    if csv_file:
+        table.to_csv(csv_file)
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for name in ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", ""):
+        grid.add_column(name, justify="left" if name in ("method", "") else "right", no_wrap=name == "method")
+    for row in table:
+        setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
+        errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
+        grid.add_row(row.method, *setting, f"{1e3 * row.seconds:.3g}", str(row.steps), *errors, row.failure)
+    Console().print(grid)
+
+
+@main.command()
+@click.argument("name", required=False)
+def methods(name: str | None) -> None:
+    """The methods of this build, or all that is known of one."""
+    console = Console()
+    if name is not None:
+        if name not in kr.methods:
+            raise click.ClickException(unknown(name))
+        method = kr.methods[name]
+        for word, value in {"name": name, "text": method.text, "order": _order(method), "kind": _kind(method),
+                            "conserves": method.conserves, "reference": method.reference}.items():
+            console.print(f"{word:<10} {value}", highlight=False)
+        return
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for column in ("method", "order", "kind", "what it is"):
+        grid.add_column(column, no_wrap=column == "method")
+    for method in kr.methods.values():
+        grid.add_row(method.name, _order(method), _kind(method), method.text)
+    console.print(grid)
+
+
+def _order(method: kr.Method) -> str:
+    return str(method.order) if method.order else "varies"
+
+
+def _kind(method: kr.Method) -> str:
+    kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
+    return ", ".join(kind for kind in kinds if getattr(method, kind))
+
+
+@main.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
+def report(arguments: tuple[str, ...]) -> None:
+    """Error against run time of every method. Its options are those of validation/report.py, in the source tree."""
+    here = File.cwd()
+    if not (here / "validation" / "report.py").is_file():
+        raise click.ClickException(
+            "the report is made in the top folder of the source tree, which has validation/report.py; "
+            f"{here} has not. Get the source, and run `make report` there"
+        )
+    sys.path.insert(0, str(here))
+    try:
+        machinery = importlib.import_module("validation.report")
+    except ModuleNotFoundError as error:
+        if (error.name or "").startswith("validation"):
+            raise
+        raise click.ClickException(f"the report needs {error.name}: pip install 'kreisel[report]'") from None
+    sys.exit(machinery.main(list(arguments)))

@@ -1,0 +1,176 @@
+"""kreisel.compare: error against run time, method by method."""
+from __future__ import annotations
+
+import csv
+import math
+import os
+import statistics
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+import numpy as np
+
+from . import check, quaternion, scenes
+from .errors import Error
+from .methods import fitting
+from .methods import methods as known
+from .path import Path
+from .scene import Scene
+from .solve import solve
+
+_TRUTH_TOL = 1e-13
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method at one setting, over the states asked for.
+
+    seconds         the fastest of the repeats; median: their median
+    attitude_error  the largest angle to the truth [rad]; energy_error: max |E - E0| / max (T + M |g| |com|)
+    failure         empty, or why the run failed; then there are no errors and times, but NaN
+    """
+
+    scene: str
+    method: str
+    step: float | None
+    tol: float | None
+    seconds: float
+    median: float
+    steps: int
+    evaluations: int
+    attitude_error: float
+    energy_error: float
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows by method, and by setting within it, as asked for."""
+
+    rows: tuple[Row, ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    def __getitem__(self, i: int) -> Row:
+        return self.rows[i]
+
+    def __str__(self) -> str:
+        lines = [list(_COLUMNS), *([_cell(value) for value in _values(row)] for row in self.rows)]
+        widths = [max(map(len, column)) for column in zip(*lines)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """With all digits; what is not there is empty."""
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(_COLUMNS)
+            writer.writerows(map(_values, self.rows))
+
+
+_COLUMNS = tuple(column.name for column in fields(Row))
+
+
+def _values(row: Row) -> list[Any]:
+    return [getattr(row, name) for name in _COLUMNS]
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+@dataclass
+class _Run:
+    """A method at one setting: its path, what it failed of, and the seconds of each repeat."""
+
+    scene: Scene
+    t: Any
+    method: str
+    step: float | None = None
+    tol: float | None = None
+    seconds: list[float] = field(default_factory=list)
+    path: Path | None = None
+    failure: str = ""
+
+    def repeat(self) -> None:
+        begin = time.perf_counter()
+        try:
+            self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
+            self.seconds.append(time.perf_counter() - begin)
+        except Error as error:
+            self.path, self.failure = error.path, str(error)
+
+    def row(self, scene: str, truth: Path) -> Row:
+        path = self.path
+        assert path is not None
+        good = not self.failure
+        if good and not np.array_equal(path.t, truth.t):
+            raise ValueError("the truth must be a path at the times that are compared")
+        return Row(
+            scene=scene,
+            method=self.method,
+            step=self.step,
+            tol=self.tol,
+            seconds=min(self.seconds, default=math.nan),
+            median=statistics.median(self.seconds) if good else math.nan,
+            steps=path.stats.steps,
+            evaluations=path.stats.evaluations,
+            attitude_error=float(quaternion.attitude_error(path.q, truth.q).max(initial=0.0)) if good else math.nan,
+            energy_error=path.energy_error if good else math.nan,
+            failure=self.failure,
+        )
+
+
+def compare(
+    scene: Scene,
+    t: float | Any,
+    methods: Iterable[str] | None = None,
+    steps: Iterable[float] = (),
+    tols: Iterable[float] = (),
+    truth: Path | str = "extrap",
+    repeats: int = 5,
+) -> Table:
+    """Error and run time of methods on one scene; the repeats are interleaved, so that what disturbs, disturbs all alike.
+
+    t        as in kreisel.solve; errors are the largest over the states asked for
+    methods  names; all that apply to the body if left out
+    steps    for methods of fixed step, tols for the others (without: their own tolerance)
+    truth    a path at the same times, or a method: with tol 1e-13, or a sixteenth of the smallest step
+
+    Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
+    """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
+    if isinstance(methods, str):
+        raise TypeError(f"methods must be a list of names, not {methods!r}")
+    names = list(methods) if methods is not None else [m.name for m in known.values() if m.applies_to(scene.body)]
+    by_step = [check.positive("steps", step) for step in steps]
+    by_tol: list[float | None] = [check.positive("tols", tol) for tol in tols] or [None]
+    runs = []
+    for name in names:
+        adaptive = fitting(name, scene.body).adaptive
+        if not adaptive and not by_step:
+            raise ValueError(f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]")
+        if adaptive:
+            runs += [_Run(scene, t, name, tol=tol) for tol in by_tol]
+        else:
+            runs += [_Run(scene, t, name, step=step) for step in by_step]
+    rounds = check.whole("repeats", repeats, 1)
+    reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
+    for _ in range(rounds):
+        for run in runs:
+            run.repeat()
+    return Table(tuple(run.row(scenes.name_of(scene), reference) for run in runs))
+
+
+def _truth(scene: Scene, t: Any, method: str, by_step: list[float]) -> Path:
+    if fitting(method, scene.body).adaptive:
+        return solve(scene, t, method, tol=_TRUTH_TOL)
+    if not by_step:
+        raise ValueError(f"the truth {method!r} has a fixed step: give steps; it takes a sixteenth of the smallest")
+    return solve(scene, t, method, step=min(by_step) / 16.0)

@@ -1,0 +1,88 @@
+"""The methods of this build, read from the core's table."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from . import _core, errors
+from .body import Body
+
+AUTO, AUTO_TOL = "extrap", 1e-10
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to step from one state to the next.
+
+    order      of the error of a path in the step; 0: chosen on the way
+    conserves  what it keeps to rounding
+    adaptive   chooses its steps by a tolerance; else it needs a step
+    algebraic  uses + - * / and square roots only: the same bits from every compiler and machine
+    """
+
+    name: str
+    text: str
+    order: int
+    conserves: str
+    reference: str
+    flags: int
+
+    @property
+    def symplectic(self) -> bool:
+        return bool(self.flags & _core.SYMPLECTIC)
+
+    @property
+    def reversible(self) -> bool:
+        return bool(self.flags & _core.REVERSIBLE)
+
+    @property
+    def adaptive(self) -> bool:
+        return bool(self.flags & _core.ADAPTIVE)
+
+    @property
+    def implicit(self) -> bool:
+        return bool(self.flags & _core.IMPLICIT)
+
+    @property
+    def algebraic(self) -> bool:
+        return bool(self.flags & _core.ALGEBRAIC)
+
+    def applies_to(self, body: Body) -> bool:
+        """Whether it can move this body: some are for Lagrange tops only."""
+        return _core.method_applies(self.name, body._block)
+
+
+class Methods(dict[str, Method]):
+    """Methods by name; a KeyError suggests the nearest."""
+
+    def __missing__(self, name: str) -> Method:
+        raise KeyError(unknown(name))
+
+
+def unknown(name: str) -> str:
+    """What to say of a method that is not there."""
+    if name in ("gsl_rk8pd", "gsl_bsimp"):
+        return (
+            f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); in the source tree, "
+            "with that library installed: pip install -C cmake.define.KREISEL_GSL=ON ."
+        )
+    return errors.unknown("method", str(name), ["auto", *methods])
+
+
+methods = Methods({row["name"]: Method(**row) for row in _core.methods})
+
+
+def fitting(name: Any, body: Body) -> Method:
+    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to the body."""
+    if not isinstance(name, str):
+        raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
+    method = methods.get(AUTO if name == "auto" else name)
+    if method is None:
+        raise ValueError(unknown(name))
+    if not method.applies_to(body):
+        others = ", ".join(other.name for other in methods.values() if other.applies_to(body))
+        raise ValueError(
+            f"the method {name!r} does not apply to this body of kind {body.kind!r}: it is for two equal moments and the "
+            f"centre of mass on the third axis; these apply: {others}"
+        )
+    return method

@@ -1,0 +1,87 @@
+"""Unit quaternions (w, x, y, z), scalar first, that turn vectors of the body into space: v_space = q v q*."""
+# mypy: disable-error-code="import-untyped"
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _core, check
+from .check import Array, Quaternion, Vector
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The product a b: first the turn b, then the turn a."""
+    aw, ax, ay, az = a
+    bw, bx, by, bz = b
+    return (
+        aw * bw - ax * bx - ay * by - az * bz,
+        aw * bx + ax * bw + ay * bz - az * by,
+        aw * by - ax * bz + ay * bw + az * bx,
+        aw * bz + ax * by - ay * bx + az * bw,
+    )
+
+
+def conjugate(q: Quaternion) -> Quaternion:
+    """The opposite turn."""
+    w, x, y, z = q
+    return w, -x, -y, -z
+
+
+def _cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def turn(q: Quaternion, v: Vector) -> Vector:
+    """q v q*: what the body sees as v, seen from space."""
+    w, *u = q
+    c = _cross((u[0], u[1], u[2]), v)
+    d = _cross((u[0], u[1], u[2]), c)
+    return v[0] + 2.0 * (w * c[0] + d[0]), v[1] + 2.0 * (w * c[1] + d[1]), v[2] + 2.0 * (w * c[2] + d[2])
+
+
+def turn_back(q: Quaternion, v: Vector) -> Vector:
+    """q* v q: what is v in space, seen from the body."""
+    return turn(conjugate(q), v)
+
+
+def from_xyzw(name: str, value: Any) -> Quaternion:
+    """Four numbers with the scalar last."""
+    x, y, z, w = check.row(name, value, 4, "4 numbers (x, y, z, w)")
+    return w, x, y, z
+
+
+def from_rotation(rotation: Rotation) -> Quaternion:
+    """The attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation."""
+    return from_xyzw("rotation", rotation.as_quat())
+
+
+def attitude_error(a: Any, b: Any) -> Array:
+    """The angle of the rotation between attitudes, 0 .. pi [rad].
+
+    `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape without the 4. It is
+    2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q are the same attitude.
+    """
+    p, q = check.array("a", a, "of shape (..., 4)"), check.array("b", b, "of shape (..., 4)")
+    if p.shape[-1:] != (4,) or q.shape[-1:] != (4,):
+        raise ValueError(f"attitudes must be of shape (..., 4), not {p.shape} and {q.shape}")
+    shape = np.broadcast_shapes(p.shape, q.shape)
+    flat_p, flat_q = (np.broadcast_to(x, shape).reshape(-1, 4) for x in (p, q))
+    return _core.attitude_error(flat_p, flat_q).reshape(shape[:-1])[()]
+
+
+def conventions() -> str:
+    """In which order and which frame everything is given, with a turn to try other software on."""
+    quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
+    turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
+    return (
+        "attitude  q = (w, x, y, z), scalar first, unit; from the frame in which the body was described into space:\n"
+        f"          v_space = q v q*, so that (0.7071, 0, 0, 0.7071) turns (1, 0, 0) into {turned}\n"
+        "momentum  angular momentum about the fixed point, seen from space\n"
+        "velocity  angular velocity, seen from space: dq/dt = velocity q / 2\n"
+        "gravity   along -e3 where positive\n"
+        "units     any consistent set; angles in radians"
+    )
