@@ -33,8 +33,14 @@ unsigned kr_method_flags(const kr_method *m) { return m->flags; }
 int kr_method_applies(const kr_method *m, const kr_body *body)
 {
     if (!m || kr_body_check(body) != KR_OK) return 0;
-    if (!(m->flags & KR_LAGRANGE_ONLY)) return 1;
+    if (!(m->flags & (KR_LAGRANGE_ONLY | KR_INTEGRABLE))) return 1;
     const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
     const kr_vec3 i = kr_body_working(body).inertia;
-    return kind == KR_LAGRANGE || (kind == KR_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * i.x);
+    const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
+    return kind == KR_LAGRANGE || (kind == KR_EULER && (symmetric || m->flags & KR_INTEGRABLE));
+}
+int kr_method_suits(const kr_method *m, const kr_scene *scene)
+{
+    if (!m || kr_scene_check(scene) != KR_OK) return 0;
+    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) || kr_method_applies(m, &scene->body);
 }

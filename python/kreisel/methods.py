@@ -6,8 +6,9 @@ from typing import Any
 
 from . import _core, errors
 from .body import Body
+from .scene import Scene
 
-AUTO, AUTO_TOL = "extrap", 1e-10
+EXACT, ELSE, AUTO_TOL = "exact", "extrap", 1e-10
 
 
 @dataclass(frozen=True)
@@ -47,9 +48,18 @@ class Method:
     def algebraic(self) -> bool:
         return bool(self.flags & _core.ALGEBRAIC)
 
+    @property
+    def exact(self) -> bool:
+        """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
+        return bool(self.flags & _core.INTEGRABLE)
+
     def applies_to(self, body: Body) -> bool:
-        """Whether it can move this body: some are for Lagrange tops only."""
+        """Whether it can move this body under any gravity: some are for Lagrange tops only."""
         return _core.method_applies(self.name, body._block)
+
+    def suits(self, scene: Scene) -> bool:
+        """Whether it can move this scene: without gravity more bodies have a closed form."""
+        return _core.method_suits(self.name, scene._block)
 
 
 class Methods(dict[str, Method]):
@@ -72,17 +82,25 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in _core.methods})
 
 
-def fitting(name: Any, body: Body) -> Method:
-    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to the body."""
+def fitting(name: Any, scene: Scene) -> Method:
+    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to the scene."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
-    method = methods.get(AUTO if name == "auto" else name)
+    if name == "auto":
+        name = EXACT if methods[EXACT].suits(scene) else ELSE
+    method = methods.get(name)
     if method is None:
         raise ValueError(unknown(name))
-    if not method.applies_to(body):
-        others = ", ".join(other.name for other in methods.values() if other.applies_to(body))
+    if not method.suits(scene):
+        others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         raise ValueError(
-            f"the method {name!r} does not apply to this body of kind {body.kind!r}: it is for two equal moments and the "
-            f"centre of mass on the third axis; these apply: {others}"
+            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: {needs(method)}; "
+            f"these apply: {others}"
         )
     return method
+
+
+def needs(method: Method) -> str:
+    """What a method asks of a scene."""
+    symmetric = "it is for two equal moments and the centre of mass on the third axis"
+    return symmetric + ", and for any body without torque" if method.exact else symmetric

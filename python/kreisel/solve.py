@@ -31,10 +31,10 @@ def solve(
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is extrap with tol 1e-10
+    method     a name in kreisel.methods; 'auto' is exact where it applies, else extrap with tol 1e-10
     step       positive [T]. Methods of fixed step need it: a path has one grid k step, and a time off it is read by a
                side step, so that states do not depend on what else was asked for. Adaptive methods: the first step
-    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed
+    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed. exact meets any
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit
 
@@ -43,12 +43,12 @@ def solve(
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
-    chosen = fitting(method, scene.body)
-    h, accuracy = _step(chosen, step), AUTO_TOL if method == "auto" and tol is None else _tol(chosen, tol)
+    chosen = fitting(method, scene)
+    h, accuracy = _step(chosen, step), _tol(chosen, AUTO_TOL if method == "auto" and tol is None else tol)
     times = _times(t, h, _every(chosen, every))
     end = float(times[-1]) if times.size else 0.0
     h = None if h is None else math.copysign(h, end)
-    _refuse_endless(scene, end, h)
+    refuse_endless(scene, end, h)
     most = check.whole("max_steps", max_steps, 0)
     steering = h if h is not None else _FIRST_STEP if end < 0.0 else 0.0
     status, states, stats = _core.record(scene._block, chosen.name, steering, accuracy or 0.0, most, times)
@@ -61,7 +61,8 @@ def solve(
 
 def _step(method: Method, step: Any) -> float | None:
     if step is not None:
-        return check.positive("step", step)
+        h = check.positive("step", step)
+        return None if method.exact else h
     if not method.adaptive:
         raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
     return None
@@ -72,14 +73,16 @@ def _tol(method: Method, tol: Any) -> float | None:
         return None
     if not (method.adaptive or method.implicit):
         raise ValueError(f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out")
-    return check.positive("tol", tol)
+    accuracy = check.positive("tol", tol)
+    return None if method.exact else accuracy
 
 
 def _every(method: Method, every: Any) -> int | None:
     if every is None:
         return None
     if method.adaptive:
-        raise ValueError(f"every needs a method of fixed step; {method.name} chooses its steps: give t as a list")
+        steps = "has none" if method.exact else "chooses its steps"
+        raise ValueError(f"every needs a method of fixed step; {method.name} {steps}: give t as a list")
     return check.whole("every", every, 1)
 
 
@@ -129,7 +132,7 @@ def _too_many_steps(end: float, step: float) -> str:
     return f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): take larger steps"
 
 
-def _refuse_endless(scene: Scene, end: float, step: float | None) -> None:
+def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
     if step is not None and not abs(end / step) < _EXACT:
         raise ValueError(_too_many_steps(end, abs(step)))
