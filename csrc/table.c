@@ -33,11 +33,13 @@ unsigned kr_method_flags(const kr_method *m) { return m->flags; }
 int kr_method_applies(const kr_method *m, const kr_body *body)
 {
     if (!m || kr_body_check(body) != KR_OK) return 0;
-    if (!(m->flags & (KR_LAGRANGE_ONLY | KR_INTEGRABLE))) return 1;
     const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
     const kr_vec3 i = kr_body_working(body).inertia;
     const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
-    return kind == KR_LAGRANGE || (kind == KR_EULER && (symmetric || m->flags & KR_INTEGRABLE));
+    if (m->flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
+    if (m->flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
+    if (m->flags & KR_SYMMETRIC_ONLY) return symmetric;
+    return !(m->flags & KR_EULER_ONLY) || kind == KR_EULER;
 }
 int kr_method_suits(const kr_method *m, const kr_scene *scene)
 {

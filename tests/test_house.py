@@ -10,8 +10,8 @@ from toolbox import ROOT, VERSION, c_files, installed, need, need_gsl, run
 CSRC = ROOT / "csrc"
 FLOORS = [  # an #include points downwards, or to a header beside it; methods stand alone
     "kreisel.h su2.h trig.h dd.h",
-    "body.* motion.*",
-    "method.h methods.def rest_frame.h lagrange.h",
+    "body.* motion.* resummed.h",
+    "method.h methods.def rest_frame.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "exact/*",
     "methods/* gsl/*",
     "table.c top.* steps.c",
@@ -21,6 +21,7 @@ SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h",
 PYTHON = sorted(file for folder in ("python", "tests", "validation") for file in (ROOT / folder).rglob("*.py"))
 BINDING = sorted((ROOT / "python").glob("*.[ch]pp"))
 C = sorted(file for folder in ("csrc", "tests", "validation") for file in (ROOT / folder).rglob("*.[ch]"))
+TABLES = [ROOT / "tests/exact_truth.h"]     # printed by a program, not to be read
 
 
 def name(file):
@@ -131,7 +132,7 @@ def test_methods_def_names_the_files():
 
 @pytest.mark.parametrize("file", [*C, *PYTHON, *BINDING], ids=name)
 def test_files_can_be_read_at_one_sitting(file):
-    assert len(file.read_text().splitlines()) <= 250
+    assert len(file.read_text().splitlines()) <= 250 or file in TABLES
 
 
 def functions(file):
@@ -157,6 +158,6 @@ def test_one_version():
 
 def test_no_one_machine():
     here = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted"
-    top = [file for file in ROOT.iterdir() if file.is_file() and file.suffix in {"", ".txt", ".toml", ".md", ".cff"}]
+    top = [file for file in ROOT.iterdir() if file.is_file() and file.name != ".git" and file.suffix in {"", ".txt", ".toml", ".md", ".cff"}]
     files = [*SOURCES, *C, *PYTHON, *top, *(ROOT / ".ci").iterdir(), *(ROOT / "cmake").iterdir()]
     assert [name(file) for file in files if re.search(here, file.read_text())] == []

@@ -16,7 +16,7 @@ from .compare import Row, Table, compare
 from .errors import Error, Interrupted
 from .exact import Exact, ExactMap, exact
 from .methods import Method, methods
-from .path import Path, Stats
+from .path import Path, Plan, Stats
 from .quaternion import attitude_error, conventions, from_rotation
 from .scene import Scene
 from .solve import solve
@@ -29,6 +29,7 @@ __all__ = [
     "Interrupted",
     "Method",
     "Path",
+    "Plan",
     "Row",
     "Scene",
     "Stats",

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _core, check
 from .check import Array
-from .methods import EXACT, fitting, methods, needs
+from .methods import EXACT, fitting, methods
 from .path import Path, Stats
 from .scene import Scene
 from .solve import refuse_endless
@@ -89,7 +89,7 @@ def exact(scene: Scene, *, map: str | None = None, step: float | None = None) ->
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
     if not methods[EXACT].suits(scene):
         raise ValueError(
-            f"no closed form is known for this body of kind {scene.body.kind!r} under gravity: {needs(methods[EXACT])}"
+            f"no closed form is known for this body of kind {scene.body.kind!r} under gravity: it is for {methods[EXACT].tops}"
         )
     status, plan = _core.exact_plan(scene._block)
     if status != "OK":

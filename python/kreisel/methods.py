@@ -53,8 +53,20 @@ class Method:
         """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
         return bool(self.flags & _core.INTEGRABLE)
 
+    @property
+    def tops(self) -> str:
+        """Those that it is for, in words."""
+        lagrange = "two equal moments and the centre of mass on the third axis"
+        kinds = {
+            _core.LAGRANGE_ONLY: lagrange,
+            _core.INTEGRABLE: lagrange + ", and for any body without torque",
+            _core.SYMMETRIC_ONLY: "two equal moments",
+            _core.EULER_ONLY: "the centre of mass at the fixed point",
+        }
+        return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
+
     def applies_to(self, body: Body) -> bool:
-        """Whether it can move this body under any gravity: some are for Lagrange tops only."""
+        """Whether it can move this body under any gravity; `tops` says in words which it can."""
         return _core.method_applies(self.name, body._block)
 
     def suits(self, scene: Scene) -> bool:
@@ -67,6 +79,12 @@ class Methods(dict[str, Method]):
 
     def __missing__(self, name: str) -> Method:
         raise KeyError(unknown(name))
+
+    def table(self) -> str:
+        """A table in Markdown: order, cost a step measured now, what is conserved, for which tops, reference."""
+        from . import costs
+
+        return costs.table(self)
 
 
 def unknown(name: str) -> str:
@@ -94,13 +112,7 @@ def fitting(name: Any, scene: Scene) -> Method:
     if not method.suits(scene):
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         raise ValueError(
-            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: {needs(method)}; "
+            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: it is for {method.tops}; "
             f"these apply: {others}"
         )
     return method
-
-
-def needs(method: Method) -> str:
-    """What a method asks of a scene."""
-    symmetric = "it is for two equal moments and the centre of mass on the third axis"
-    return symmetric + ", and for any body without torque" if method.exact else symmetric
