@@ -122,7 +122,8 @@ enum {
     KR_LAGRANGE_ONLY = 128,     /* for symmetric bodies with the centre of mass on the axis */
     KR_INTEGRABLE = 256,        /* for those, and for any body on which no torque acts */
     KR_SYMMETRIC_ONLY = 512,    /* for bodies with two equal moments */
-    KR_EULER_ONLY = 1024        /* for bodies supported at their centre of mass */
+    KR_EULER_ONLY = 1024,       /* for bodies supported at their centre of mass */
+    KR_DIGITS = 2048            /* can be asked for more digits than a double has */
 };
 typedef struct kr_method kr_method;
 KR_API size_t           kr_method_count(void);
@@ -146,6 +147,7 @@ typedef struct kr_config {
     int64_t max_steps;  /* 0: no limit */
     int   (*poll)(void *context);       /* called at least every 256 steps and in every adaptive one; not 0: stop; may be NULL */
     void   *context;
+    int     digits;     /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
 } kr_config;
 typedef struct kr_stats { int64_t steps, rejected, evaluations, iterations; } kr_stats;
 typedef struct kr_top kr_top;
@@ -157,8 +159,11 @@ KR_API kr_status kr_top_step(kr_top *top);                      /* to the end of
 KR_API kr_status kr_top_advance(kr_top *top, double t);         /* to t */
 /* The states at t[0], t[1], ... in the direction of the step; `done` (may be NULL) counts those that are good. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done);
+/* The same, and what the doubles leave out: out + low has as many digits as were asked for; `t` of low is 0. */
+KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[], size_t *done);
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state  kr_top_state(const kr_top *top);
+KR_API kr_state  kr_top_low(const kr_top *top);                 /* what kr_top_state leaves out */
 KR_API kr_stats  kr_top_stats(const kr_top *top);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top and of any body on

@@ -12,6 +12,9 @@ typedef struct kr_run {
     kr_vec3 lever;          /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     double step, tol;       /* from the config; tol 0: the method's own */
     double clock;           /* time since the start; kept by adaptive methods only */
+    int digits;             /* KR_DIGITS only, 0: as `tol` says. Above 16 also what doubles leave out: */
+    kr_vec3 lever_low;      /* of the lever, */
+    kr_state low;           /* of the start at `reset`; of the clock at `at`, and of the state that it gives */
     kr_stats stats;
     const kr_scene *scene;  /* the user's, as it was last set: for what must not lose a bit on the way to own units */
     void *aux;              /* what an adapter needs from another library; freed by `done` */

@@ -1,7 +1,7 @@
 /* The driver's lower half: main's steps, and its last good state. Floor 4.
  * Every CHECK steps a fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
  * steps misses nothing, and a run that failed is repeated from where it was kept to find its last good state. An adaptive
- * run is looked at in every step. */
+ * run is looked at in every step, a dense one looks after itself. */
 #include "top.h"
 
 enum { CHECK = 256 };
@@ -30,7 +30,7 @@ static void plan_look(kr_top *top)
 }
 void kr_steps_keep(kr_top *top)
 {
-    copy_run(&top->kept, &top->main, top->method->work);
+    if (!(top->method->flags & KR_DENSE)) copy_run(&top->kept, &top->main, top->method->work);
     top->kept_k = top->k;
     plan_look(top);
 }
@@ -99,8 +99,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
 {
     kr_status status = KR_OK;
     if (top->k >= top->look_at) {
-        top->kept_k = top->k;
-        plan_look(top);
+        kr_steps_keep(top);
         status = ask_on(top);
     }
     return status == KR_OK ? one_step(top, until) : status;

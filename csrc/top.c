@@ -5,12 +5,20 @@
 #include <float.h>
 #include <stdlib.h>
 #include "body.h"
+#include "dd.h"
 #include "top.h"
 
 /* In and out of working axes and own units. */
+static int is_deep(const kr_top *top) { return top->main.digits > 16; }
+static kr_working working_axes(const kr_top *top)
+{
+    const kr_body *b = &top->scene.body;
+    const kr_working principal = {q_one(), b->inertia, b->com, 0};
+    return is_deep(top) ? principal : kr_body_working(b);
+}
 static kr_status choose_units(kr_top *top)
 {
-    const kr_working w = kr_body_working(&top->scene.body);
+    const kr_working w = working_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &w, &own);
     if (status != KR_OK) return status;
@@ -23,6 +31,7 @@ static kr_status choose_units(kr_top *top)
     top->main.step = top->config.step / top->time;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
+    if (is_deep(top)) kr_deep_lever(top, own.moment);
     return isfinite(top->momentum) && top->momentum > 0.0 && isfinite(top->main.step) ? KR_OK : KR_ERR_ARGUMENT;
 }
 static kr_state to_own(const kr_top *top, const kr_state *s)
@@ -31,11 +40,15 @@ static kr_state to_own(const kr_top *top, const kr_state *s)
     return own;
 }
 /* In place, for a copy of a state just written costs more than the rest of reading it; false if it is not finite. */
-static int to_user(const kr_top *top, double t, kr_state *s)
+static int to_user(kr_top *top, double t, kr_state *s)
 {
     s->t = t;
-    if (top->turned) s->q = q_mul(s->q, q_conj(top->axes));
-    s->m = v_scale(top->momentum, s->m);
+    if (is_deep(top)) {
+        kr_deep_out(top, s);
+    } else {
+        if (top->turned) s->q = q_mul(s->q, q_conj(top->axes));
+        s->m = v_scale(top->momentum, s->m);
+    }
     return isfinite(fabs(s->q.w) + fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z));
 }
 
@@ -66,16 +79,19 @@ static kr_status fixed_at(kr_top *top, double t, kr_state *s)
 static kr_status adaptive_at(kr_top *top, double t, kr_state *s)
 {
     const int dense = (top->method->flags & KR_DENSE) != 0;
-    const double goal = (t - top->scene.start.t) / top->time;
+    const dd span = two_sum(t, -top->scene.start.t);
+    const double goal = span.hi / top->time;
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
+    top->main.low.t = span.lo / top->time;
     if (dense) top->method->at(&top->main, goal, s);
     else if (goal == top->main.clock) top->method->read(&top->main, s);
     else return kr_steps_detour(top, &top->before, goal - top->before_clock, s);
     return KR_OK;
 }
+static const kr_state none;
 static kr_status state_at(kr_top *top, double t, kr_state *s)
 {
     const int adaptive = (top->method->flags & KR_ADAPTIVE) != 0;
@@ -87,6 +103,7 @@ static kr_status state_at(kr_top *top, double t, kr_state *s)
         if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
         if (t == top->scene.start.t) {
             *s = top->scene.start;
+            top->low = none;
             return KR_OK;
         }
         status = adaptive ? adaptive_at(top, t, s) : fixed_at(top, t, s);
@@ -105,24 +122,34 @@ static void come_up(kr_top *top, double t)
 {
     const double at = main_time(top);
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
-    top->method->read(&top->main, &top->now);
+    top->main.low = none;
+    if (is_deep(top)) top->method->at(&top->main, top->main.clock, &top->now);
+    else top->method->read(&top->main, &top->now);
     to_user(top, at, &top->now);
     top->asked = at;
 }
 
 static kr_status begin(kr_top *top, const kr_state *start)
 {
-    const kr_state own = to_own(top, start);
-    const kr_stats none = {0, 0, 0, 0};
+    const kr_state own = is_deep(top) ? kr_deep_in(top, start) : to_own(top, start);
+    const kr_stats nothing = {0, 0, 0, 0};
     top->scene.start = top->now = *start;
+    top->low = none;
     top->asked = start->t;
     top->main.clock = 0.0;
-    top->main.stats = none;
+    top->main.stats = nothing;
     top->k = 0;
     const kr_status status = top->method->reset(&top->main, &own);
     if (status != KR_OK) return status;
     kr_steps_keep(top);
     return KR_OK;
+}
+/* 16, 20 or 30 for what they include; 0 where the tolerance decides; -1 where that cannot be. */
+static int digits_of(const kr_method *method, const kr_config *config)
+{
+    if (config->digits == 0) return 0;
+    if (config->digits < 0 || config->digits > 30 || config->tol > 0.0 || !(method->flags & KR_DIGITS)) return -1;
+    return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
 kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config, kr_top **out)
 {
@@ -130,18 +157,22 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_top *top;
     if (status != KR_OK) return status;
     if (!method || !out || !isfinite(config.step) || !isfinite(config.tol) || config.tol < 0.0) return KR_ERR_ARGUMENT;
+    if (digits_of(method, &config) < 0) return KR_ERR_ARGUMENT;
     if (config.step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     if (config.step != 0.0 && scene->start.t + config.step == scene->start.t) return KR_ERR_STEP;
-    top = calloc(1, sizeof *top + 3 * method->work * sizeof(double));
+    top = calloc(1, sizeof *top + (method->flags & KR_DENSE ? 1 : 3) * method->work * sizeof(double));
     if (!top) return KR_ERR_MEMORY;
     top->scene = *scene;
     top->method = method;
     top->config = config;
     top->forward = config.step < 0.0 ? -1.0 : 1.0;
+    top->main.digits = digits_of(method, &config);
     top->main.work = top->memory;
-    top->side.work = top->memory + method->work;
-    top->kept.work = top->memory + 2 * method->work;
+    if (!(method->flags & KR_DENSE)) {
+        top->side.work = top->memory + method->work;
+        top->kept.work = top->memory + 2 * method->work;
+    }
     status = choose_units(top);
     if (status == KR_OK) status = begin(top, &scene->start);
     if (status == KR_OK) *out = top;
@@ -170,12 +201,13 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state s;
     return kr_top_record(top, 1, &t, &s, NULL);
 }
-kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done)
+kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[], size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
     while (i < n && status == KR_OK) {
         status = state_at(top, t[i], &out[i]);
+        if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
     if (i > 0) top->now = out[i - 1];
@@ -183,16 +215,22 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     if (done) *done = i;
     return status;
 }
+kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done)
+{
+    return kr_top_record_low(top, n, t, out, NULL, done);
+}
 kr_status kr_top_step(kr_top *top)
 {
     kr_status status = KR_OK;
     if (!top) return KR_ERR_ARGUMENT;
     if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->k + 1));
-    if (!(top->forward * (main_time(top) - top->asked) > 0.0)) status = kr_steps_adaptive(top);
+    if (!(top->forward * (main_time(top) - top->asked) > 0.0))
+        status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
     come_up(top, top->forward * INFINITY);
     return status;
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
+kr_state kr_top_low(const kr_top *top) { return top->low; }
 kr_stats kr_top_stats(const kr_top *top)
 {
     kr_stats stats = top->main.stats;

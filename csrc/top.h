@@ -11,14 +11,20 @@ struct kr_top {
     int turned;                         /* whether they differ */
     double time, momentum;              /* the own units in the user's: [T], [M L^2 T^-1] */
     double forward;                     /* 1, or -1 back in time */
-    kr_run main, side, kept;            /* kept: main as it was when last looked at */
+    kr_run main, side, kept;            /* kept: main as it was when last looked at; dense methods need main alone */
     int64_t k, kept_k, look_at;         /* main's steps, which are its point on the grid; then; when to look again */
     kr_state before;                    /* adaptive: the state, own units, from which main's last step began, */
     double before_clock;                /* and when */
     double asked;                       /* the time that was asked for last, */
-    kr_state now;                       /* and the state there; the user's */
+    kr_state now, low;                  /* and the state there, the user's; and what its doubles leave out */
     double memory[];
 };
+
+/* With more digits than a double has: main's lever, in units of `moment`; */
+void kr_deep_lever(kr_top *top, double moment);
+/* a start into own units, with main's `low`; and a state out of them, with the top's `low`. */
+kr_state kr_deep_in(kr_top *top, const kr_state *start);
+void kr_deep_out(kr_top *top, kr_state *s);
 
 /* Main failed, or is not finite, since it was kept: back there, and on as far as all is well. Says what failed. */
 kr_status kr_steps_recover(kr_top *top);

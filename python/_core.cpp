@@ -110,44 +110,52 @@ struct signals {
 };
 static bool in_main_thread()
 {
-    const py::object main = py::module_::import("threading").attr("main_thread")();
-    return main.attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
+    static const py::handle main_thread = py::object(py::module_::import("threading").attr("main_thread")).release();
+    return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// The states written, and the last good one where that is later.
-static doubles reached(doubles out, size_t done, const kr_state &last)
+// The states written, and the last good one where that is later; `out` or what it leaves out.
+static doubles reached(doubles out, size_t done, bool more, const kr_state &last)
 {
     const kr_state *written = states_of(out);
-    const bool more = done == 0 || written[done - 1].t != last.t;
     doubles part({py::ssize_t(done + more), py::ssize_t(8)});
     std::memcpy(part.mutable_data(), written, done * sizeof(kr_state));
     if (more) std::memcpy(part.mutable_data(py::ssize_t(done), 0), &last, sizeof last);
     return part;
 }
-static py::tuple record(const doubles &scene, const std::string &method, double step, double tol, int64_t max_steps,
-                        const doubles &t)
+static py::tuple record(const doubles &scene, const std::string &method, double step, double tol, int digits,
+                        int64_t max_steps, const doubles &t)
 {
     const auto s = value_of<kr_scene>(scene);
     const size_t n = size_t(t.size());
-    doubles out({t.size(), py::ssize_t(8)});
+    doubles out({t.size(), py::ssize_t(8)}), low({digits > 16 ? t.size() : py::ssize_t(0), py::ssize_t(8)});
     const double *times = t.data();
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    auto *rest = digits > 16 ? reinterpret_cast<kr_state *>(low.mutable_data()) : nullptr;
     signals pending;
-    const kr_config config = {step, tol, max_steps, in_main_thread() ? signals::poll : nullptr, &pending};
+    kr_config config = {step, tol, max_steps, in_main_thread() ? signals::poll : nullptr, &pending, digits};
     kr_top *raw = nullptr;
     size_t done = 0;
     kr_status status = kr_top_create(&s, method_of(method), config, &raw);
-    if (status != KR_OK) return py::make_tuple(name_of(status), reached(out, 0, s.start), py::make_tuple(0, 0, 0, 0));
+    if (status != KR_OK) {
+        const py::tuple nothing = py::make_tuple(0, 0, 0, 0);
+        return py::make_tuple(name_of(status), reached(out, 0, true, s.start), py::none(), nothing);
+    }
     const std::unique_ptr<kr_top, void (*)(kr_top *)> top(raw, kr_top_free);
     {
         py::gil_scoped_release nogil;
-        status = kr_top_record(raw, n, times, states, &done);
+        status = kr_top_record_low(raw, n, times, states, rest, &done);
     }
     if (pending.raised && !pending.raised->matches(PyExc_KeyboardInterrupt)) throw *pending.raised;
-    if (status != KR_OK) out = reached(out, done, kr_top_state(raw));
-    const kr_stats cost = kr_top_stats(raw);
-    const py::tuple stats = py::make_tuple(cost.steps, cost.rejected, cost.evaluations, cost.iterations);
-    return py::make_tuple(name_of(status), out, stats);
+    if (status != KR_OK) {
+        const kr_state last = kr_top_state(raw);
+        const bool more = done == 0 || states[done - 1].t != last.t;
+        out = reached(out, done, more, last);
+        if (rest) low = reached(low, done, more, kr_top_low(raw));
+    }
+    const kr_stats stats = kr_top_stats(raw);
+    const py::tuple counts = py::make_tuple(stats.steps, stats.rejected, stats.evaluations, stats.iterations);
+    return py::make_tuple(name_of(status), out, rest ? py::object(low) : py::none(), counts);
 }
 
 static py::dict status_table()
@@ -197,12 +205,13 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("LAGRANGE_ONLY") = int(KR_LAGRANGE_ONLY);
     m.attr("SYMMETRIC_ONLY") = int(KR_SYMMETRIC_ONLY);
     m.attr("EULER_ONLY") = int(KR_EULER_ONLY);
+    m.attr("DIGITS") = int(KR_DIGITS);
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("scene_check", scene_check, "scene"_a);
-    m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "max_steps"_a, "t"_a);
+    m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a);
     m.def("velocity", vector<kr_state_velocity>, "scene"_a, "states"_a);
     m.def("torque", vector<kr_state_torque>, "scene"_a, "states"_a);
     m.def("apex", vector<kr_state_apex>, "scene"_a, "states"_a);

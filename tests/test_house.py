@@ -9,12 +9,12 @@ from toolbox import ROOT, VERSION, c_files, installed, need, need_gsl, run
 
 CSRC = ROOT / "csrc"
 FLOORS = [  # an #include points downwards, or to a header beside it; methods stand alone
-    "kreisel.h su2.h trig.h dd.h",
+    "kreisel.h su2.h su2_dd.h trig.h dd.h",
     "body.* motion.* resummed.h",
     "method.h methods.def rest_frame.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "exact/*",
-    "methods/* gsl/*",
-    "table.c top.* steps.c",
+    "methods/* taylor/* gsl/*",
+    "table.c top.* steps.c deep.c",
 ]
 WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
 SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
@@ -89,7 +89,7 @@ def test_no_printing_no_aborting_one_allocation(static):
     used = {symbol for symbol, _, _ in symbols(static, "-u")}
     forbidden = {"abort", "exit", "__assert_fail", "stderr", "stdout", "printf", "fprintf", "puts", "malloc", "realloc"}
     assert used & forbidden == set()
-    text = "".join(file.read_text() for file in c_files("csrc", "csrc/exact", "csrc/methods"))
+    text = "".join(file.read_text() for file in c_files("csrc", "csrc/exact", "csrc/methods", "csrc/taylor"))
     assert len(re.findall(r"\bcalloc\(", text)) == 1
 
 
@@ -97,7 +97,16 @@ def test_no_printing_no_aborting_one_allocation(static):
 def test_no_warnings(compiler, tmp_path):
     need(compiler)
     flags = ["-std=c99", "-O2", "-c", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"-I{CSRC}"]
-    run(compiler, *flags, *c_files("csrc", "csrc/exact", "csrc/methods", "tests", "tests/install"), cwd=tmp_path)
+    files = c_files("csrc", "csrc/exact", "csrc/methods", "csrc/taylor", "tests", "tests/install")
+    run(compiler, *flags, *files, cwd=tmp_path)
+
+
+@pytest.mark.parametrize("options", ["-DKR_PLAIN", "-mavx2 -mfma", "-mavx2 -mfma -mavx512f -mavx512vl -mavx512dq"])
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_no_warnings_in_kernels(compiler, options, tmp_path):
+    need(compiler)
+    flags = ["-std=c99", "-O3", "-c", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS]
+    run(compiler, *flags, *options.split(), *CSRC.glob("taylor/kernel*.c"), cwd=tmp_path)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -123,8 +132,9 @@ def test_methods_def_names_the_files():
     gsl = "".join(re.findall(r"^#ifdef KREISEL_GSL\n(.*?)^#endif", text, re.DOTALL | re.MULTILINE))
     ids = re.findall(r"^X\((\w+)\)$", text, re.MULTILINE)
     of_gsl = re.findall(r"^X\((\w+)\)$", gsl, re.MULTILINE)
-    assert len(ids) == len(set(ids)) and sorted(set(ids) - set(of_gsl)) == [f.stem for f in c_files("csrc/methods")]
-    for file in c_files("csrc/methods", "csrc/gsl"):
+    own = [CSRC / "taylor/taylor.c", *c_files("csrc/methods")]
+    assert len(ids) == len(set(ids)) and sorted(set(ids) - set(of_gsl)) == sorted(file.stem for file in own)
+    for file in [*own, *c_files("csrc/gsl")]:
         defined = re.findall(r'^const kr_method kr_method_(\w+) = \{\s*\.name = "(\w+)"', file.read_text(), re.M)
         expected = of_gsl if file.parent.name == "gsl" else [file.stem]
         assert sorted(defined) == sorted((i, i) for i in expected), name(file)

@@ -62,10 +62,10 @@ def test_states_do_not_depend_on_what_else_was_asked_for(name):
     assert np.array_equal(alone.states[-1], among.states[-1])
 
 
-def test_auto_is_extrap():
+def test_auto_is_taylor():
     path = kr.solve(SCENE, 3)
-    assert (path.method, path.tol, path.step) == ("extrap", 1e-10, None)
-    assert np.array_equal(path.states, kr.solve(SCENE, 3, method="extrap", tol=1e-10).states)
+    assert (path.method, path.tol, path.step) == ("taylor", None, None)
+    assert np.array_equal(path.states, kr.solve(SCENE, 3, method="taylor").states)
     assert kr.solve(SCENE, 3, tol=1e-6).tol == 1e-6
 
 

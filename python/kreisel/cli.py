@@ -113,7 +113,7 @@ def solve(scene: kr.Scene, t: list[float], csv_file: str | None, npz_file: str |
 @click.option("--methods", type=_names, metavar="NAME[,...]", help="Which; all that apply to the body if left out.")
 @click.option("--steps", type=_numbers, metavar=_SEVERAL, help="For methods of fixed step.")
 @click.option("--tols", type=_numbers, metavar=_SEVERAL, help="For adaptive methods.")
-@click.option("--truth", default="extrap", show_default=True, help="A method, taken with tol 1e-13 or a fine step.")
+@click.option("--truth", default="taylor", show_default=True, help="A method, taken with 20 digits, tol 1e-13 or a fine step.")
 @click.option("--repeats", type=int, default=5, show_default=True, help="The fastest counts.")
 @click.option("--csv", "csv_file", type=_FILE, help="Write the table with all digits.")
 def compare(scene: kr.Scene, t: list[float], csv_file: str | None, **how: Any) -> None:

@@ -141,7 +141,7 @@ def compare(
     t        as in kreisel.solve; errors are the largest over the states asked for
     methods  names; all that apply to the scene if left out
     steps    for methods of fixed step, tols for the others (without: their own tolerance)
-    truth    a path at the same times, or a method: with tol 1e-13, or a sixteenth of the smallest step
+    truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or a sixteenth of the smallest step
 
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
     """
@@ -170,7 +170,10 @@ def compare(
 
 
 def _truth(scene: Scene, t: Any, method: str, by_step: list[float]) -> Path:
-    if fitting(method, scene).adaptive:
+    chosen = fitting(method, scene)
+    if chosen.digits:
+        return solve(scene, t, method, digits=20)
+    if chosen.adaptive:
         return solve(scene, t, method, tol=_TRUTH_TOL)
     if not by_step:
         raise ValueError(f"the truth {method!r} has a fixed step: give steps; it takes a sixteenth of the smallest")

@@ -65,7 +65,7 @@ class _Search:
         sign = math.copysign(1.0, self.end)
         wanted = sign * np.unique(np.abs(np.concatenate([self.grid, times])))
         step = self.end / steps
-        status, states, stats = _core.record(scene._block, self.method, step, 0.0, self.max_steps, wanted)
+        status, states, _, stats = _core.record(scene._block, self.method, step, 0.0, 0, self.max_steps, wanted)
         self.spent = Stats(*(a + b for a, b in zip(self.spent, stats)))
         if status == "ERR_STEP_SIZE":
             return None

@@ -8,7 +8,7 @@ from . import _core, errors
 from .body import Body
 from .scene import Scene
 
-EXACT, ELSE, AUTO_TOL = "exact", "extrap", 1e-10
+EXACT, ELSE = "exact", "taylor"     # what 'auto' takes: the first where it suits
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class Method:
     conserves  what it keeps to rounding
     adaptive   chooses its steps by a tolerance; else it needs a step
     algebraic  uses + - * / and square roots only: the same bits from every compiler and machine
+    digits     can be asked for more digits than a double has
     """
 
     name: str
@@ -47,6 +48,11 @@ class Method:
     @property
     def algebraic(self) -> bool:
         return bool(self.flags & _core.ALGEBRAIC)
+
+    @property
+    def digits(self) -> bool:
+        """Can be asked for more digits than a double has."""
+        return bool(self.flags & _core.DIGITS)
 
     @property
     def exact(self) -> bool:

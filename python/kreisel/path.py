@@ -60,7 +60,7 @@ class Path:
     it is first asked for. Vectors are seen from space unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    method  its name; step (negative: back in time) and tol as used, None where it has none or chose its own
+    method  its name; step (negative: back in time), tol and digits as used, None where it has none or chose its own
     stats   what the run cost, trial runs included
     plan    what was chosen and why, where solve was given an error; else None
     """
@@ -72,15 +72,20 @@ class Path:
     tol: float | None
     stats: Stats
     plan: Plan | None = None
+    digits: int | None = None
+    _low: Array | None = None       # what the doubles of `states` leave out
 
     def __post_init__(self) -> None:
         self.states.flags.writeable = False
+        if self._low is not None:
+            self._low.flags.writeable = False
 
     def __len__(self) -> int:
         return len(self.states)
 
     def __repr__(self) -> str:
-        steering = "".join(f", {k}={v!r}" for k, v in (("step", self.step), ("tol", self.tol)) if v is not None)
+        words = {"step": self.step, "tol": self.tol, "digits": self.digits}
+        steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
         return f"<kreisel.Path: {len(self)} states{span}; {self.method}{steering}, {self.stats.steps} steps>"
 
@@ -111,6 +116,20 @@ class Path:
     def m(self) -> Array:
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
         return self.states[:, 5:8]
+
+    @property
+    def q_low(self) -> Array:
+        """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for; zero up to 16 digits."""
+        return self._rest[:, 1:5]
+
+    @property
+    def m_low(self) -> Array:
+        """(n, 3) the same for m [M L^2 T^-1]."""
+        return self._rest[:, 5:8]
+
+    @cached_property
+    def _rest(self) -> Array:
+        return _frozen(np.zeros_like(self.states)) if self._low is None else self._low
 
     @property
     def rotation(self) -> Rotation:
@@ -187,11 +206,6 @@ class Path:
         the body is a Lagrange top, and where the step is too large for the method."""
         return _core.modified_energy4(self.scene._block, self.states, check.number("step", step))
 
-    @property
-    def error(self) -> float | None:
-        """The largest attitude error on [0, t], as estimated where solve was given an error; else None [rad]."""
-        return self.plan.error if self.plan else None
-
     @cached_property
     def energy_error(self) -> float:
         """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0; zero for a path without states."""
@@ -205,6 +219,21 @@ class Path:
         change = np.abs(self.energy - (kinetic + potential)).max()
         return float(change / size) if change else 0.0
 
+    @cached_property
+    def error(self) -> float:
+        """The largest attitude error of the states [rad]: as solve estimated it where it was given an error; else as a
+        second run tells, computed when first asked for: the closed form where there is one, or the Taylor series with 20
+        digits (30 for a path of 20; of a path of 30, how far 20 go astray, less as much as their tolerance is wider)."""
+        from .methods import methods
+        from .solve import solve
+
+        if self.plan or not len(self):
+            return self.plan.error if self.plan else 0.0
+        if not self.digits and self.method != "exact" and methods["exact"].suits(self.scene):
+            return _apart(self, solve(self.scene, self.t, "exact"))
+        apart = _apart(self, solve(self.scene, self.t, "taylor", digits=30 if self.digits == 20 else 20))
+        return apart * 2.0**-34 if self.digits == 30 else apart
+
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
         _, *q = self.states[i, :5]
@@ -214,6 +243,15 @@ class Path:
     def end(self) -> Scene:
         """The scene that begins, at t = 0, with the last state."""
         return self.scene_at(-1)
+
+
+def _apart(a: Path, b: Path) -> float:
+    """The largest angle between the attitudes of two paths, low words included: their difference loses no digit."""
+    dot = (a.q * b.q).sum(axis=1)
+    sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
+    d = (sign * b.q - a.q) + (sign * b.q_low - a.q_low)
+    vec = a.q[:, :1] * d[:, 1:] - d[:, :1] * a.q[:, 1:] - np.cross(a.q[:, 1:], d[:, 1:])        # of a* (b - a)
+    return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())
 
 
 def _frozen(values: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core, check, errors, geometric
 from .check import Array
-from .methods import AUTO_TOL, Method, fitting
+from .methods import Method, fitting
 from .path import Path, Stats
 from .scene import Scene
 
@@ -24,6 +24,7 @@ def solve(
     *,
     step: float | None = None,
     tol: float | None = None,
+    digits: int | None = None,
     every: int | None = None,
     max_steps: int = 0,
     error: float | None = None,
@@ -32,11 +33,12 @@ def solve(
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is exact where it applies, else extrap with tol 1e-10; 'geometric' chooses
-               a structure-preserving method and its step so that `error` is met, and says in path.plan what it chose
+    method     a name in kreisel.methods; 'auto' is exact where it applies, else taylor; 'geometric' chooses a structure-
+               preserving method and its step so that `error` is met, and says in path.plan what it chose
     step       positive [T]. Methods of fixed step need it: a path has one grid k step, and a time off it is read by a
                side step, so that states do not depend on what else was asked for. Adaptive methods: the first step
     tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed. exact meets any
+    digits     taylor only, instead of tol: up to 16, 20 or 30; what doubles leave out is path.q_low and path.m_low
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
@@ -47,23 +49,26 @@ def solve(
     if not isinstance(scene, Scene):
         raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
     if method == "geometric":
-        return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "every": every})
+        return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "digits": digits, "every": every})
     if error is not None:
         raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
     chosen = fitting(method, scene)
-    h, accuracy = _step(chosen, step), _tol(chosen, AUTO_TOL if method == "auto" and tol is None else tol)
+    h, accuracy, precision = _step(chosen, step), _tol(chosen, tol), _digits(chosen, digits, tol)
     times = _times(t, h, _every(chosen, every))
     end = float(times[-1]) if times.size else 0.0
     h = None if h is None else math.copysign(h, end)
     refuse_endless(scene, end, h)
-    return _run(scene, chosen, times, h, accuracy, check.whole("max_steps", max_steps, 0))
+    return _run(scene, chosen, times, h, accuracy, precision, check.whole("max_steps", max_steps, 0))
 
 
-def _run(scene: Scene, method: Method, times: Array, step: float | None, tol: float | None, most: int) -> Path:
+def _run(
+    scene: Scene, method: Method, times: Array, step: float | None, tol: float | None, digits: int | None, most: int
+) -> Path:
     end = float(times[-1]) if times.size else 0.0
     steering = step if step is not None else _FIRST_STEP if end < 0.0 else 0.0
-    status, states, stats = _core.record(scene._block, method.name, steering, tol or 0.0, most, times)
-    path = Path(scene, states, method.name, step, tol, Stats(*stats))
+    how = steering, tol or 0.0, digits or 0, most
+    status, states, low, stats = _core.record(scene._block, method.name, *how, times)
+    path = Path(scene, states, method.name, step, tol, Stats(*stats), digits=digits, _low=low)
     if status != "OK":
         where = f"{method.name} got to t = {states[-1, 0]:g} of {end:g} in {path.stats.steps} steps"
         raise errors.stopped(status, path, where)
@@ -102,6 +107,19 @@ def _tol(method: Method, tol: Any) -> float | None:
         raise ValueError(f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out")
     accuracy = check.positive("tol", tol)
     return None if method.exact else accuracy
+
+
+def _digits(method: Method, digits: Any, tol: Any) -> int | None:
+    if digits is None:
+        return None
+    if not method.digits:
+        raise ValueError(f"the method {method.name!r} has no digits to choose: that is for method='taylor'")
+    if tol is not None:
+        raise ValueError("digits and tol exclude each other: either says how accurate to be")
+    wanted = check.whole("digits", digits, 1)
+    if wanted > 30:
+        raise ValueError(f"digits must be at most 30, not {digits!r}")
+    return 16 if wanted <= 16 else 20 if wanted <= 20 else 30
 
 
 def _every(method: Method, every: Any) -> int | None:

@@ -1,0 +1,26 @@
+/* The series in doubles. Compiled once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt);
+ * without any of that, the set that runs everywhere. Equal bits from gcc and clang, and on every set with fma. */
+#include "lanes.h"
+#include "series.h"
+
+#define ORDER(n)                                                                                             \
+    static void advance_##n(kr_series *s, double log2_tol, double direction) { advance(s, n, log2_tol, direction); } \
+    static void look_##n(kr_series *s) { sum_series(s, 0, n, &s->at, s->at_x, s->at_w); }
+ORDER(12)
+ORDER(16)
+ORDER(20)
+ORDER(28)
+const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {
+    {12, advance_12, look_12}, {16, advance_16, look_16}, {20, advance_20, look_20}, {28, advance_28, look_28}
+};
+
+/* What follows a head of double-doubles (kernel_dd.c). */
+#define TAIL(digits)                                                                                         \
+    static void expand_##digits(kr_series *s) { expand(s, KR_HEAD_##digits, KR_LAST_##digits); }             \
+    static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)                     \
+    {                                                                                                        \
+        sum_series(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                                     \
+    }
+TAIL(20)
+TAIL(30)
+const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};

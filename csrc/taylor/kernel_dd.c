@@ -1,0 +1,39 @@
+/* The series in double-doubles, as far as its terms need them, and on in doubles (kernel.c): for 20 digits the first few
+ * terms, for 30 half of them. Compiled once per instruction set, as kernel.c. */
+#include "lanes_dd.h"
+#include "series.h"
+
+/* The terms up to `head`, and h^(head + 1) times the rest. */
+INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to, double *x, double *w)
+{
+    const double h = *to - s->t;
+    double tail_x[8], tail_w[4], power = h;
+    for (int i = 0; i < head; i++) power *= h;
+    tail->sum(s, to, tail_x, tail_w);
+    sum_series(s, 0, head, to, x, w);
+    duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
+    quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
+}
+INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol, double direction)
+{
+    begin_at_end(s);
+    expand(s, 0, head);
+    tail->expand(s);
+    s->end = s->t + direction * step_size(s, last, log2_tol);
+    sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
+}
+
+#define DIGITS(n)                                                                                            \
+    static void advance_##n(kr_series *s, double log2_tol, double direction)                                 \
+    {                                                                                                        \
+        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], log2_tol, direction);   \
+    }                                                                                                        \
+    static void look_##n(kr_series *s)                                                                       \
+    {                                                                                                        \
+        sum_mixed(s, KR_HEAD_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], &s->at, s->at_x, s->at_w);               \
+    }
+DIGITS(20)
+DIGITS(30)
+const kr_kernel KR_NAME(kr_kernel_dd)[KR_DEPTHS] = {
+    {KR_LAST_20, advance_20, look_20}, {KR_LAST_30, advance_30, look_30}
+};

@@ -1,0 +1,152 @@
+/* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes included before
+ * says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. Floor 3.
+ * What makes it fast: every sum runs from the middle outwards, so that the two newest coefficients, for which
+ * everything waits, come last; and the compiler knows the order, so that it can lay out the loops. */
+#include <stdint.h>
+#include <string.h>
+#include "taylor.h"
+
+/* Signs of (q W / 2 | P x W) for W = i, j, k, in the lanes as duo_i, duo_j, duo_k leave them. */
+static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
+static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
+static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
+
+typedef struct { quad next[KR_TAYLOR_MAX + 1], prev[KR_TAYLOR_MAX + 1]; } turned;   /* of every W_n */
+typedef struct { duo i, j, k; quad cross; } sums;   /* of W_j x_m, axis by axis; of next(W_j) * prev(W_m) */
+
+INLINE void set_w(kr_series *s, turned *w, int n, quad value)
+{
+    quad_store(s->w[n], value);
+    w->next[n] = quad_next(value);
+    w->prev[n] = quad_prev(value);
+}
+
+INLINE void add_term(sums *a, const kr_series *s, const turned *w, int j, int m)
+{
+    const duo x = duo_load(s->x[m]);
+    a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
+    a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
+    a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
+    a->cross = quad_fma(w->next[j], w->prev[m], a->cross);
+}
+
+/* All terms with j + m = n, from the middle outwards. */
+INLINE sums cauchy_products(const kr_series *s, const turned *w, int n)
+{
+    sums a = {duo_splat(0.0), duo_splat(0.0), duo_splat(0.0), quad_splat(0.0)};
+    if (n % 2 == 0) add_term(&a, s, w, n / 2, n / 2);
+    UNROLL
+    for (int j = (n - 1) / 2; j > 0; j--) {
+        add_term(&a, s, w, n - j, j);
+        add_term(&a, s, w, j, n - j);
+    }
+    if (n == 0) return a;
+    add_term(&a, s, w, n, 0);
+    add_term(&a, s, w, 0, n);
+    return a;
+}
+
+INLINE duo attitude_rates(const sums *a, duo share)
+{
+    const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
+    const duo ij = duo_fma(duo_scale(sign_j, share), duo_j(a->j), i);
+    return duo_fma(duo_scale(sign_k, share), duo_k(a->k), ij);
+}
+
+INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
+{
+    const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
+    const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
+    return quad_fma(quad_mul(share, quad_load(s->k)), a->cross, torque);
+}
+
+INLINE void next_coefficient(kr_series *s, turned *w, int n)
+{
+    const sums a = cauchy_products(s, w, n);
+    const quad p = duo_hi(duo_load(s->x[n]));
+    duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
+    set_w(s, w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
+}
+
+/* log2 and exp2 to three digits, by way of the exponent's bits: enough for a step size, and much cheaper. */
+INLINE double rough_log2(double x)
+{
+    int64_t bits;
+    double m, e;
+    memcpy(&bits, &x, sizeof bits);
+    e = (double)((bits >> 52) - 1023);
+    bits = (bits & 0xfffffffffffff) | 0x3ff0000000000000;
+    memcpy(&m, &bits, sizeof m);
+    return e + (m - 1.0) * (1.3465 - 0.3465 * (m - 1.0));
+}
+INLINE double rough_exp2(double x)
+{
+    const double e = floor(x), f = x - e;
+    const int64_t bits = ((int64_t)e + 1023) << 52;
+    double p;
+    memcpy(&p, &bits, sizeof p);
+    return p * (1.0 + f * (0.6931 + f * (0.2276 + 0.0793 * f)));
+}
+
+/* The step at which the n-th term is as large as the tolerance. */
+INLINE double log2_step(const kr_series *s, int n, double log2_tol)
+{
+    const double *x = s->x[n], *w = s->w[n];
+    double a[4];
+    for (int i = 0; i < 4; i++) a[i] = x[i] * x[i] + x[4 + i] * x[4 + i] + w[i] * w[i];
+    return (log2_tol - 0.5 * rough_log2((a[0] + a[2]) + (a[1] + a[3]))) * (1.0 / n);
+}
+/* The last two terms decide (Jorba and Zou 2005): of an even or odd series every other one would vanish. */
+INLINE double step_size(const kr_series *s, int order, double log2_tol)
+{
+    const double a = log2_step(s, order, log2_tol), b = log2_step(s, order - 1, log2_tol);
+    return rough_exp2(a < b ? a : b);
+}
+
+/* The coefficients after number `from`, up to the order. */
+INLINE void expand(kr_series *s, int from, int order)
+{
+    turned w;
+    for (int n = 0; n <= from; n++) set_w(s, &w, n, quad_load(s->w[n]));
+    UNROLL
+    for (int n = from; n < order; n++) next_coefficient(s, &w, n);
+}
+
+/* sum of x_n h^(n - from), h = to - t, its even and odd powers apart: two chains of fma side by side. */
+INLINE void sum_series(const kr_series *s, int from, int order, const double *to, double *sum_x, double *sum_w)
+{
+    const duo h = duo_span(&s->t, to), hh = duo_mul(h, h);
+    const quad h4 = quad_span(&s->t, to), hh4 = quad_mul(h4, h4);
+    duo x = duo_load(s->x[order]), x_odd = duo_load(s->x[order - 1]);
+    quad w = quad_load(s->w[order]), w_odd = quad_load(s->w[order - 1]);
+    UNROLL
+    for (int n = order - 2; n > from; n -= 2) {
+        x = duo_fma(hh, x, duo_load(s->x[n]));
+        x_odd = duo_fma(hh, x_odd, duo_load(s->x[n - 1]));
+        w = quad_fma(hh4, w, quad_load(s->w[n]));
+        w_odd = quad_fma(hh4, w_odd, quad_load(s->w[n - 1]));
+    }
+    x = duo_fma(h, x, x_odd);
+    w = quad_fma(h4, w, w_odd);
+    if ((order - from) % 2 == 0) {
+        x = duo_fma(h, x, duo_load(s->x[from]));
+        w = quad_fma(h4, w, quad_load(s->w[from]));
+    }
+    duo_store(sum_x, x);
+    quad_store(sum_w, w);
+}
+
+INLINE void begin_at_end(kr_series *s)
+{
+    s->t = s->end;
+    duo_store(s->x[0], duo_load(s->end_x));
+    quad_store(s->w[0], quad_load(s->end_w));
+}
+
+INLINE void advance(kr_series *s, int order, double log2_tol, double direction)
+{
+    begin_at_end(s);
+    expand(s, 0, order);
+    s->end = s->t + direction * step_size(s, order, log2_tol);
+    sum_series(s, 0, order, &s->end, s->end_x, s->end_w);
+}

@@ -1,0 +1,206 @@
+/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for the price of one sum.
+ * A step computes a piece of path as long as its tolerance allows, whatever times were asked for; these are then read
+ * off inside the piece. Equations: taylor.h; step size: Jorba and Zou 2005. Keeps nothing but what the tolerance keeps.
+ * Time is counted in powers of two so long that W stays below one: no coefficient overflows, no threshold has a
+ * dimension. */
+#include "../su2_dd.h"
+#include "taylor.h"
+
+typedef struct {
+    kr_series series[2];        /* high and low words */
+    const kr_kernel *kernel;
+    double log2_tol;
+    double rate;                /* the series' unit of time is 1 / rate of the run's */
+} path;
+/* Whole multiples of 64 bytes, so that a path lies at the same distance from the start of any run's memory. */
+enum { LINE = 64, MEMORY = (sizeof(path) + LINE - 1) / LINE * LINE + LINE };
+
+static path *path_of(const kr_run *run) { return (path *)(((uintptr_t)run->work + LINE - 1) & ~(uintptr_t)(LINE - 1)); }
+
+/* Which kernel. */
+static int always(void) { return 1; }
+#if defined KR_TAYLOR_X86
+static int has_avx2(void) { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
+static int has_avx512(void)
+{
+    return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+           __builtin_cpu_supports("avx512dq");
+}
+#endif
+const kr_set *kr_taylor_set(int i)
+{
+    static const kr_set sets[] = {
+#if defined KR_TAYLOR_X86
+        {"avx512", has_avx512, kr_kernel_avx512, kr_kernel_dd_avx512},
+        {"avx2", has_avx2, kr_kernel_avx2, kr_kernel_dd_avx2},
+#endif
+        {"base", always, kr_kernel_base, kr_kernel_dd_base},
+    };
+    return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
+}
+/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench_taylor.py depth. */
+static double log2_tolerance(const kr_run *run)
+{
+    if (run->digits > 20) return -100.0;
+    if (run->digits > 16) return -70.0;
+    return run->tol > 0.0 ? log2(run->tol) : -53.0;
+}
+/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their last term higher
+ * orders leave the larger error, down to rounding. Measured by validation/bench_taylor.py orders. */
+static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double *log2_tol)
+{
+    static const struct { double until, less; } by_order[KR_ORDERS] = {
+        {-22.0, 0.0}, {-32.0, 2.0}, {-44.0, 4.0}, {-INFINITY, 4.0}
+    };
+    const double tol = *log2_tol;
+    int i = 0;
+    if (run->digits > 16) return &set->deep[run->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
+    while (tol < by_order[i].until) i++;
+    *log2_tol = fmin(tol, fmax(tol - by_order[i].less, -53.0));
+    return &set->plain[i];
+}
+void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol)
+{
+    path *p = path_of(run);
+    p->kernel = kernel;
+    p->log2_tol = log2_tol;
+}
+
+/* State to series and back. */
+static void pure(double lanes[4], kr_vec3 v) { lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z; }
+static void set_vector(double high[4], double low[4], vec_dd v)
+{
+    pure(high, vdd_high(v));
+    pure(low, vdd_low(v));
+}
+static vec_dd over(vec_dd a, kr_vec3 A)
+{
+    const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
+    return v;
+}
+static vec_dd at_rate(double rate, vec_dd a)    /* a power of two */
+{
+    const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
+    return v;
+}
+/* A power of two above every W that the energy allows: W^2 least moment <= 2 T <= 2 T0 + 4 |c|. */
+static double rate_for(const kr_run *run, kr_vec3 W)
+{
+    const kr_vec3 A = run->inertia;
+    const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(run->lever);
+    int exponent = 0;
+    frexp(sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z))), &exponent);
+    return ldexp(1.0, exponent);
+}
+static void set_constants(kr_series s[2], const kr_run *run, double rate)
+{
+    const kr_vec3 A = run->inertia;
+    const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
+    const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(run->lever, run->lever_low));
+    const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
+    set_vector(s[0].k, s[1].k, over(pair, A));
+    set_vector(s[0].up, s[1].up, over(up, A));
+    set_vector(s[0].down, s[1].down, over(down, A));
+}
+static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4], kr_state *s)
+{
+    const kr_vec3 M = v_times(run->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
+    s->q = q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    s->m = q_turn(s->q, M);
+}
+static void deep_state(const path *p, kr_run *run, kr_state *s)
+{
+    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w, *low_w = p->series[1].at_w;
+    const vec_dd W = at_rate(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
+    const kr_vec3 A = run->inertia;
+    const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
+    const quat_dd q = qdd_unit(q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
+    const vec_dd m = qdd_turn(q, M);
+    s->q = qdd_high(q), run->low.q = qdd_low(q);
+    s->m = vdd_high(m), run->low.m = vdd_low(m);
+}
+
+static int is_finite(const kr_series *s)
+{
+    double sum = 0.0;
+    for (int i = 0; i < 4; i++) sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
+    return isfinite(sum);
+}
+/* A piece of no length, where the last one began. */
+static void stay(kr_series s[2])
+{
+    for (int i = 0; i < 2; i++) {
+        memcpy(s[i].end_x, s[i].x[0], sizeof s->end_x);
+        memcpy(s[i].end_w, s[i].w[0], sizeof s->end_w);
+        memset(s[i].x[1], 0, sizeof s->x - sizeof s->x[0]);
+        memset(s[i].w[1], 0, sizeof s->w - sizeof s->w[0]);
+    }
+    s->end = s->t;
+}
+
+static void set_start(path *p, const kr_run *run, const kr_state *start)
+{
+    kr_series *high = &p->series[0], *low = &p->series[1];
+    const quat_dd q = q_dd(start->q, run->low.q);
+    const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
+    const vec_dd W = over(qdd_turn(qdd_conj(q), v_dd(start->m, run->low.m)), run->inertia);
+    const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
+    p->rate = rate_for(run, vdd_high(W));
+    memcpy(high->x[0], &q_high, sizeof q_high);
+    memcpy(low->x[0], &q_low, sizeof q_low);
+    set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
+    set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
+    set_constants(p->series, run, p->rate);
+    high->t = p->rate * run->clock;
+    stay(p->series);
+}
+/* The method. */
+static kr_status reset(kr_run *run, const kr_state *start)
+{
+    double log2_tol = log2_tolerance(run);
+    int i = 0;
+    if (!(log2_tol < 0.0)) return KR_ERR_ARGUMENT;
+    while (!kr_taylor_set(i)->runs_here()) i++;
+    const kr_kernel *kernel = kernel_for(kr_taylor_set(i), run, &log2_tol);
+    kr_taylor_use(run, kernel, log2_tol);
+    set_start(path_of(run), run, start);
+    return KR_OK;
+}
+static kr_status step(kr_run *run, double until)
+{
+    path *p = path_of(run);
+    kr_series *s = p->series;
+    const double forward = run->step < 0.0 ? -1.0 : 1.0;
+    (void)until;
+    if (run->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;      /* no step in doubles can meet it */
+    p->kernel->advance(s, p->log2_tol, forward);
+    run->stats.evaluations++;
+    const kr_status status = !is_finite(s) ? KR_ERR_NOT_FINITE : forward * (s->end - s->t) > 0.0 ? KR_OK : KR_ERR_STEP;
+    if (status == KR_OK) run->clock = s->end / p->rate;
+    else stay(s);
+    return status;
+}
+static void read(const kr_run *run, kr_state *s)
+{
+    const path *p = path_of(run);
+    plain_state(p, run, p->series->end_x, p->series->end_w, s);
+}
+static void at(kr_run *run, double clock, kr_state *s)
+{
+    path *p = path_of(run);
+    p->series[0].at = p->rate * clock;
+    p->series[1].at = p->rate * run->low.t;
+    p->kernel->look(p->series);
+    if (run->digits > 16) deep_state(p, run, s);
+    else plain_state(p, run, p->series->at_x, p->series->at_w, s);
+}
+
+const kr_method kr_method_taylor = {
+    .name = "taylor",
+    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits by double-double",
+    .conserves = "nothing",
+    .reference = "Jorba and Zou, Exp. Math. 14, 2005",
+    .order = 0,
+    .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS,
+    .work = MEMORY / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
+};
