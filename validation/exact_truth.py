@@ -162,8 +162,8 @@ def header():
         truth, q = reference(case)[0], cases.unit(case[-2])
         for t in TRUTH_TIMES:
             attitude, momentum = truth(t)
-            lines += [f'    {{"{name}", {row(inertia)}, {lever:.17g},', f"     {row(q)},", f"     {row(case[-1])}, {t:g},",
-                      f"     {{{row(attitude)},", f"      {row(momentum)}}}}},"]
+            lines += [f'    {{"{name}", {row(inertia)}, {lever:.17g}, {row(q)},', f"     {row(case[-1])}, {t:g},",
+                      f"     {{{row(attitude)}, {row(momentum)}}}}},"]
     print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 

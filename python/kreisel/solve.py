@@ -55,9 +55,6 @@ def solve(
     chosen = fitting(method, scene)
     h, accuracy, precision = _step(chosen, step), _tol(chosen, tol), _digits(chosen, digits, tol)
     times = _times(t, h, _every(chosen, every))
-    end = float(times[-1]) if times.size else 0.0
-    h = None if h is None else math.copysign(h, end)
-    refuse_endless(scene, end, h)
     return _run(scene, chosen, times, h, accuracy, precision, check.whole("max_steps", max_steps, 0))
 
 
@@ -65,6 +62,8 @@ def _run(
     scene: Scene, method: Method, times: Array, step: float | None, tol: float | None, digits: int | None, most: int
 ) -> Path:
     end = float(times[-1]) if times.size else 0.0
+    step = None if step is None else math.copysign(step, end)
+    refuse_endless(scene, end, step)
     steering = step if step is not None else _FIRST_STEP if end < 0.0 else 0.0
     how = steering, tol or 0.0, digits or 0, most
     status, states, low, stats = _core.record(scene._block, method.name, *how, times)
