@@ -93,7 +93,8 @@ def closed_form(scene, n=400):
 
 
 @pytest.mark.parametrize(
-    "scene", [kr.scenes.cusps, kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3))], ids=["cusps", "cuboid"]
+    "scene", [kr.scenes.cusps, kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3))],
+    ids=["cusps", "cuboid"]
 )
 def test_nutation_and_precession_are_those_of_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
@@ -170,6 +171,6 @@ def test_pictures():
     sphere, chart = path.plot()
     assert np.array_equal(chart.lines[0].get_ydata(), path.apex[:, 2])
     (bar,) = kr.rod(path).plot().collections
-    assert len(bar.get_paths()) == 4 * 100 + 2
+    assert 100 < len(bar.get_paths()) < 4 * 100, "of 402 faces those that face the eye"
     assert path.plot((sphere, chart))[0] is sphere, "in axes that are there"
     matplotlib.pyplot.close("all")

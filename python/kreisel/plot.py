@@ -32,9 +32,11 @@ def view(points: Array, elevation: float = 20.0, azimuth: float = 0.0) -> tuple[
 
 
 def faces(axes: Axes, corners: Array, colour: str, elevation: float = 20.0, azimuth: float = 0.0, edge: float = 0.0) -> None:
-    """Faces (n, 4, 3), each turned outwards by the order of its corners, farthest first, the brighter the more they face
-    the light. `edge`: width of their outline [pt]."""
+    """Faces (n, 4, 3) of a solid, each counterclockwise from outside: those that face the eye, farthest first, the brighter
+    the more they face the light. `edge`: width of their outline [pt]."""
     x, y, depth = view(corners, elevation, azimuth)
+    towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0]) > 0.0
+    x, y, depth, corners = x[towards], y[towards], depth[towards], corners[towards]
     order = np.argsort(depth.mean(axis=-1))
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.linalg.norm(normal, axis=-1, keepdims=True)
