@@ -1,10 +1,10 @@
-/* Extrapolation with control of order and step, on the thesis' twelve equations in the rest frame (3.9). Keeps nothing. */
+/* Extrapolation with control of order and step, on the thesis' twelve rest-frame equations (3.9). Keeps nothing. */
 #include "../extrapolation.h"
 #include "../rest_frame.h"
 
 static const gbs_form rest = {
-    .begin = rest_frame_begin, .rates = rest_frame_rates, .velocity = rest_frame_velocity, .momentum = rest_frame_momentum,
-    .attitude = rest_frame_attitude,
+    .begin = rest_frame_begin, .rates = rest_frame_rates, .velocity = rest_frame_velocity,
+    .momentum = rest_frame_momentum, .attitude = rest_frame_attitude,
 };
 static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &rest); }
 static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &rest); }

@@ -43,7 +43,9 @@ static kr_quat attitude(const double y[GBS_SIZE], kr_quat last)
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 
-static const gbs_form body = {.begin = begin, .rates = rates, .velocity = velocity, .momentum = momentum, .attitude = attitude};
+static const gbs_form body = {
+    .begin = begin, .rates = rates, .velocity = velocity, .momentum = momentum, .attitude = attitude,
+};
 static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &body); }
 static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &body); }
 static void read(const kr_run *run, kr_state *s) { gbs_read(run, s, &body); }
