@@ -15,6 +15,7 @@ build:  ## the library, the Python package and all that report and tests need, i
 
 report: build   ## accuracy, speed and the thesis' figures, in report/
 	@.venv/bin/kreisel report
+	@.venv/bin/kreisel report --thesis
 
 test: build     ## the tests in C, again under sanitizers, and in Python
 	@.ci/test

@@ -16,6 +16,12 @@ static inline kr_vec3 rest_frame_momentum(const kr_run *run, const double y[REST
     return v_axpy(I.x * v_dot(w, N), N, v_axpy(I.y * v_dot(w, B), B, v_scale(I.z * v_dot(w, T), T)));
 }
 
+static inline kr_vec3 rest_frame_velocity(const kr_run *run, const double y[REST_FRAME])
+{
+    (void)run;
+    return rest_vec(y);
+}
+
 static inline void rest_frame_rates(kr_run *run, const double y[REST_FRAME], double rate[REST_FRAME])
 {
     const kr_vec3 w = rest_vec(y), N = rest_vec(y + 3), B = rest_vec(y + 6), T = rest_vec(y + 9);

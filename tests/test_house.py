@@ -11,7 +11,7 @@ CSRC = ROOT / "csrc"
 FLOORS = [  # an #include points downwards, or to a header beside it; methods stand alone
     "kreisel.h su2.h su2_dd.h trig.h dd.h",
     "body.* motion.* resummed.h",
-    "method.h methods.def rest_frame.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
+    "method.h methods.def rest_frame.h extrapolation.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "exact/*",
     "methods/* taylor/* gsl/*",
     "table.c top.* steps.c deep.c",

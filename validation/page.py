@@ -56,12 +56,15 @@ def described_methods(rows):
         yield {"name": peer.name, "order": peer.order, "text": peer.text, "reference": "for comparison"}
 
 
+def template(name):
+    templates = jinja2.FileSystemLoader(Path(__file__).with_name("templates"))
+    return jinja2.Environment(loader=templates, autoescape=True, undefined=jinja2.StrictUndefined,
+                              trim_blocks=True, lstrip_blocks=True).get_template(name)
+
+
 def render(rows, about, ends, checks, setup):
     look = figures.looks(kr.methods)
-    templates = jinja2.FileSystemLoader(Path(__file__).with_name("templates"))
-    environment = jinja2.Environment(loader=templates, autoescape=True, undefined=jinja2.StrictUndefined,
-                                     trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("report.html").render(
+    return template("report.html").render(
         about=about, checks=checks, setup=setup, setting=tables.setting, luck=f"{LUCK:g}",
         scenes=[scene_part(rows, scene, end, look) for scene, end in ends.items()],
         summary=list(tables.summary(rows, ends)), references=tables.references(rows),

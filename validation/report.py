@@ -1,6 +1,6 @@
 """The report: error against run time of every method, beside heyoka, as a table, a CSV file and a page.
 
-    kreisel report [--out report] [--quick]        or        python -m validation.report
+    kreisel report [--out report] [--quick | --thesis]        or        python -m validation.report
 """
 import argparse
 import statistics
@@ -23,6 +23,8 @@ def arguments(argv):
     parser.add_argument("--out", type=Path, default=Path("report"), help="the folder to write to (default: report)")
     parser.add_argument("--quick", action="store_true",
                         help=f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote")
+    parser.add_argument("--thesis", action="store_true",
+                        help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata")
     return parser.parse_args(argv)
 
 
@@ -101,6 +103,10 @@ def show(console, rows, ends, checks):
 
 def main(argv=None):
     args = arguments(argv)
+    if args.thesis:
+        from .thesis import chapter
+
+        return chapter.main(args.out)
     console, begin = Console(), time.perf_counter()
     ends = dict.fromkeys(HORIZONS, SHORT) if args.quick else HORIZONS
     plan = "a quick look, not to be quoted" if args.quick else "all steps and tolerances"

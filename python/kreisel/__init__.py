@@ -11,6 +11,7 @@ consistent units do, given as [M L T]. See kreisel.conventions(), kreisel.method
 """
 from . import quaternion, scenes
 from ._core import version as __version__
+from .apex import Apex, Nutation, apex
 from .body import Body
 from .compare import Row, Table, compare
 from .errors import Error, Interrupted
@@ -18,30 +19,40 @@ from .exact import Exact, ExactMap, exact
 from .methods import Method, methods
 from .path import Path, Plan, Stats
 from .quaternion import attitude_error, conventions, from_rotation
+from .rod import Rod, rod
 from .scene import Scene
 from .solve import solve
+from .units import Units, h_eps, scaled_units
 
 __all__ = [
+    "Apex",
     "Body",
     "Error",
     "Exact",
     "ExactMap",
     "Interrupted",
     "Method",
+    "Nutation",
     "Path",
     "Plan",
+    "Rod",
     "Row",
     "Scene",
     "Stats",
     "Table",
+    "Units",
     "__version__",
+    "apex",
     "attitude_error",
     "compare",
     "conventions",
     "exact",
     "from_rotation",
+    "h_eps",
     "methods",
     "quaternion",
+    "rod",
+    "scaled_units",
     "scenes",
     "solve",
 ]

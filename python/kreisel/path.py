@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -211,6 +211,12 @@ class Path:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
         _, *q = self.states[i, :5]
         return self.scene.replace(attitude=q, momentum=self.m[i])
+
+    def plot(self, axes: Any = None) -> Any:
+        """The trace of the axis and its height over the time, with matplotlib, in two axes or in new ones; the axes."""
+        from . import plot
+
+        return plot.path(self, axes)
 
     @property
     def end(self) -> Scene:

@@ -1,0 +1,107 @@
+"""Lines over time and what else is drawn in two dimensions, in the look of the report."""
+import matplotlib.pyplot as plt
+import numpy as np
+
+from ..figures import COLOURS, FAINT, INK, STYLE, as_svg
+
+BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
+TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}      # the colours of the four tops (6.1.1)
+IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4": ORANGE}
+POINTS = 500
+
+
+def thinned(t, values, points=POINTS):
+    """As it looks: of each stretch its least and its largest value, in order."""
+    n = len(t)
+    if n <= 2 * points:
+        return t, values
+    kept = [0, n - 1]
+    for part in np.array_split(np.arange(n), points):
+        kept += [part[np.argmin(values[part])], part[np.argmax(values[part])]]
+    kept = np.unique(kept)
+    return t[kept], values[kept]
+
+
+def axes_of(size=(5.4, 3.1), **labels):
+    figure, axes = plt.subplots(figsize=size, layout="constrained")
+    axes.set(**labels)
+    axes.grid(True)
+    return figure, axes
+
+
+def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
+    """`series`: (label, t, values, colour, style)."""
+    with plt.rc_context(STYLE):
+        figure, axes = axes_of(size, xlabel=xlabel, ylabel=ylabel)
+        for label, t, values, colour, style in series:
+            x, y = thinned(t, np.abs(values) if log else values)
+            if log:
+                x, y = x[y > 0], y[y > 0]
+            axes.plot(x, y, style, color=colour, linewidth=1.1, label=label)
+        if log:
+            axes.set_yscale("log")
+        if floor is not None:
+            axes.axhline(floor, color=FAINT, linewidth=.8, linestyle=(0, (4, 2)))
+        figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3, fontsize=9)
+        return as_svg(figure)
+
+
+def scatter(groups, xlabel, ylabel):
+    """`groups`: (label, x, y, colour, marker), both axes logarithmic."""
+    with plt.rc_context(STYLE):
+        figure, axes = axes_of(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
+        for label, x, y, colour, marker in groups:
+            axes.plot(x, y, marker, color=colour, markersize=5, linewidth=1.2, label=label)
+        figure.legend(loc="outside lower center", ncols=3, fontsize=9)
+        return as_svg(figure)
+
+
+def two_scales(t, left, right, labels, colours):
+    """Two quantities over the same time, each on its own axis."""
+    with plt.rc_context(STYLE):
+        figure, axes = axes_of(xlabel="time")
+        other = axes.twinx()
+        other.spines["right"].set_visible(True)
+        for ax, values, label, colour in zip((axes, other), (left, right), labels, colours):
+            x, y = thinned(t, values)
+            ax.plot(x, y, color=colour, linewidth=1.1)
+            ax.set_ylabel(label, color=colour)
+        return as_svg(figure)
+
+
+def geodesic():
+    """Figure 6.5: S3 drawn as a sphere, E and the north pole, and the shorter of the ways from E and -E."""
+    angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
+    arc = np.linspace(0, end, 40)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
+        axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=.8)
+        axes.plot(np.cos(angle), .3 * np.sin(angle), color=FAINT, linewidth=.6)
+        axes.plot(.8 * np.sin(arc), np.cos(arc), color=BLUE, linewidth=2)
+        axes.plot([.8 * np.sin(end), -.8 * np.sin(end)], [np.cos(end), -np.cos(end)], ":", color=FAINT, linewidth=1)
+        marks = [((0, 1), "N = Id", (0, 7)), ((.8 * np.sin(end), np.cos(end)), "E", (9, 0)),
+                 ((-.8 * np.sin(end), -np.cos(end)), "\N{MINUS SIGN}E", (-16, -4))]
+        for point, text, offset in marks:
+            axes.plot(*point, "o", color=INK, markersize=4)
+            axes.annotate(text, point, xytext=offset, textcoords="offset points", ha="center" if text[0] == "N" else "left",
+                          fontsize=10)
+        axes.annotate("L(E)", (.8 * np.sin(end / 2), np.cos(end / 2)), xytext=(6, 4), textcoords="offset points", color=BLUE)
+        axes.set_aspect("equal")
+        axes.axis("off")
+        return as_svg(figure)
+
+
+def timer(eps1=0.2, eps2=0.5, stop=2.0):
+    """Figure 5.12: steps of both at their multiples; the end is a common one."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
+        for y, eps, colour, name in ((1, eps1, RED, "\N{GREEK SMALL LETTER EPSILON}1"),
+                                     (0, eps2, BLUE, "\N{GREEK SMALL LETTER EPSILON}2")):
+            at = np.arange(round(stop / eps) + 1) * eps
+            axes.plot(at, 0 * at + y, "o-", color=colour, markersize=6, linewidth=1)
+            axes.annotate(f"{name} = {eps:g}", (-.06, y), ha="right", va="center", color=colour)
+        axes.axvline(stop, color=FAINT, linestyle=(0, (4, 2)))
+        axes.annotate("stoptime", (stop, 1.45), ha="center", color=FAINT, annotation_clip=False)
+        axes.set(yticks=[], xlabel="time", ylim=(-.5, 1.4), xlim=(-.5, stop + .2))
+        axes.spines["left"].set_visible(False)
+        return as_svg(figure)
