@@ -37,6 +37,7 @@ extern "C" {
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                                      \
     X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                                       \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                                     \
+    X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")                           \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                              \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                                 \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                                    \
@@ -104,6 +105,9 @@ KR_API double  kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 KR_API double  kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the body is a Lagrange top. */
 KR_API double  kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
+/* The energy that bobenko_suris4 keeps at this step: E up to a constant and O(step^4). NaN for other bodies, and where
+ * the step is too large for the method. */
+KR_API double  kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
 KR_API double  kr_attitude_error(kr_quat a, kr_quat b);         /* angle of the rotation between them, 0 .. pi [rad] */
 
 /* Methods: a table to read. */
@@ -114,7 +118,9 @@ enum {
     KR_IMPLICIT = 8,
     KR_ALGEBRAIC = 16,          /* only + - * / sqrt: the same bits from every compiler and libm */
     KR_ABSOLUTE = 32,           /* its tolerance is absolute in the user's unit of time */
-    KR_LAGRANGE_ONLY = 64      /* for symmetric bodies with the centre of mass on the axis */
+    KR_LAGRANGE_ONLY = 64,      /* for symmetric bodies with the centre of mass on the axis */
+    KR_SYMMETRIC_ONLY = 128,    /* for bodies with two equal moments */
+    KR_EULER_ONLY = 256         /* for bodies supported at their centre of mass */
 };
 typedef struct kr_method kr_method;
 KR_API size_t           kr_method_count(void);

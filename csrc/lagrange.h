@@ -33,6 +33,13 @@ static inline void lagrange_drift(lagrange_orbit *o)
     o->sine = s * o->cos1 + c * o->sin1;
     if ((int64_t)o->n % LAGRANGE_SEED == 0) sin_cos(o->n * o->spin, &o->sine, &o->cosine);
 }
+static inline void lagrange_set_spin(lagrange_orbit *o, double spin)
+{
+    o->spin = spin;
+    sin_cos(o->spin, &o->sin1, &o->cos1);
+    o->n = o->sine = 0.0;
+    o->cosine = 1.0;
+}
 static inline void lagrange_begin(lagrange_orbit *o, const kr_run *run, const kr_state *s)
 {
     const double h = run->step, c = v_dot(s->m, q_axis(s->q));
@@ -40,10 +47,7 @@ static inline void lagrange_begin(lagrange_orbit *o, const kr_run *run, const kr
     o->m = s->m;
     o->kick = h * run->lever.z;
     o->turn = h / run->inertia.x;
-    o->spin = 0.5 * h * c / run->inertia.z - arc_tangent(0.5 * h * c / run->inertia.x);
-    sin_cos(o->spin, &o->sin1, &o->cos1);
-    o->n = o->sine = 0.0;
-    o->cosine = 1.0;
+    lagrange_set_spin(o, 0.5 * h * c / run->inertia.z - arc_tangent(0.5 * h * c / run->inertia.x));
 }
 static inline void lagrange_read(const lagrange_orbit *o, kr_state *s)
 {

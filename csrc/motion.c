@@ -2,6 +2,7 @@
  *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
  * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text. */
 #include "body.h"
+#include "resummed.h"
 
 static kr_quat principal(const kr_scene *scene, const kr_state *s) { return q_mul(s->q, scene->body.axes); }
 static kr_vec3 over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
@@ -90,6 +91,15 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
     const double i1 = kr_body_working(&scene->body).inertia.x;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
     return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) + 0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
+}
+double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step)
+{
+    const kr_working w = kr_body_working(&scene->body);
+    const double i1 = w.inertia.x, c = kr_state_axial(scene, s);
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    const kr_vec3 a = q_axis(q_mul(principal(scene, s), w.axes));
+    const resummed r = resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
+    return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
 }
 double kr_attitude_error(kr_quat a, kr_quat b)
 {

@@ -33,8 +33,10 @@ unsigned kr_method_flags(const kr_method *m) { return m->flags; }
 int kr_method_applies(const kr_method *m, const kr_body *body)
 {
     if (!m || kr_body_check(body) != KR_OK) return 0;
-    if (!(m->flags & KR_LAGRANGE_ONLY)) return 1;
     const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
     const kr_vec3 i = kr_body_working(body).inertia;
-    return kind == KR_LAGRANGE || (kind == KR_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * i.x);
+    const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
+    if (m->flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
+    if (m->flags & KR_SYMMETRIC_ONLY) return symmetric;
+    return !(m->flags & KR_EULER_ONLY) || kind == KR_EULER;
 }

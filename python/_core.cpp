@@ -80,11 +80,10 @@ static doubles frame(const doubles &scene, const doubles &states)
     struct axes { kr_vec3 unit[3]; };
     return each<axes>(scene, states, {3, 3}, [](auto *s, auto *state, axes *to) { kr_state_frame(s, state, to->unit); });
 }
-static doubles modified_energy(const doubles &scene, const doubles &states, double step)
+template <double function(const kr_scene *, const kr_state *, double)>
+static doubles at_step(const doubles &scene, const doubles &states, double step)
 {
-    return each<double>(scene, states, {}, [step](auto *s, auto *state, double *to) {
-        *to = kr_state_modified_energy(s, state, step);
-    });
+    return each<double>(scene, states, {}, [step](auto *s, auto *state, double *to) { *to = function(s, state, step); });
 }
 static doubles attitude_error(const doubles &a, const doubles &b)
 {
@@ -212,6 +211,9 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("ADAPTIVE") = int(KR_ADAPTIVE);
     m.attr("IMPLICIT") = int(KR_IMPLICIT);
     m.attr("ALGEBRAIC") = int(KR_ALGEBRAIC);
+    m.attr("LAGRANGE_ONLY") = int(KR_LAGRANGE_ONLY);
+    m.attr("SYMMETRIC_ONLY") = int(KR_SYMMETRIC_ONLY);
+    m.attr("EULER_ONLY") = int(KR_EULER_ONLY);
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
@@ -227,6 +229,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.def("axial", scalar<kr_state_axial>, "scene"_a, "states"_a);
     m.def("kowalewski", scalar<kr_state_kowalewski>, "scene"_a, "states"_a);
     m.def("goryachev_chaplygin", scalar<kr_state_goryachev_chaplygin>, "scene"_a, "states"_a);
-    m.def("modified_energy", modified_energy, "scene"_a, "states"_a, "step"_a);
+    m.def("modified_energy", at_step<kr_state_modified_energy>, "scene"_a, "states"_a, "step"_a);
+    m.def("modified_energy4", at_step<kr_state_modified_energy4>, "scene"_a, "states"_a, "step"_a);
     m.def("attitude_error", attitude_error, "a"_a, "b"_a);
 }

@@ -96,7 +96,7 @@ def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
     first, again = ensemble.tops(kind, 3), ensemble.tops(kind, 3)
     assert [top.momentum for top in first] == [top.momentum for top in again]
     kinds = {top.user.body.kind for top in first}
-    assert kinds <= {"Lagrange": {"lagrange"}, "Kowalewski": {"kowalewski"}}.get(kind, {"general"})
+    assert kinds <= {"Lagrange": {"lagrange"}, "Kowalewski": {"kowalewski"}, "Euler": {"euler"}}.get(kind, {"general"})
 
 
 def test_random_tops_are_run_by_every_method_that_suits_them():

@@ -174,7 +174,7 @@ def test_solve(words, exception, message):
 
 def test_method_that_does_not_apply():
     asymmetric = kr.scenes.asymmetric
-    with pytest.raises(ValueError, match="'bobenko_suris' does not apply to this body of kind 'general'.*strang, rk4"):
+    with pytest.raises(ValueError, match="'bobenko_suris' does not apply to this body of kind 'general'.*strang, .*rk4"):
         kr.solve(asymmetric, 1, "bobenko_suris", step=0.1)
 
 

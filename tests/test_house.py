@@ -10,8 +10,8 @@ from toolbox import ROOT, VERSION, c_files, installed, need, need_gsl, run
 CSRC = ROOT / "csrc"
 FLOORS = [  # an #include points downwards, or to a header beside it; methods stand alone
     "kreisel.h su2.h trig.h",
-    "body.* motion.*",
-    "method.h methods.def rest_frame.h lagrange.h",
+    "body.* motion.* resummed.h",
+    "method.h methods.def rest_frame.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "methods/* gsl/*",
     "table.c top.* steps.c",
 ]

@@ -12,6 +12,7 @@ BODIES = {
     "kowalewski": kr.Body.cuboid(half=(3**0.5, 1, 0.5), pivot=(0, 0, -0.5)),
     "goryachev_chaplygin": kr.Body.cuboid(half=(7**0.5, 1, 0.5), pivot=(0, 0, -0.5)),
     "asymmetric": kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1)),
+    "free": kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0, 0, 0)),
 }
 TILT = np.array([0.8, 0.4, -0.2, 0.4])
 
@@ -31,25 +32,46 @@ def cases(*, adaptive, **flags):
     ]
 
 
-def slope(steps, errors):
-    """Of log error over log step, between rounding and where the order does not show yet; None for fewer than three points."""
-    good = (errors > 3e-12) & (errors < 3e-2)
-    return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if good.sum() >= 3 else None
+def slope(steps, errors, rounding):
+    """Of log error over log step, for the eight smallest steps whose error is not rounding; None for less than three."""
+    good = np.flatnonzero(errors > 30 * rounding)[-8:]
+    return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
+
+
+def errors_of(path, truth):
+    """In q and, relatively, in m; over several times, for at one of them an error may just change its sign."""
+    apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
+    return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False))
 def test_order(name, body):
-    """Measured in q and in m; each must come within 0.2 of the table's, from both sides."""
-    t, top = 2.0, scene(body)
-    truth = kr.solve(top, t, method="extrap", tol=1e-13)
-    steps = t / np.array([20, 40, 80, 160, 320, 640])
-    ends = [kr.solve(top, t, method=name, step=h) for h in steps]
-    errors_q = np.array([kr.attitude_error(end.q[-1], truth.q[-1]) for end in ends])
-    errors_m = np.array([np.linalg.norm(end.m[-1] - truth.m[-1]) for end in ends])
+    """Measured in q and in m; each must come within 0.2 of the table's, from both sides. High orders show on a fast
+    top only: on a slow one the leading term drowns in rounding before it leads. A free top's m has none where kept."""
     order = kr.methods[name].order
-    for what, errors in {"q": errors_q, "m": errors_m}.items():
-        measured = slope(steps, errors)
-        assert measured is not None and abs(measured - order) < 0.2, f"{what}: order {measured}, not {order}; {errors}"
+    high = order > 4
+    if high and body == "goryachev_chaplygin":
+        pytest.skip("so heavy a top that rounding comes before the leading term leads")
+    top = scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
+    times = np.arange(3.0 if body == "asymmetric" else 6.0)
+    truth = kr.solve(top, times, method="kahan_li8", step=1 / 840)
+    rounding = errors_of(kr.solve(top, times, method="kahan_li8", step=1 / 600), truth)
+    steps = 1 / np.unique(np.round(2.0 ** np.arange(1 if high else 3, 8, 0.125)))
+    errors = np.array([errors_of(kr.solve(top, times, method=name, step=h), truth) for h in steps])
+    for i, what in enumerate("qm"):
+        if what == "m" and body == "free" and errors[:, i].max() < 1e-11:
+            continue
+        measured = slope(steps, errors[:, i], rounding[i])
+        good = measured is not None and abs(measured - order) < 0.2
+        assert good, f"{what}: order {measured}, not {order}; {errors[:, i]}"
+
+
+def test_the_truth_of_the_orders():
+    """Which is a composition of order 8 itself: extrapolation agrees."""
+    for body in BODIES:
+        one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
+        two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
+        assert kr.attitude_error(one.q[-1], two.q[-1]) < 2e-12
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=True))
@@ -76,9 +98,11 @@ def test_energy_neither_drifts_nor_grows(name, body):
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
     quarters = error[1:].reshape(4, -1)
-    assert 0 < np.ptp(error) < 2 * 0.05 ** kr.methods[name].order
-    assert np.ptp(quarters.mean(axis=1)) < 0.15 * np.ptp(error)
-    assert np.ptp(quarters, axis=1).max() < 1.3 * np.ptp(quarters, axis=1).min()
+    rounding = 3e-11
+    assert 0 < np.ptp(error) < max(2 * 0.05 ** kr.methods[name].order, rounding)
+    if np.ptp(error) > rounding:
+        assert np.ptp(quarters.mean(axis=1)) < 0.15 * np.ptp(error)
+        assert np.ptp(quarters, axis=1).max() < 1.3 * np.ptp(quarters, axis=1).min()
 
 
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
@@ -101,6 +125,68 @@ def test_bobenko_suris2_keeps_its_integrals(step, gravity):
     assert np.ptp(path.axial) < 1e-12
     assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
     assert np.ptp(path.energy) > 1e-5 * np.abs(path.energy).max()
+
+
+@pytest.mark.parametrize("gravity", [1.0, -3.0])
+@pytest.mark.parametrize("step", [0.05, 0.2])
+def test_bobenko_suris4_keeps_its_integrals(step, gravity):
+    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris4", step=step, every=1000)
+    size = np.abs(path.energy).max()
+    assert np.ptp(path.vertical) == 0
+    assert np.ptp(path.axial) < 1e-12 * np.abs(path.axial).max() * 3
+    assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
+    assert np.ptp(path.energy) > 1e-7 * size
+
+
+def test_bobenko_suris4_refuses_steps_without_rates():
+    top = scene("lagrange", momentum=(8.0, 0.0, 0.0))       # |m| / I1 is about 1
+    kr.solve(top, 10, method="bobenko_suris4", step=0.6)
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.solve(top, 10, method="bobenko_suris4", step=1.2)
+    assert np.isnan(kr.solve(top, [0.0]).modified_energy4(1.2)).all()
+
+
+def test_bobenko_suris4_is_right_for_fast_tops():
+    top = kr.Scene(BODIES["lagrange"], momentum=(0.5, 0.0, 200.0), attitude=TILT / np.linalg.norm(TILT))
+    truth = kr.solve(top, 10, method="takahashi_imada4", step=0.001)
+    assert kr.attitude_error(kr.solve(top, 10, method="bobenko_suris4", step=0.03).q[-1], truth.q[-1]) < 3e-6
+
+
+def test_a_large_step_has_no_processor():
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.solve(scene("lagrange"), 100, method="takahashi_imada4", step=20.0)
+
+
+def test_hirota_kimura_keeps_its_rational_integrals():
+    """(1 - h^2/4 a_k a_i W_j^2) / (1 - h^2/4 a_i a_j W_k^2), with dW_i/dt = a_i W_j W_k."""
+    h, (i1, i2, i3) = 0.1, BODIES["free"].moments
+    path = kr.solve(scene("free"), 1e4, method="hirota_kimura", step=h, every=10)
+    w = np.linalg.matmul(path.frame, path.velocity[:, :, None])[:, :, 0]
+    a = np.array([(i2 - i3) / i1, (i3 - i1) / i2, (i1 - i2) / i3])
+    one = 1 - h * h / 4 * np.array([a[1] * a[2], a[2] * a[0], a[0] * a[1]]) * w**2
+    for i in range(3):
+        ratio = one[:, i] / one[:, (i + 1) % 3]
+        assert np.ptp(ratio) < 1e-12 and np.ptp(one[:, i]) > 1e-6
+    assert np.ptp(np.linalg.norm(path.m, axis=1)) > 1e-6
+
+
+@pytest.mark.parametrize("name", ["veselov2", "veselov4"])
+def test_veselov_keeps_the_energy_of_free_tops(name):
+    path = kr.solve(scene("free"), 5000, method=name, step=0.05, every=100)
+    assert path.energy_error < 1e-11 and path.stats.iterations > path.stats.steps
+
+
+@pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.implicit and not method.adaptive])
+def test_implicit_methods_say_where_they_do_not_converge(name):
+    with pytest.raises(kr.Error, match="did not converge") as failure:
+        kr.solve(scene("asymmetric", momentum=(30.0, 40.0, -20.0)), 50, method=name, step=0.05, tol=1e-30)
+    assert failure.value.status == "ERR_CONVERGENCE" and failure.value.path.t[-1] < 5
+
+
+@pytest.mark.parametrize("name", [name for name in kr.methods if "<m,a>" in kr.methods[name].conserves])
+def test_lagrange_tops_keep_the_axial_momentum(name):
+    path = kr.solve(scene("lagrange"), 500, method=name, step=0.05, every=50)
+    assert np.ptp(path.axial) < 1e-11 and np.ptp(path.vertical) < 1e-12
 
 
 def test_the_maps_are_conjugate():
@@ -141,8 +227,12 @@ def test_spin_is_exact_for_fast_tops():
     assert kr.attitude_error(path.q[-1], (np.cos(angle), 0, 0, np.sin(angle))) < 1e-12
 
 
-@pytest.mark.parametrize("name", [name for name in kr.methods if not kr.methods[name].applies_to(BODIES["asymmetric"])])
-def test_lagrange_methods_refuse_other_bodies(name):
-    for body in ("kowalewski", "goryachev_chaplygin", "asymmetric"):
-        with pytest.raises(ValueError, match="does not apply"):
-            kr.solve(scene(body), 1, method=name, step=0.1)
+@pytest.mark.parametrize("name", kr.methods)
+def test_methods_refuse_other_bodies(name):
+    for body in BODIES.values():
+        if not kr.methods[name].applies_to(body):
+            with pytest.raises(ValueError, match="does not apply.*it is for"):
+                kr.solve(kr.Scene(body, momentum=(1, 2, 3)), 1, method=name, step=0.1)
+    kinds = {"hirota_kimura": {"free"}, "blanes_moan6": {"lagrange", "kowalewski", "goryachev_chaplygin"}}
+    if name in kinds:
+        assert {body for body in BODIES if kr.methods[name].applies_to(BODIES[body])} == kinds[name]

@@ -201,6 +201,7 @@ static void stillness(void)
     s.gravity = 0.0;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_config config = {.step = 0.1};
+        if (!kr_method_applies(kr_method_at(i), &s.body)) continue;
         const kr_state a = end(&s, kr_method_at(i), config, 30.0);
         NEAR(distance(a, s.start), 0.0, 0.0);
     }
@@ -208,8 +209,10 @@ static void stillness(void)
 
 int main(void)
 {
+    const kr_scene thesis = tilted();
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
+        if (!kr_method_applies(method, &thesis.body)) continue;
         division(method);
         frames(method);
         scaling(method, 3, -5, 7);

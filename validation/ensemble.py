@@ -33,17 +33,18 @@ def body(kind, random):
     if kind == "Kowalewski":
         return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)))
     a, b = random.uniform(0.5, 1.0, 2)
-    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), random.normal(0.0, 0.5, 3))
+    com = random.normal(0.0, 0.5, 3) * (kind != "Euler")
+    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com)
 
 
 def scene(kind, random):
     q = random.normal(size=4)
     made = body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
-    return kr.Scene(made, momentum, q / np.linalg.norm(q), gravity=0.0 if kind == "Euler" else 1.0)
+    return kr.Scene(made, momentum, q / np.linalg.norm(q))
 
 
-KINDS = {"Lagrange": "two equal moments, the centre of mass on the third axis", "Euler": "any body, no gravity",
+KINDS = {"Lagrange": "two equal moments, the centre of mass on the third axis", "Euler": "any body, turning about its centre of mass",
          "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
          "general": "any body, any centre of mass"}
 

@@ -15,7 +15,7 @@ from .body import Body
 from .compare import Row, Table, compare
 from .errors import Error, Interrupted
 from .methods import Method, methods
-from .path import Path, Stats
+from .path import Path, Plan, Stats
 from .quaternion import attitude_error, conventions, from_rotation
 from .scene import Scene
 from .solve import solve
@@ -26,6 +26,7 @@ __all__ = [
     "Interrupted",
     "Method",
     "Path",
+    "Plan",
     "Row",
     "Scene",
     "Stats",

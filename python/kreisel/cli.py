@@ -75,6 +75,8 @@ def _show(path: kr.Path) -> None:
         grid.add_row(name, f"{first: .15g}", f"{last: .15g}")
     Console().print(grid)
     click.echo(f"energy error {path.energy_error:.2g}")
+    if path.plan:
+        click.echo(str(path.plan))
 
 
 @main.command()
@@ -83,6 +85,7 @@ def _show(path: kr.Path) -> None:
 @click.option("--method", default="auto", show_default=True, help="See `kreisel methods`.")
 @click.option("--step", type=float, help="For methods of fixed step.")
 @click.option("--tol", type=float, help="For adaptive methods.")
+@click.option("--error", type=float, help="For the method geometric: the attitude error allowed [rad].")
 @click.option("--every", type=int, help="Record each so many steps.")
 @click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
 @click.option("--csv", "csv_file", type=_FILE, help="Write the states; - for standard output.")
@@ -135,15 +138,19 @@ def compare(scene: kr.Scene, t: list[float], csv_file: str | None, **how: Any) -
 
 @main.command()
 @click.argument("name", required=False)
-def methods(name: str | None) -> None:
+@click.option("--markdown", is_flag=True, help="As a table in Markdown, with the cost of a step measured now.")
+def methods(name: str | None, markdown: bool) -> None:
     """The methods of this build, or all that is known of one."""
     console = Console()
+    if markdown:
+        click.echo(kr.methods.table())
+        return
     if name is not None:
         if name not in kr.methods:
             raise click.ClickException(unknown(name))
         method = kr.methods[name]
         for word, value in {"name": name, "text": method.text, "order": _order(method), "kind": _kind(method),
-                            "conserves": method.conserves, "reference": method.reference}.items():
+                            "conserves": method.conserves, "for": method.tops, "reference": method.reference}.items():
             console.print(f"{word:<10} {value}", highlight=False)
         return
     grid = Grid(box=box.SIMPLE_HEAD)

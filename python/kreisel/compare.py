@@ -16,7 +16,7 @@ from . import check, quaternion, scenes
 from .errors import Error
 from .methods import fitting
 from .methods import methods as known
-from .path import Path
+from .path import Path, Stats
 from .scene import Scene
 from .solve import solve
 
@@ -104,12 +104,13 @@ class _Run:
             self.seconds.append(time.perf_counter() - begin)
         except Error as error:
             self.path, self.failure = error.path, str(error)
+        except ValueError as error:  # a step too large for the method, which shows when it begins
+            self.failure = str(error)
 
     def row(self, scene: str, truth: Path) -> Row:
-        path = self.path
-        assert path is not None
-        good = not self.failure
-        if good and not np.array_equal(path.t, truth.t):
+        path, good = self.path, not self.failure
+        stats = path.stats if path else Stats(0, 0, 0, 0)
+        if path and good and not np.array_equal(path.t, truth.t):
             raise ValueError("the truth must be a path at the times that are compared")
         return Row(
             scene=scene,
@@ -118,10 +119,10 @@ class _Run:
             tol=self.tol,
             seconds=min(self.seconds, default=math.nan),
             median=statistics.median(self.seconds) if good else math.nan,
-            steps=path.stats.steps,
-            evaluations=path.stats.evaluations,
-            attitude_error=float(quaternion.attitude_error(path.q, truth.q).max(initial=0.0)) if good else math.nan,
-            energy_error=path.energy_error if good else math.nan,
+            steps=stats.steps,
+            evaluations=stats.evaluations,
+            attitude_error=float(quaternion.attitude_error(path.q, truth.q).max(initial=0.0)) if path and good else math.nan,
+            energy_error=path.energy_error if path and good else math.nan,
             failure=self.failure,
         )
 

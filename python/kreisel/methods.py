@@ -47,8 +47,18 @@ class Method:
     def algebraic(self) -> bool:
         return bool(self.flags & _core.ALGEBRAIC)
 
+    @property
+    def tops(self) -> str:
+        """Those that it is for, in words."""
+        kinds = {
+            _core.LAGRANGE_ONLY: "two equal moments and the centre of mass on the third axis",
+            _core.SYMMETRIC_ONLY: "two equal moments",
+            _core.EULER_ONLY: "the centre of mass at the fixed point",
+        }
+        return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
+
     def applies_to(self, body: Body) -> bool:
-        """Whether it can move this body: some are for Lagrange tops only."""
+        """Whether it can move this body; `tops` says in words which it can."""
         return _core.method_applies(self.name, body._block)
 
 
@@ -57,6 +67,12 @@ class Methods(dict[str, Method]):
 
     def __missing__(self, name: str) -> Method:
         raise KeyError(unknown(name))
+
+    def table(self) -> str:
+        """A table in Markdown: order, cost a step measured now, what is conserved, for which tops, reference."""
+        from . import costs
+
+        return costs.table(self)
 
 
 def unknown(name: str) -> str:
@@ -82,7 +98,7 @@ def fitting(name: Any, body: Body) -> Method:
     if not method.applies_to(body):
         others = ", ".join(other.name for other in methods.values() if other.applies_to(body))
         raise ValueError(
-            f"the method {name!r} does not apply to this body of kind {body.kind!r}: it is for two equal moments and the "
-            f"centre of mass on the third axis; these apply: {others}"
+            f"the method {name!r} does not apply to this body of kind {body.kind!r}: it is for {method.tops}; "
+            f"these apply: {others}"
         )
     return method

@@ -26,6 +26,34 @@ class Stats(NamedTuple):
     iterations: int
 
 
+@dataclass(frozen=True)
+class Plan:
+    """What method='geometric' chose so that the attitude error stays below a target on [0, t], and what that cost.
+
+    step          [T]
+    target        the error asked for, error the estimate of what it is [rad]
+    conditioning  how far one rounding of the data moves the attitude [rad]; None where the target is far above that
+    run, trials   evaluations of the torque: of the run that was kept, and of all before it
+    """
+
+    method: str
+    step: float
+    order: int
+    target: float
+    error: float
+    conditioning: float | None
+    run: int
+    trials: int
+
+    def __str__(self) -> str:
+        moved = f"; one rounding of the data moves the attitude by {self.conditioning or 0.0:.1e} rad"
+        known = "" if self.conditioning is None else moved
+        return (
+            f"{self.method} (order {self.order}) with step {self.step:g}: attitude error about {self.error:.1e} rad "
+            f"of {self.target:g} allowed, for {self.run} evaluations of the torque and {self.trials} in trial runs{known}"
+        )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Path:
     """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all else is computed when
@@ -33,6 +61,8 @@ class Path:
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time) and tol as used, None where it has none or chose its own
+    stats   what the run cost, trial runs included
+    plan    what was chosen and why, where solve was given an error; else None
     """
 
     scene: Scene
@@ -41,6 +71,7 @@ class Path:
     step: float | None
     tol: float | None
     stats: Stats
+    plan: Plan | None = None
 
     def __post_init__(self) -> None:
         self.states.flags.writeable = False
@@ -150,6 +181,16 @@ class Path:
         NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
         """
         return _core.modified_energy(self.scene._block, self.states, check.number("step", step))
+
+    def modified_energy4(self, step: float) -> Array:
+        """(n,) the energy that bobenko_suris4 keeps at this step, E up to a constant and step^4 [M L^2 T^-2]; NaN unless
+        the body is a Lagrange top, and where the step is too large for the method."""
+        return _core.modified_energy4(self.scene._block, self.states, check.number("step", step))
+
+    @property
+    def error(self) -> float | None:
+        """The largest attitude error on [0, t], as estimated where solve was given an error; else None [rad]."""
+        return self.plan.error if self.plan else None
 
     @cached_property
     def energy_error(self) -> float:

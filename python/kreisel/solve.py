@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _core, check, errors
+from . import _core, check, errors, geometric
 from .check import Array
 from .methods import AUTO_TOL, Method, fitting
 from .path import Path, Stats
@@ -26,37 +26,64 @@ def solve(
     tol: float | None = None,
     every: int | None = None,
     max_steps: int = 0,
+    error: float | None = None,
 ) -> Path:
     """The motion of a scene, which starts at t = 0.
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is extrap with tol 1e-10
+    method     a name in kreisel.methods; 'auto' is extrap with tol 1e-10; 'geometric' chooses a structure-preserving
+               method and its step so that `error` is met, and says in path.plan what it chose
     step       positive [T]. Methods of fixed step need it: a path has one grid k step, and a time off it is read by a
                side step, so that states do not depend on what else was asked for. Adaptive methods: the first step
     tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed
     every      record each so many steps of a fixed-step method, if t is a number
-    max_steps  0: no limit
+    max_steps  0: no limit; with 'geometric' of each run
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs; kreisel.Error for a run
     that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both with `.path` up to the last good state.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
+    if method == "geometric":
+        return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "every": every})
+    if error is not None:
+        raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
     chosen = fitting(method, scene.body)
     h, accuracy = _step(chosen, step), AUTO_TOL if method == "auto" and tol is None else _tol(chosen, tol)
     times = _times(t, h, _every(chosen, every))
     end = float(times[-1]) if times.size else 0.0
     h = None if h is None else math.copysign(h, end)
     _refuse_endless(scene, end, h)
-    most = check.whole("max_steps", max_steps, 0)
-    steering = h if h is not None else _FIRST_STEP if end < 0.0 else 0.0
-    status, states, stats = _core.record(scene._block, chosen.name, steering, accuracy or 0.0, most, times)
-    path = Path(scene, states, chosen.name, h, accuracy, Stats(*stats))
+    return _run(scene, chosen, times, h, accuracy, check.whole("max_steps", max_steps, 0))
+
+
+def _run(scene: Scene, method: Method, times: Array, step: float | None, tol: float | None, most: int) -> Path:
+    end = float(times[-1]) if times.size else 0.0
+    steering = step if step is not None else _FIRST_STEP if end < 0.0 else 0.0
+    status, states, stats = _core.record(scene._block, method.name, steering, tol or 0.0, most, times)
+    path = Path(scene, states, method.name, step, tol, Stats(*stats))
     if status != "OK":
-        where = f"{chosen.name} got to t = {states[-1, 0]:g} of {end:g} in {path.stats.steps} steps"
+        where = f"{method.name} got to t = {states[-1, 0]:g} of {end:g} in {path.stats.steps} steps"
         raise errors.stopped(status, path, where)
     return path
+
+
+def _geometric(scene: Scene, t: Any, error: Any, max_steps: int, others: dict[str, Any]) -> Path:
+    if error is None:
+        raise ValueError("method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6")
+    given = [name for name, value in others.items() if value is not None]
+    if given:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
+    target = check.positive("error", error)
+    if target > 0.1:
+        raise ValueError(f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared")
+    times = _times(t, None, None)
+    if not times.any():
+        return solve(scene, t, "strang", step=1.0)      # nothing moves
+    _refuse_endless(scene, float(times[-1]), None)
+    return geometric.best(scene, times, target, check.whole("max_steps", max_steps, 0))
 
 
 def _step(method: Method, step: Any) -> float | None:

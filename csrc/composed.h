@@ -1,0 +1,41 @@
+/* What the compositions of kicks and free drifts share: splitting.h with the coefficients of compose.h. Floor 2.
+ * They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^order). */
+#ifndef KR_COMPOSED_H
+#define KR_COMPOSED_H
+#include "compose.h"
+#include "splitting.h"
+
+typedef struct composed {
+    splitting s;                    /* m is ahead by the first kick */
+    composition c;
+} composed;
+enum { COMPOSED_WORK = sizeof(composed) / sizeof(double) };
+
+static inline kr_status composed_begin(kr_run *run, const kr_state *start, int row)
+{
+    composed *p = (composed *)run->work;
+    splitting_begin(&p->s, run, start);
+    p->c = compose(row);
+    p->s.m = splitting_kicked(&p->s, run, p->c.ahead);
+    return KR_OK;
+}
+static inline kr_status composed_step(kr_run *run, double until)
+{
+    composed *p = (composed *)run->work;
+    splitting s = p->s;             /* a copy stays in registers */
+    (void)until;
+    for (int i = 0; i < p->c.stages; i++) {
+        splitting_drift(&s, p->c.drift[i]);
+        s.m = splitting_kicked(&s, run, p->c.kick[i]);
+    }
+    p->s = s;
+    run->stats.evaluations += p->c.stages;
+    return KR_OK;
+}
+static inline void composed_read(const kr_run *run, kr_state *out)
+{
+    const composed *p = (const composed *)run->work;
+    out->q = p->s.q;
+    out->m = splitting_kicked(&p->s, run, -p->c.ahead);
+}
+#endif

@@ -1,0 +1,15 @@
+/* Five times half kick, free drift, half kick (splitting.h), with Suzuki's coefficients (compose.h).
+ * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^4). */
+#include "../composed.h"
+
+static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, SUZUKI4); }
+
+const kr_method kr_method_suzuki4 = {
+    .name = "suzuki4",
+    .text = "5 times kick, free drift, kick",
+    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .reference = "Suzuki 1990",
+    .order = 4,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .work = COMPOSED_WORK, .reset = reset, .step = composed_step, .read = composed_read,
+};

@@ -1,0 +1,63 @@
+/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one kick a step.
+ * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
+ * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
+ * O(h^4). */
+#include "../compose.h"
+#include "../modified_kick.h"
+#include "../splitting.h"
+
+typedef struct {
+    splitting s;                    /* m is half a kick ahead, and unprocessed as q is */
+    modified_kick kick;
+    composition c;
+} path;
+
+static kr_status reset(kr_run *run, const kr_state *start)
+{
+    path *p = (path *)run->work;
+    splitting_begin(&p->s, run, start);
+    p->kick = modified_kick_begin(run);
+    p->c = compose(SUZUKI4);
+    const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
+    p->s.m = modified_kicked(&p->kick, p->s.q, p->s.m, 0.5);
+    return status;
+}
+static void drift(path *p)
+{
+    if (p->s.n == 0.0) {
+        splitting_turn_t(&p->s, 1.0);
+    } else {
+        splitting_turn_n(&p->s, p->c.ahead);
+        for (int i = 0; i < p->c.stages; i++) {
+            splitting_turn_t(&p->s, p->c.drift[i]);
+            splitting_turn_n(&p->s, i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead);
+        }
+    }
+    splitting_turn_round(&p->s, 1.0);
+}
+static kr_status step(kr_run *run, double until)
+{
+    path *p = (path *)run->work;
+    (void)until;
+    drift(p);
+    p->s.m = modified_kicked(&p->kick, p->s.q, p->s.m, 1.0);
+    run->stats.evaluations++;
+    return KR_OK;
+}
+static void read(const kr_run *run, kr_state *out)
+{
+    const path *p = (const path *)run->work;
+    out->q = p->s.q;
+    out->m = modified_kicked(&p->kick, p->s.q, p->s.m, -0.5);
+    modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
+}
+
+const kr_method kr_method_takahashi_imada4 = {
+    .name = "takahashi_imada4",
+    .text = "modified kick, free drift, modified kick; a processor where a state is read",
+    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .reference = "Takahashi and Imada 1984; Rowlands 1991",
+    .order = 4,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+};
