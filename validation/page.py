@@ -71,14 +71,16 @@ def atlas_part(cells):
 
 
 def notes(cells):
-    """What is neither right nor merely degraded; of several methods that say the same, once."""
+    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance; of several that say the same, once."""
     said = {}
     for cell in cells:
         if cell["verdict"] in ("stopped", "refused"):
             said.setdefault((cell["case"], cell["verdict"], cell["message"]), []).append(cell["method"])
-        elif cell["verdict"] == "silent":
-            off = f"off by {cell['attitude_error']:.0e} rad, of which {cell['explained']:.0e} are explained"
-            said.setdefault((cell["case"], "wrong in silence", off), []).append(cell["method"])
+        elif cell["verdict"] == "silent" or cell["verdict"] == "lost" and cell["tol"]:
+            word = "wrong in silence" if cell["verdict"] == "silent" else "lost"
+            off = (f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away; "
+                   f"what is known of it explains up to {min(cell['explained'], np.pi):.1g} rad")
+            said.setdefault((cell["case"], word, off), []).append(cell["method"])
     for (case, verdict, message), methods in said.items():
         yield {"case": case, "verdict": verdict, "message": message, "methods": ", ".join(methods)}
 
