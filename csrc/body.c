@@ -56,11 +56,12 @@ kr_working kr_body_working(const kr_body *b)
     const double reach = v_largest(b->com);
     const kr_vec3 i = b->inertia;
     const int odd = odd_axis(b, KR_KIND_RTOL);
-    kr_working w = {q_one(), i, b->com};
+    kr_working w = {q_one(), i, b->com, 0};
     int last = odd;
     if (odd >= 0 && equal(at(i, odd), at(i, (odd + 1) % 3), KR_KIND_RTOL) && reach > 0.0) {
         const kr_vec3 a = v_scale(1.0 / reach, b->com);
         w.axes = q_tilt(v_scale(1.0 / v_length(a), a));
+        w.tilted = 1;
     } else {
         if (odd < 0) {
             const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;

@@ -118,9 +118,11 @@ enum {
     KR_IMPLICIT = 8,
     KR_ALGEBRAIC = 16,          /* only + - * / sqrt: the same bits from every compiler and libm */
     KR_ABSOLUTE = 32,           /* its tolerance is absolute in the user's unit of time */
-    KR_LAGRANGE_ONLY = 64,      /* for symmetric bodies with the centre of mass on the axis */
-    KR_SYMMETRIC_ONLY = 128,    /* for bodies with two equal moments */
-    KR_EULER_ONLY = 256         /* for bodies supported at their centre of mass */
+    KR_DENSE = 64,              /* adaptive, and gives the state anywhere inside its last step */
+    KR_LAGRANGE_ONLY = 128,     /* for symmetric bodies with the centre of mass on the axis */
+    KR_INTEGRABLE = 256,        /* for those, and for any body on which no torque acts */
+    KR_SYMMETRIC_ONLY = 512,    /* for bodies with two equal moments */
+    KR_EULER_ONLY = 1024        /* for bodies supported at their centre of mass */
 };
 typedef struct kr_method kr_method;
 KR_API size_t           kr_method_count(void);
@@ -132,7 +134,8 @@ KR_API const char      *kr_method_conserves(const kr_method *method);   /* to ro
 KR_API const char      *kr_method_reference(const kr_method *method);
 KR_API int              kr_method_order(const kr_method *method);       /* 0: chosen on the way */
 KR_API unsigned         kr_method_flags(const kr_method *method);
-KR_API int              kr_method_applies(const kr_method *method, const kr_body *body);
+KR_API int              kr_method_applies(const kr_method *method, const kr_body *body);    /* under any gravity */
+KR_API int              kr_method_suits(const kr_method *method, const kr_scene *scene);    /* under this one */
 
 /* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the grid is read by a
  * run of its own from the grid point before it. An adaptive method likewise takes the steps that it would take anyway.
@@ -157,6 +160,43 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state  kr_top_state(const kr_top *top);
 KR_API kr_stats  kr_top_stats(const kr_top *top);
+
+/* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top and of any body on
+ * which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once; to read it needs no memory and cannot
+ * fail: a time that is not finite gives a state of NaN. What follows `spin` is the plan's own. */
+enum { KR_THETA_TERMS = 5 };
+typedef struct kr_theta { double even[KR_THETA_TERMS], odd[KR_THETA_TERMS]; } kr_theta;
+typedef struct kr_phase { double fast, slow, start, more; } kr_phase;
+typedef struct kr_exact {
+    double period;      /* of the nutation, from lowest to lowest; INFINITY if the axis keeps its height [T] */
+    /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about the axis. Without
+     * torque: of the axis that circulates (the odd one of a symmetric body), taken on the momentum's side, about the
+     * momentum. At a pole that the axis passes it turns by half a turn either way, which counts as none. */
+    double precession, spin;
+    double begin;
+    int curve, framed;
+    kr_phase nutation, first, second;
+    double stretch, stretch_rest, slope[2];
+    kr_theta alpha, beta, horizontal;
+    double momentum, side;
+    kr_vec3 constant;
+    kr_quat left, right;
+} kr_exact;
+KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan);
+KR_API kr_state  kr_exact_state(const kr_exact *plan, double t);
+/* The same bits, faster. */
+KR_API void      kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
+
+/* The k-th state of bobenko_suris, at once, k of either sign; its own period, precession and spin are in `curve`.
+ * For Lagrange tops; KR_ERR_STEP where the step is too large for a closed form, which takes step^2 mass gravity |com|
+ * > 2 I1, and for starts nearer than k'^2 = 1e-26 to a separatrix, where double-double does not suffice. */
+typedef struct kr_exact_map {
+    kr_exact curve;
+    double step;
+    kr_theta pole;
+} kr_exact_map;
+KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
+KR_API kr_state  kr_exact_map_state(const kr_exact_map *map, int64_t k);        /* at start.t + k step */
 
 #ifdef __cplusplus
 }

@@ -13,6 +13,7 @@ typedef struct kr_run {
     double step, tol;       /* from the config; tol 0: the method's own */
     double clock;           /* time since the start; kept by adaptive methods only */
     kr_stats stats;
+    const kr_scene *scene;  /* the user's, as it was last set: for what must not lose a bit on the way to own units */
     void *aux;              /* what an adapter needs from another library; freed by `done` */
     double *work;           /* the method's memory: method->work doubles */
 } kr_run;
@@ -24,10 +25,13 @@ struct kr_method {
     size_t work;
     /* Begin anew at a state (q, m; its t is not used): at the start, and whenever the state is set. */
     kr_status (*reset)(kr_run *run, const kr_state *start);
-    /* One step: of run->step, or of an adaptive method's own choice, which ends at clock = until where that comes first. */
+    /* One step: of run->step, or of an adaptive method's own choice, which ends at clock = until where that comes first.
+     * A KR_DENSE one may pass `until`; it sees to finiteness itself and leaves the run as it was where it fails. */
     kr_status (*step)(kr_run *run, double until);
     /* q and m after the last step; q of unit length. Changes nothing. */
     void (*read)(const kr_run *run, kr_state *s);
+    /* KR_DENSE only: the same at a clock inside the last step. */
+    void (*at)(kr_run *run, double clock, kr_state *s);
     void (*done)(kr_run *run);                  /* give back aux; may be NULL */
 };
 

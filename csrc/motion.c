@@ -20,6 +20,24 @@ kr_status kr_scene_check(const kr_scene *s)
     if (!isfinite(s->gravity) || !isfinite(s->start.t) || !v_finite(s->start.m)) return KR_ERR_ARGUMENT;
     return fabs(q_dot(s->start.q, s->start.q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
+static double power_of_two(double x)    /* x or somewhat more; 1 for zero */
+{
+    int exponent = 0;
+    frexp(x, &exponent);
+    return ldexp(1.0, exponent);
+}
+kr_status kr_scene_units(const kr_scene *s, const kr_working *w, kr_units *units)
+{
+    const kr_body *b = &s->body;
+    const double moment = power_of_two(v_largest(w->inertia)), mass = power_of_two(b->mass);
+    const kr_vec3 lever = v_scale(mass / moment, v_scale(s->gravity * (b->mass / mass), w->com));
+    const double rate = fmax(v_largest(s->start.m) / moment, sqrt(v_largest(lever)));
+    if (!isfinite(rate)) return KR_ERR_ARGUMENT;
+    units->moment = moment;
+    units->time = 1.0 / power_of_two(rate);
+    units->lever = lever;
+    return KR_OK;
+}
 
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {

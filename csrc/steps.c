@@ -61,13 +61,17 @@ kr_status kr_steps_recover(kr_top *top)
     while (top->k < good) one_step(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
+static kr_status ask_on(kr_top *top)
+{
+    if (top->config.poll && top->config.poll(top->config.context)) return KR_ERR_INTERRUPTED;
+    return top->config.max_steps > 0 && top->k >= top->config.max_steps ? KR_ERR_LIMIT : KR_OK;
+}
 /* See that main is finite, keep it, and ask whether to go on. */
 static kr_status look(kr_top *top)
 {
     if (!is_good(top)) return kr_steps_recover(top);
     kr_steps_keep(top);
-    if (top->config.poll && top->config.poll(top->config.context)) return KR_ERR_INTERRUPTED;
-    return top->config.max_steps > 0 && top->k >= top->config.max_steps ? KR_ERR_LIMIT : KR_OK;
+    return ask_on(top);
 }
 
 kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s)
@@ -90,6 +94,16 @@ kr_status kr_steps_adaptive(kr_top *top)
     if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
     if (status != KR_OK) go_back(top);
     return status;
+}
+kr_status kr_steps_dense(kr_top *top, double until)
+{
+    kr_status status = KR_OK;
+    if (top->k >= top->look_at) {
+        top->kept_k = top->k;
+        plan_look(top);
+        status = ask_on(top);
+    }
+    return status == KR_OK ? one_step(top, until) : status;
 }
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
 {

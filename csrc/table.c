@@ -37,6 +37,12 @@ int kr_method_applies(const kr_method *m, const kr_body *body)
     const kr_vec3 i = kr_body_working(body).inertia;
     const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
     if (m->flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
+    if (m->flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
     if (m->flags & KR_SYMMETRIC_ONLY) return symmetric;
     return !(m->flags & KR_EULER_ONLY) || kind == KR_EULER;
+}
+int kr_method_suits(const kr_method *m, const kr_scene *scene)
+{
+    if (!m || kr_scene_check(scene) != KR_OK) return 0;
+    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) || kr_method_applies(m, &scene->body);
 }

@@ -8,28 +8,21 @@
 #include "top.h"
 
 /* In and out of working axes and own units. */
-static double power_of_two(double x)    /* x or somewhat more; 1 for zero */
-{
-    int exponent = 0;
-    frexp(x, &exponent);
-    return ldexp(1.0, exponent);
-}
 static kr_status choose_units(kr_top *top)
 {
-    const kr_body *b = &top->scene.body;
-    const kr_working w = kr_body_working(b);
-    const double moment = power_of_two(v_largest(w.inertia)), mass = power_of_two(b->mass);
-    const kr_vec3 lever = v_scale(mass / moment, v_scale(top->scene.gravity * (b->mass / mass), w.com));        /* [T^-2] */
-    const double rate = fmax(v_largest(top->scene.start.m) / moment, sqrt(v_largest(lever)));
-    if (!isfinite(rate)) return KR_ERR_ARGUMENT;
-    top->time = top->method->flags & KR_ABSOLUTE ? 1.0 : 1.0 / power_of_two(rate);
-    top->momentum = moment / top->time;
-    top->axes = q_mul(b->axes, w.axes);
-    top->turned = top->axes.w != 1.0;
-    top->main.inertia = v_scale(1.0 / moment, w.inertia);
-    top->main.lever = v_scale(top->time * top->time, lever);
+    const kr_working w = kr_body_working(&top->scene.body);
+    kr_units own;
+    const kr_status status = kr_scene_units(&top->scene, &w, &own);
+    if (status != KR_OK) return status;
+    top->time = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
+    top->momentum = own.moment / top->time;
+    top->axes = q_mul(top->scene.body.axes, w.axes);
+    top->turned = v_largest(q_vec(top->axes)) > 0.0;
+    top->main.inertia = v_scale(1.0 / own.moment, w.inertia);
+    top->main.lever = v_scale(top->time * top->time, own.lever);
     top->main.step = top->config.step / top->time;
     top->main.tol = top->config.tol;
+    top->main.scene = &top->scene;
     return isfinite(top->momentum) && top->momentum > 0.0 && isfinite(top->main.step) ? KR_OK : KR_ERR_ARGUMENT;
 }
 static kr_state to_own(const kr_top *top, const kr_state *s)
@@ -72,13 +65,15 @@ static kr_status fixed_at(kr_top *top, double t, kr_state *s)
 }
 static kr_status adaptive_at(kr_top *top, double t, kr_state *s)
 {
+    const int dense = (top->method->flags & KR_DENSE) != 0;
     const double goal = (t - top->scene.start.t) / top->time;
     while (top->forward * (goal - top->main.clock) > 0.0) {
-        const kr_status status = kr_steps_adaptive(top);
+        const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    if (goal != top->main.clock) return kr_steps_detour(top, &top->before, goal - top->before_clock, s);
-    top->method->read(&top->main, s);
+    if (dense) top->method->at(&top->main, goal, s);
+    else if (goal == top->main.clock) top->method->read(&top->main, s);
+    else return kr_steps_detour(top, &top->before, goal - top->before_clock, s);
     return KR_OK;
 }
 static kr_status state_at(kr_top *top, double t, kr_state *s)
@@ -136,7 +131,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (status != KR_OK) return status;
     if (!method || !out || !isfinite(config.step) || !isfinite(config.tol) || config.tol < 0.0) return KR_ERR_ARGUMENT;
     if (config.step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
-    if (!kr_method_applies(method, &scene->body)) return KR_ERR_METHOD;
+    if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     if (config.step != 0.0 && scene->start.t + config.step == scene->start.t) return KR_ERR_STEP;
     top = calloc(1, sizeof *top + 3 * method->work * sizeof(double));
     if (!top) return KR_ERR_MEMORY;

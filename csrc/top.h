@@ -26,6 +26,8 @@ kr_status kr_steps_recover(kr_top *top);
 kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s);
 /* Main, on by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
+/* Main, on by one step of a dense method, which may pass `until`. */
+kr_status kr_steps_dense(kr_top *top, double until);
 /* The state `span` after `from`, by a run of its own; own units. */
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Keep main as it is. */

@@ -1,38 +1,11 @@
 // Thin: one Python name per C function; no numerics, no defaults, no messages. Floor 5.
 // A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an (n, 8) array, shared and not copied.
-#include <pybind11/numpy.h>
-#include <pybind11/pybind11.h>
 #include <chrono>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
-#include "kreisel.h"
-namespace py = pybind11;
-using namespace py::literals;
-using doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+#include "arrays.hpp"
 
-static const struct { const char *name, *what, *text; } statuses[] = {
-#define X(name, what, text) {#name, #what, text},
-    KR_STATUS_LIST(X)
-#undef X
-};
-static const char *name_of(kr_status status) { return statuses[status].name; }
-
-// Arrays in and out.
-template <class T> static T value_of(const doubles &a)
-{
-    T value;
-    if (a.nbytes() != sizeof value) throw py::value_error("an array of doubles has the wrong size");
-    std::memcpy(&value, a.data(), sizeof value);
-    return value;
-}
-template <class T> static doubles array_of(const T &value)
-{
-    doubles a(py::ssize_t(sizeof value / sizeof(double)));
-    std::memcpy(a.mutable_data(), &value, sizeof value);
-    return a;
-}
 static py::ssize_t rows(const doubles &a, py::ssize_t width)
 {
     if (a.ndim() != 2 || a.shape(1) != width) throw py::value_error("an array has the wrong shape");
@@ -200,8 +173,17 @@ static bool method_applies(const std::string &method, const doubles &body)
     return kr_method_applies(method_of(method), &b) != 0;
 }
 
+static bool method_suits(const std::string &method, const doubles &scene)
+{
+    const auto s = value_of<kr_scene>(scene);
+    return kr_method_suits(method_of(method), &s) != 0;
+}
+
+void bind_exact(py::module_ &m);        // _exact.cpp
+
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
+    bind_exact(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
@@ -211,10 +193,12 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("ADAPTIVE") = int(KR_ADAPTIVE);
     m.attr("IMPLICIT") = int(KR_IMPLICIT);
     m.attr("ALGEBRAIC") = int(KR_ALGEBRAIC);
+    m.attr("INTEGRABLE") = int(KR_INTEGRABLE);
     m.attr("LAGRANGE_ONLY") = int(KR_LAGRANGE_ONLY);
     m.attr("SYMMETRIC_ONLY") = int(KR_SYMMETRIC_ONLY);
     m.attr("EULER_ONLY") = int(KR_EULER_ONLY);
     m.def("method_applies", method_applies, "method"_a, "body"_a);
+    m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("scene_check", scene_check, "scene"_a);

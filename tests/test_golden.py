@@ -7,7 +7,7 @@ from toolbox import ROOT, c_files, need, run
 
 
 def hashes(compiler, optimization, to):
-    sources = [*c_files("csrc", "csrc/methods"), ROOT / "tests/golden.c"]
+    sources = [*c_files("csrc", "csrc/exact", "csrc/methods"), ROOT / "tests/golden.c"]
     flags = ["-std=c99", optimization, "-ffp-contract=off", f"-I{ROOT / 'csrc'}"]
     run(compiler, *flags, *sources, "-lm", "-o", to)
     return run(to)

@@ -14,6 +14,7 @@ from ._core import version as __version__
 from .body import Body
 from .compare import Row, Table, compare
 from .errors import Error, Interrupted
+from .exact import Exact, ExactMap, exact
 from .methods import Method, methods
 from .path import Path, Plan, Stats
 from .quaternion import attitude_error, conventions, from_rotation
@@ -23,6 +24,8 @@ from .solve import solve
 __all__ = [
     "Body",
     "Error",
+    "Exact",
+    "ExactMap",
     "Interrupted",
     "Method",
     "Path",
@@ -35,6 +38,7 @@ __all__ = [
     "attitude_error",
     "compare",
     "conventions",
+    "exact",
     "from_rotation",
     "methods",
     "quaternion",

@@ -133,13 +133,13 @@ def compare(
     methods: Iterable[str] | None = None,
     steps: Iterable[float] = (),
     tols: Iterable[float] = (),
-    truth: Path | str = "extrap",
+    truth: Path | str = "auto",
     repeats: int = 5,
 ) -> Table:
     """Error and run time of methods on one scene; the repeats are interleaved, so that what disturbs, disturbs all alike.
 
     t        as in kreisel.solve; errors are the largest over the states asked for
-    methods  names; all that apply to the body if left out
+    methods  names; all that apply to the scene if left out
     steps    for methods of fixed step, tols for the others (without: their own tolerance)
     truth    a path at the same times, or a method: with tol 1e-13, or a sixteenth of the smallest step
 
@@ -149,16 +149,16 @@ def compare(
         raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {methods!r}")
-    names = list(methods) if methods is not None else [m.name for m in known.values() if m.applies_to(scene.body)]
+    names = list(methods) if methods is not None else [m.name for m in known.values() if m.suits(scene)]
     by_step = [check.positive("steps", step) for step in steps]
     by_tol: list[float | None] = [check.positive("tols", tol) for tol in tols] or [None]
     runs = []
     for name in names:
-        adaptive = fitting(name, scene.body).adaptive
-        if not adaptive and not by_step:
+        method = fitting(name, scene)
+        if not method.adaptive and not by_step:
             raise ValueError(f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]")
-        if adaptive:
-            runs += [_Run(scene, t, name, tol=tol) for tol in by_tol]
+        if method.adaptive:
+            runs += [_Run(scene, t, name, tol=tol) for tol in ([None] if method.exact else by_tol)]
         else:
             runs += [_Run(scene, t, name, step=step) for step in by_step]
     rounds = check.whole("repeats", repeats, 1)
@@ -170,7 +170,7 @@ def compare(
 
 
 def _truth(scene: Scene, t: Any, method: str, by_step: list[float]) -> Path:
-    if fitting(method, scene.body).adaptive:
+    if fitting(method, scene).adaptive:
         return solve(scene, t, method, tol=_TRUTH_TOL)
     if not by_step:
         raise ValueError(f"the truth {method!r} has a fixed step: give steps; it takes a sixteenth of the smallest")

@@ -6,8 +6,9 @@ from typing import Any
 
 from . import _core, errors
 from .body import Body
+from .scene import Scene
 
-AUTO, AUTO_TOL = "extrap", 1e-10
+EXACT, ELSE, AUTO_TOL = "exact", "extrap", 1e-10
 
 
 @dataclass(frozen=True)
@@ -48,18 +49,29 @@ class Method:
         return bool(self.flags & _core.ALGEBRAIC)
 
     @property
+    def exact(self) -> bool:
+        """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
+        return bool(self.flags & _core.INTEGRABLE)
+
+    @property
     def tops(self) -> str:
         """Those that it is for, in words."""
+        lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
-            _core.LAGRANGE_ONLY: "two equal moments and the centre of mass on the third axis",
+            _core.LAGRANGE_ONLY: lagrange,
+            _core.INTEGRABLE: lagrange + ", and for any body without torque",
             _core.SYMMETRIC_ONLY: "two equal moments",
             _core.EULER_ONLY: "the centre of mass at the fixed point",
         }
         return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Whether it can move this body; `tops` says in words which it can."""
+        """Whether it can move this body under any gravity; `tops` says in words which it can."""
         return _core.method_applies(self.name, body._block)
+
+    def suits(self, scene: Scene) -> bool:
+        """Whether it can move this scene: without gravity more bodies have a closed form."""
+        return _core.method_suits(self.name, scene._block)
 
 
 class Methods(dict[str, Method]):
@@ -88,17 +100,19 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in _core.methods})
 
 
-def fitting(name: Any, body: Body) -> Method:
-    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to the body."""
+def fitting(name: Any, scene: Scene) -> Method:
+    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to the scene."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
-    method = methods.get(AUTO if name == "auto" else name)
+    if name == "auto":
+        name = EXACT if methods[EXACT].suits(scene) else ELSE
+    method = methods.get(name)
     if method is None:
         raise ValueError(unknown(name))
-    if not method.applies_to(body):
-        others = ", ".join(other.name for other in methods.values() if other.applies_to(body))
+    if not method.suits(scene):
+        others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         raise ValueError(
-            f"the method {name!r} does not apply to this body of kind {body.kind!r}: it is for {method.tops}; "
+            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: it is for {method.tops}; "
             f"these apply: {others}"
         )
     return method

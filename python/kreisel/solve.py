@@ -32,11 +32,11 @@ def solve(
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is extrap with tol 1e-10; 'geometric' chooses a structure-preserving
-               method and its step so that `error` is met, and says in path.plan what it chose
+    method     a name in kreisel.methods; 'auto' is exact where it applies, else extrap with tol 1e-10; 'geometric' chooses
+               a structure-preserving method and its step so that `error` is met, and says in path.plan what it chose
     step       positive [T]. Methods of fixed step need it: a path has one grid k step, and a time off it is read by a
                side step, so that states do not depend on what else was asked for. Adaptive methods: the first step
-    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed
+    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed. exact meets any
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
@@ -50,12 +50,12 @@ def solve(
         return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "every": every})
     if error is not None:
         raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
-    chosen = fitting(method, scene.body)
-    h, accuracy = _step(chosen, step), AUTO_TOL if method == "auto" and tol is None else _tol(chosen, tol)
+    chosen = fitting(method, scene)
+    h, accuracy = _step(chosen, step), _tol(chosen, AUTO_TOL if method == "auto" and tol is None else tol)
     times = _times(t, h, _every(chosen, every))
     end = float(times[-1]) if times.size else 0.0
     h = None if h is None else math.copysign(h, end)
-    _refuse_endless(scene, end, h)
+    refuse_endless(scene, end, h)
     return _run(scene, chosen, times, h, accuracy, check.whole("max_steps", max_steps, 0))
 
 
@@ -82,13 +82,14 @@ def _geometric(scene: Scene, t: Any, error: Any, max_steps: int, others: dict[st
     times = _times(t, None, None)
     if not times.any():
         return solve(scene, t, "strang", step=1.0)      # nothing moves
-    _refuse_endless(scene, float(times[-1]), None)
+    refuse_endless(scene, float(times[-1]), None)
     return geometric.best(scene, times, target, check.whole("max_steps", max_steps, 0))
 
 
 def _step(method: Method, step: Any) -> float | None:
     if step is not None:
-        return check.positive("step", step)
+        h = check.positive("step", step)
+        return None if method.exact else h
     if not method.adaptive:
         raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
     return None
@@ -99,14 +100,16 @@ def _tol(method: Method, tol: Any) -> float | None:
         return None
     if not (method.adaptive or method.implicit):
         raise ValueError(f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out")
-    return check.positive("tol", tol)
+    accuracy = check.positive("tol", tol)
+    return None if method.exact else accuracy
 
 
 def _every(method: Method, every: Any) -> int | None:
     if every is None:
         return None
     if method.adaptive:
-        raise ValueError(f"every needs a method of fixed step; {method.name} chooses its steps: give t as a list")
+        steps = "has none" if method.exact else "chooses its steps"
+        raise ValueError(f"every needs a method of fixed step; {method.name} {steps}: give t as a list")
     return check.whole("every", every, 1)
 
 
@@ -156,7 +159,7 @@ def _too_many_steps(end: float, step: float) -> str:
     return f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): take larger steps"
 
 
-def _refuse_endless(scene: Scene, end: float, step: float | None) -> None:
+def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
     if step is not None and not abs(end / step) < _EXACT:
         raise ValueError(_too_many_steps(end, abs(step)))
