@@ -131,7 +131,7 @@ def examine(case):
 
 def tasks(cases):
     for case in cases:
-        yield Task(case.key, lambda case=case: examine(case), .4, optional=True)
+        yield Task(case.key, lambda case=case: examine(case), .4, until=1.0)
 
 
 def cells(store):

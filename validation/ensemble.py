@@ -115,7 +115,7 @@ def examine(kind, members):
 def tasks(plan):
     for kind in KINDS:
         yield Task(f"ensemble/{kind}/{plan.members}", lambda kind=kind: examine(kind, plan.members), plan.members * .01,
-                   optional=True)
+                   until=1.0)
 
 
 def runs(store):

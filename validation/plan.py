@@ -7,7 +7,7 @@ from time import perf_counter
 @dataclass(frozen=True)
 class Plan:
     name: str
-    seconds: float      # after which what is optional is left out
+    seconds: float      # a task may say after which part of it it is left out
     longest: float      # a method is not steered tighter once a run takes longer than this [s]
     rounds: int         # of the timing
     least_rounds: int
@@ -19,17 +19,18 @@ class Plan:
 
 
 PLANS = {"quick": Plan("quick", 20, .01, 2, 1, 24),
-         "default": Plan("default", 240, .05, 7, 3, 200),
+         "default": Plan("default", 240, .03, 7, 2, 200),
          "full": Plan("full", 1e9, .5, 15, 15, 1000)}
 
 
 @dataclass(frozen=True)
 class Task:
-    """One finding: the key under which it is kept (None: nothing is), how to make it, about how long that takes [s]."""
+    """One finding: the key under which it is kept (None: nothing is), how to make it, about how long that takes [s], and
+    the part of the plan's time after which it is left out (None: never)."""
     key: str
     make: Callable
     weight: float = 0.0
-    optional: bool = False
+    until: float = None
 
 
 def work_through(tasks, store, plan, bar):
@@ -39,7 +40,7 @@ def work_through(tasks, store, plan, bar):
     try:
         for task in tasks:
             wanted = task.key is None or task.key not in store.known
-            late = wanted and task.optional and perf_counter() - begin > plan.seconds
+            late = wanted and task.until is not None and perf_counter() - begin > task.until * plan.seconds
             bar.update(task_bar, description=task.key)
             if task.key is None:
                 task.make()

@@ -125,7 +125,7 @@ def examine(published, quick=False):
 def tasks(plan):
     for published in problems():
         yield Task(f"published/{published.name}", lambda published=published: examine(published, plan.quick),
-                   .3 if plan.quick else 4.0, optional=True)
+                   .3 if plan.quick else 4.0, until=1.0)
 
 
 def rows(store):

@@ -16,6 +16,7 @@ TIGHTER = range(2, 17)      # steps are a turn by 2 ** k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
 CHAOS = 1e-6        # only below this do errors that no longer fall mean that rounding is reached [rad]
+ROUNDS_UNTIL = .4   # of the time: further rounds of timing are left out for what comes after them
 LOOKS = 100         # about as many states are recorded for the energy
 
 
@@ -136,7 +137,7 @@ def tasks(problem, end, truth, plan, store):
         yield Task(f"runs/{problem.name}/{who.name}", lambda who=who: bench.explore(who), .1 if plan.quick else .6)
     for i in range(plan.rounds):
         yield Task(f"times/{problem.name}/{i}", lambda: bench.times(explored(store, problem.name)), .1 if plan.quick else 1.5,
-                   optional=i >= plan.least_rounds)
+                   None if i < plan.least_rounds else ROUNDS_UNTIL)
     yield Task(None, bench.runs.clear)
 
 
