@@ -112,6 +112,8 @@ def gravities():
     for name, body in (("Lagrange", lagrange), ("general", general)):
         for g in (0.0, 1e-12, 1e12, -1.0):
             yield Case("gravity", f"{name}, g = {g:g}", at(body, gravity=g, **SPUN), turns=10)
+    centred = partial(general, com=(0.0, 0.0, 0.0))
+    yield Case("gravity", "held at the centre of mass", at(centred, **SPUN), turns=10)
 
 
 def steps():
