@@ -13,7 +13,7 @@ build:  ## the library, the Python package and all that report and tests need, i
 	@.ci/need build
 	@$(MAKE) --no-print-directory installed
 
-report: build   ## accuracy, speed and the thesis' figures, in report/
+report: build   ## accuracy, speed and stability of every method, in report/
 	@.venv/bin/kreisel report
 	@.venv/bin/kreisel report --thesis
 

@@ -3,6 +3,7 @@
 import csv
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,8 +13,10 @@ pytest.importorskip("heyoka")
 mp = pytest.importorskip("mpmath")
 
 import kreisel as kr                                                        # noqa: E402
-from validation import contenders, equations, machine, measure, report, tables, truth, workprecision   # noqa: E402
-from validation.scenes import HORIZONS, SHORT, attitude_error, load         # noqa: E402
+from validation import contenders, machine, measure, report, tables, truth, workprecision     # noqa: E402
+from validation.plan import PLANS, Task, work_through                       # noqa: E402
+from validation.scenes import HORIZONS, SHORT, attitude_error, described, load      # noqa: E402
+from validation.store import Store                                          # noqa: E402
 
 TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
 
@@ -26,7 +29,7 @@ def numbers(texts):
 def test_a_truth_computed_anew_is_the_one_kept():
     problem = load("thesis")
     kept = truth.stored("thesis", SHORT)
-    (state,) = truth.integrator(problem)(equations.start(problem), [SHORT])
+    (state,) = truth.states(problem, [SHORT])
     assert truth.angle(state, numbers(kept["attitude"])) < 1e-31
     with mp.workdps(truth.DIGITS):
         assert max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]))) < 1e-30
@@ -42,8 +45,37 @@ def test_truths_keep_what_a_top_keeps(name, t):
         assert abs(sum(c * c for c in state[:4]) - 1) < 1e-32, "unit quaternion"
         assert abs(sum(m * u for m, u in zip(state[4:], up)) - mp.mpf(problem.momentum[2])) < 1e-30, "<m, e3>"
     assert truth.energy_error(problem, state) < 1e-31
-    assert 0 < kept["agreement"] < 1e-30
-    assert 1e-16 < kept["conditioning"] < 1e-13
+    assert 0 < kept["agreement"] < 1e-28
+    assert 1e-15 < kept["conditioning"] < 1e-10
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_truths_by_all_ways_agree_within_the_conditioning(name):
+    kept = truth.stored(name, SHORT)
+    apart = dict(truth.ways(load(name), SHORT, kept))
+    assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
+    assert apart.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
+    assert apart.pop("heyoka, 80 bit") < kept["conditioning"] / 10
+    for way, angle in apart.items():
+        assert angle < 10 * kept["conditioning"], way
+
+
+def test_the_conditioning_is_what_a_moved_scene_shows():
+    problem, size = load("asymmetric"), 1e-8
+    moved = kr.Scene(problem.scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude)
+    ends = [kr.solve(scene, 30.0, method="extrap", tol=1e-13).q[-1] for scene in (problem.scene(), moved)]
+    expected = truth.stored("asymmetric", 30.0)["conditioning"] * size / truth.ROUNDING
+    assert 0.01 * expected < attitude_error(*ends) < expected, "the momentum is only part of the data"
+
+
+def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
+    scene = kr.scenes.thesis
+    here = truth.on_the_way(described("here", scene), SHORT)
+    assert attitude_error(here["attitude"], truth.stored("thesis", SHORT)["attitude"]) < 1e-18
+    far = kr.Scene(kr.Body(2.0 ** -60, [x * 2.0 ** -100 for x in scene.body.inertia], [z * 2.0 ** -20 for z in scene.body.com]),
+                   [m * 2.0 ** -90 for m in scene.momentum], gravity=1.0)
+    with_rate = truth.on_the_way(described("far", far), SHORT * 2.0 ** -10)
+    assert attitude_error(here["attitude"], with_rate["attitude"]) < 1e-18
 
 
 @pytest.mark.parametrize("name, t", TIMES)
@@ -66,7 +98,7 @@ def test_energies_are_those_of_kreisel(name):
     path = kr.solve(problem.scene(), t=[0, 1, 2, 3])
     kinetic, potential = problem.energies(path.q, path.m)
     assert (kinetic + potential).astype(float) == pytest.approx(path.energy, rel=1e-14)
-    assert 1e-17 < problem.energy_error(path.q, path.m) < 1e-8
+    assert problem.energy_error(path.q, path.m) < 1e-8
 
 
 def test_attitude_error_is_an_angle_to_the_last_digit():
@@ -77,7 +109,7 @@ def test_attitude_error_is_an_angle_to_the_last_digit():
 
 
 def row(error, energy, seconds):
-    known = {"attitude_error": error, "energy_error": energy, "samples": [seconds]}
+    known = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
     return workprecision.Row("thesis", 1.0, "m", False, **known)
 
 
@@ -87,6 +119,8 @@ def test_a_lucky_zero_does_not_win():
     assert workprecision.reaching([lucky, honest, finer], 1e-9) is None, "the next tighter run is worse"
     assert workprecision.reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, "the energy disagrees"
     assert workprecision.reaching([honest], 1e-6) is None, "nothing tighter bears it out"
+    closed_form = replace(honest, tol=None)
+    assert workprecision.reaching([closed_form], 1e-6) is closed_form
 
 
 def test_an_interruption_keeps_what_was_measured():
@@ -100,42 +134,82 @@ def test_an_interruption_keeps_what_was_measured():
     assert interrupted and [len(own) for own in samples] == [2, 2]
 
 
+def test_what_was_found_is_kept_and_not_found_again(tmp_path):
+    made = []
+
+    def make(i):
+        if i == 2 and len(made) < 3:
+            made.append("interrupted")
+            raise KeyboardInterrupt
+        made.append(i)
+        return i
+
+    class Bar:
+        add_task = update = advance = staticmethod(lambda *args, **words: None)
+    for expected in ("interrupted", ""):
+        store = Store(tmp_path / "findings.jsonl", ["the same"])
+        outcome = work_through([Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)], store, PLANS["quick"], Bar)
+        assert outcome.startswith(expected) and bool(outcome) == bool(expected)
+    assert made == [0, 1, "interrupted", 2, 3]
+    kept = (tmp_path / "findings.jsonl").read_text()
+    (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
+    assert Store(tmp_path / "findings.jsonl", ["the same"]).under("task/") == [0, 1, 2, 3]
+    assert Store(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+
+
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
-    assert report.main(["--quick", "--out", str(out)]) == 0
+    assert report.main(["--quick", "--only", "workprecision", "--out", str(out)]) == 0
     return out
 
 
+def runs(out):
+    lines = (out / "workprecision.csv").read_text().splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
 def test_the_report_writes_its_table(quick):
-    lines = (quick / "workprecision.csv").read_text().splitlines()
-    header = [line for line in lines if line.startswith("# ")]
+    header = [line for line in (quick / "workprecision.csv").read_text().splitlines() if line.startswith("# ")]
     for key in ("machine", "compiler", "commit", "GSL"):
         assert any(re.match(rf"# {key}: \S", line) for line in header), key
-    runs = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-    assert tuple(runs[0]) == tables.COLUMNS
+    assert tuple(runs(quick)[0]) == tables.COLUMNS
     for name in HORIZONS:
-        ran = {run["method"]: run for run in runs if run["scene"] == name}     # the tightest of each
-        applicable = {method for method in kr.methods if kr.methods[method].applies_to(load(name).scene().body)}
-        assert set(ran) == applicable | {"heyoka", "scipy_dop853"}
+        ran = {run["method"]: run for run in runs(quick) if run["scene"] == name}     # the tightest of each
+        scene = load(name).scene()
+        suited = {method for method in kr.methods if contenders.suits(kr.methods[method], scene)}
+        assert set(ran) == suited | {"heyoka", "scipy_dop853"}
         for method, run in ran.items():
-            assert float(run["attitude_error"]) < 1e-3, f"{method} on {name}"
-            assert float(run["energy_error"]) < 1e-2, f"{method} on {name}"
-            assert float(run["seconds"]) > 0 and not run["failure"], f"{method} on {name}"
+            assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
+            if method != "scipy_dop853":        # stopped early where it is slow
+                assert float(run["attitude_error"]) < .1 and float(run["energy_error"]) < 1e-2, f"{method} on {name}"
 
 
 def test_the_report_writes_its_page(quick):
     page = (quick / "index.html").read_text()
-    assert page.count("<svg") == 3 * len(HORIZONS), "the path of the apex and two errors for each scene"
+    assert page.count("<svg") == 5 * len(HORIZONS), "the path of the apex and four errors for each scene"
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", page)
     assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page), "the page stands alone"
     assert (machine.GSL_MISSING in page) == (not machine.has_gsl())
-    bodies = [load(scene).scene().body for scene in HORIZONS]
+    scenes = [load(name).scene() for name in HORIZONS]
     for name, method in kr.methods.items():
-        assert (f">{name}<" in page) == any(method.applies_to(body) for body in bodies)
+        assert (f">{name}<" in page) == any(contenders.suits(method, scene) for scene in scenes)
+    for file in re.findall(r'href="([^#"]+)"', page):
+        assert (quick / file).exists(), file
 
 
 def test_the_report_writes_the_table_of_the_readme(quick):
     lines = (quick / "readme_table.md").read_text().splitlines()
     assert len(lines) == 2 + len(HORIZONS) * len(tables.TARGETS)
     assert len({line.count("|") for line in lines}) == 1
+
+
+def test_the_report_takes_a_scene_of_ones_own(tmp_path):
+    """Described in a frame that is not its principal one: errors must come out small all the same."""
+    turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
+    kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
+    assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0
+    best = {run["method"]: float(run["attitude_error"]) for run in runs(tmp_path)}
+    assert {run["scene"] for run in runs(tmp_path)} == {"mine"}
+    assert best["heyoka"] < 1e-9 and best["extrap"] < 1e-5 and best["rk4"] < 1e-2
+    assert report.main(["--out", str(tmp_path), str(tmp_path / "missing.toml")]) == 2

@@ -1,8 +1,8 @@
 """Who runs: every method of kreisel, unasked, and two peers. A contender makes runs; a run is one top at one setting.
 
-A run has `solve()`, which is timed and returns the attitude at the end; `record(times)` for attitudes and momenta;
-`steps`, `evaluations` (of the right-hand side or the torque; None where there is no such thing) and `setup`, the seconds
-that it took to be ready (None where there is nothing to do).
+A run has `solve()`, which is timed and returns the attitude at the end; `attitude()`, the same referred to the principal
+axes; `record(times)` for attitudes and momenta; `steps`, `evaluations` (of the right-hand side or the torque; None where
+there is no such thing) and `setup`, the seconds that it took to be ready (None where there is nothing to do).
 """
 import time
 from dataclasses import dataclass
@@ -22,26 +22,32 @@ EPS = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Setting:
-    """What steers a run: a step or a tolerance."""
+    """What steers a run: a step, a tolerance, or nothing where there is a closed form."""
     step: float = None
     tol: float = None
+
+    def __str__(self):
+        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "exact"
 
 
 class KreiselRun:
     setup = None
 
     def __init__(self, method, problem, end, setting):
-        steer = {"step": setting.step} if setting.tol is None else {"tol": setting.tol}
-        self.scene, self.end, self.how = problem.scene(), end, {"method": method, **steer}
+        self.problem, self.scene, self.end = problem, problem.scene(), end
+        self.how = {"method": method} | {word: value for word, value in vars(setting).items() if value is not None}
 
     def solve(self):
         path = kr.solve(self.scene, t=self.end, **self.how)
         self.steps, self.evaluations = path.stats.steps, path.stats.evaluations
         return path.q[-1]
 
+    def attitude(self):
+        return self.problem.principal(self.solve())
+
     def record(self, times):
         path = kr.solve(self.scene, t=times, **self.how)
-        return path.q, path.m
+        return self.problem.principal(path.q), path.m
 
 
 class HeyokaRun:
@@ -67,6 +73,8 @@ class HeyokaRun:
         if outcome != hy.taylor_outcome.time_limit:
             raise ArithmeticError(f"heyoka stopped: {outcome}")
         return self.top.state[:4]
+
+    attitude = solve
 
     def record(self, times):
         self.rewind()
@@ -103,6 +111,8 @@ class ScipyRun:
     def solve(self):
         return self.integrate([self.end])[-1, :4]
 
+    attitude = solve
+
     def record(self, times):
         states = self.integrate(times)
         return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
@@ -112,22 +122,32 @@ class ScipyRun:
 class Contender:
     name: str
     text: str
-    adaptive: bool
+    steered: str            # by "step", "tol" or nothing
     make: callable          # (problem, end, setting) -> run
     tightest: float = None  # of the tolerances
     order: object = "varies"
     peer: bool = False      # something to compare with, also where kreisel gives access to it (GSL)
 
 
+def suits(method, scene):
+    """Whether it can move this scene; a closed form may ask for more than a body."""
+    return method.suits(scene) if hasattr(method, "suits") else method.applies_to(scene.body)
+
+
+def steered(method):
+    """By what: a closed form has neither step nor tolerance."""
+    return "" if getattr(method, "exact", False) else "tol" if method.adaptive else "step"
+
+
 def ours(problem):
-    """Every method of kreisel that applies to this top."""
-    body = problem.scene().body
+    """Every method of kreisel that can move this top."""
+    scene = problem.scene()
     for name, method in kr.methods.items():
-        if method.applies_to(body):
-            yield Contender(name, method.text, method.adaptive, partial(KreiselRun, name), peer=name.startswith("gsl_"))
+        if suits(method, scene):
+            yield Contender(name, method.text, steered(method), partial(KreiselRun, name), peer=name.startswith("gsl_"))
 
 
 PEERS = (
-    Contender("heyoka", "Taylor series, compiled for each top; double precision", True, HeyokaRun, EPS, peer=True),
-    Contender("scipy_dop853", "Runge-Kutta of order 8 in Python, as most begin", True, ScipyRun, 1e-13, 8, peer=True),
+    Contender("heyoka", "Taylor series, compiled for each top; double precision", "tol", HeyokaRun, EPS, peer=True),
+    Contender("scipy_dop853", "Runge-Kutta of order 8 in Python, as most begin", "tol", ScipyRun, 1e-13, 8, peer=True),
 )

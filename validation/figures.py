@@ -47,9 +47,18 @@ def panel(entries, columns=3):
     return figure, axes, {"loc": "lower center", "bbox_to_anchor": (.5, 0), "ncols": columns, "fontsize": 9}
 
 
-def error_against_time(groups, quantity, label, look, floor=None):
-    """One line a method, one point a run."""
-    lines = {name: [(1e3 * row.seconds, getattr(row, quantity)) for row in rows if row.seconds]
+def powers(axis, ticks=12):
+    """Ticks at powers of ten, as 1e-9: quick to draw, and as the tables have them."""
+    axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
+    axis.set_major_formatter(lambda x, _: f"{x:g}" if .001 < x < 1e4 else f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e"))
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+
+
+def error_against(groups, quantity, label, cost, look, floor=None):
+    """One line a method, one point a run; `cost` is the run time or the number of evaluations."""
+    def place(row):
+        return 1e3 * row.seconds if cost == "seconds" else row.evaluations
+    lines = {name: [(place(row), getattr(row, quantity)) for row in rows if not row.failure and getattr(row, cost)]
              for name, rows in groups.items()}
     with plt.rc_context(STYLE):
         figure, axes, legend = panel(len(lines))
@@ -61,9 +70,26 @@ def error_against_time(groups, quantity, label, look, floor=None):
             axes.axhline(floor, color=FAINT, linewidth=.8)
             axes.annotate("one rounding of the data", (1, floor), xycoords=("axes fraction", "data"),
                           ha="right", va="bottom", fontsize=8, color=FAINT)
-        axes.set(xlabel="run time [ms]", ylabel=label)
+        axes.set(xlabel="run time [ms]" if cost == "seconds" else "evaluations of the right-hand side or the torque",
+                 ylabel=label)
         axes.set_ylim(top=min(10.0, axes.get_ylim()[1]))
-        axes.yaxis.set_major_locator(matplotlib.ticker.LogLocator(numticks=12))
+        powers(axes.xaxis)
+        powers(axes.yaxis)
+        axes.grid(True)
+        figure.legend(**legend)
+        return as_svg(figure)
+
+
+def distributions(errors, look):
+    """What part of the tops has at most this error: one line a method."""
+    with plt.rc_context(STYLE):
+        figure, axes, legend = panel(len(errors))
+        for name, sizes in errors.items():
+            part = np.arange(1, len(sizes) + 1) / len(sizes)
+            style = {key: value for key, value in look[name].items() if key in ("color", "linestyle")}
+            axes.semilogx(np.maximum(sizes, 1e-17), part, label=name, linewidth=1.5, **style)
+        axes.set(xlabel="attitude error at the end [rad]", ylabel="part of the tops with no more", ylim=(0, 1))
+        powers(axes.xaxis, 9)
         axes.grid(True)
         figure.legend(**legend)
         return as_svg(figure)

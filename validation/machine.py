@@ -1,4 +1,5 @@
 """What a figure was measured with: machine, compiler, commit, versions."""
+import hashlib
 import os
 import platform
 import re
@@ -38,6 +39,17 @@ def commit():
         return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "not known"
+
+
+def fingerprint(*more):
+    """Of all that findings depend on: the core as built, the Python code and truths, this machine, these versions."""
+    import kreisel._core as core
+    here = Path(__file__).parent
+    files = [Path(core.__file__), *sorted(Path(kr.__file__).parent.glob("*.py")),
+             *sorted(here.glob("*.py")), *sorted(here.glob("*.json"))]
+    code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    about = described()
+    return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
 
 
 def described():

@@ -6,9 +6,8 @@ import numpy as np
 
 import kreisel as kr
 
-from . import contenders, figures, tables
-from .scenes import load
-from .truth import stored
+from . import atlas, atlas_cases, contenders, ensemble, figures, heatmap, left_out, tables
+from .published import problems as published_problems
 from .workprecision import LUCK, by_method
 
 ABOUT = {
@@ -19,54 +18,142 @@ ABOUT = {
     "kowalewski": """A flat box, 3.5 by 2 by 1, held in the middle of a large face, with sides chosen such that two moments
         of inertia are equal and the third is half of them: the <em>Kowalewski top</em>. Its motion is regular too, but
         nothing about it looks so; methods for symmetric tops only do not apply.""",
+    "goryachev_chaplygin": """Another flat box, whose third moment is a quarter of the equal two: the <em>Goryachev-Chaplygin
+        top</em>, regular only while its angular momentum has no vertical part. Beside such a motion lie chaotic ones.""",
     "asymmetric": """A box, 1.2 by 1.6 by 2, held at a point beside the middle of its lower face: three different moments of
         inertia and no symmetry. Its motion is <em>chaotic</em>: small errors grow exponentially. By t = 100, one rounding
         of the data moves the attitude a million times as far as by t = 30, hence the full comparison ends at t = 30.""",
+    "asymmetric_regular": """A box of three different sides, held in the middle of its lower face, that spins fast enough to
+        be regular.""",
+    "fast": """The top of the thesis, spinning so fast that it hardly moves its axis. What is fast is simple, what is hard is
+        slow: methods that turn a free body exactly take far larger steps here than those that follow each turn.""",
+    "strong_gravity": """The top of the thesis, pulled ten times as much and spinning little: a heavy pendulum that circles.""",
 }
 QUANTITIES = {"attitude_error": "attitude error at the end [rad]", "energy_error": "energy error, relative"}
-SHOWN, SEEN = 30.0, 3000        # of the apex: time, and how many states
+SHOWN, SEEN = 30.0, 3000        # of the apex: turns or so, and how many states
 
 
-def apex(name, end):
+def apex(problem, end):
     """Where the centre of mass goes, and how often the body turns in a unit of time."""
-    path = kr.solve(load(name).scene(), t=np.linspace(0, end, SEEN))
+    path = kr.solve(problem.scene(), t=np.linspace(0, end, SEEN))
     return path.apex, np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)
 
 
-def scene_part(rows, scene, end, look):
-    path, turns = apex(scene, min(end, SHOWN))
-    groups = by_method(rows, scene)
-    floor = stored(scene, end)["conditioning"]
-    return {"name": scene, "end": f"{end:g}", "about": ABOUT[scene], "shown": f"{min(end, SHOWN):g}",
-            "turns": f"{turns * end:.0f}", "apex": figures.apex_path(path),
-            "figures": [{"label": label, "svg": figures.error_against_time(
-                groups, quantity, label, look, floor if quantity == "attitude_error" else None)}
-                for quantity, label in QUANTITIES.items()],
-            "times": list(tables.times(rows, scene))}
+def scene_part(found, problem, end, look):
+    shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
+    path, turns = apex(problem, shown)
+    groups, true = by_method(found["rows"], problem.name), found["truths"][problem.name]
+    floor = {"attitude_error": true["conditioning"]}
+    drawn = [(cost, quantity) for cost in ("seconds", "evaluations") for quantity in QUANTITIES]
+    return {"name": problem.name, "end": f"{end:g}", "about": ABOUT.get(problem.name, "A scene of yours."),
+            "shown": f"{shown:.3g}", "turns": f"{turns * end:.0f}", "apex": figures.apex_path(path),
+            "figures": [{"label": f"{QUANTITIES[quantity]} against {cost}", "svg": figures.error_against(
+                groups, quantity, QUANTITIES[quantity], cost, look, floor.get(quantity))} for cost, quantity in drawn],
+            "times": list(tables.times(found["rows"], problem.name))}
 
 
-def described_methods(rows):
+def truth_part(found):
+    """The truths side by side: a line for each scene."""
+    for problem, end in found["problems"]:
+        true, groups = found["truths"][problem.name], by_method(found["rows"], problem.name)
+        good = [row.attitude_error for row in groups.get("heyoka", []) if not row.failure]
+        ways = [("heyoka, double", good[-1])] if good else []
+        yield {"scene": problem.name, "end": end, "conditioning": true["conditioning"],
+               "ways": [*found["ways"][problem.name], *ways]}
+
+
+def atlas_part(cells):
+    methods = [name for name in kr.methods if any(cell["method"] == name for cell in cells)]
+    for name, (_, about) in atlas_cases.FAMILIES.items():
+        own = [cell for cell in cells if cell["family"] == name]
+        if own:
+            yield {"name": name, "about": about, "svg": heatmap.family(own, methods), "notes": list(notes(own))}
+
+
+def notes(cells):
+    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance; of several that say the same, once."""
+    said = {}
+    for cell in cells:
+        if cell["verdict"] in ("stopped", "refused"):
+            said.setdefault((cell["case"], cell["verdict"], cell["message"]), []).append(cell["method"])
+        elif cell["verdict"] == "silent" or cell["verdict"] == "lost" and cell["tol"]:
+            word = "wrong in silence" if cell["verdict"] == "silent" else "lost"
+            off = (f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away; "
+                   f"what is known of it explains up to {min(cell['explained'], np.pi):.1g} rad")
+            said.setdefault((cell["case"], word, off), []).append(cell["method"])
+    for (case, verdict, message), methods in said.items():
+        yield {"case": case, "verdict": verdict, "message": message, "methods": ", ".join(methods)}
+
+
+def verdicts(cells):
+    """How often each method is what."""
+    for name in kr.methods:
+        own = [cell for cell in cells if cell["method"] == name]
+        if own:
+            known = [cell["attitude_error"] for cell in own if cell["verdict"] in heatmap.RAN]
+            yield {"method": name, "cells": len(own), "middle": float(np.median(known)) if known else None,
+                   "counts": [sum(cell["verdict"] == word for cell in own) for word in atlas.VERDICTS],
+                   "drift": sum(cell["mark"] == atlas.DRIFT for cell in own),
+                   "blown": sum(cell["mark"] == atlas.BLOW_UP for cell in own)}
+
+
+def ensemble_part(found, look):
+    lines = list(ensemble.summary(found))
+    for kind, about in ensemble.KINDS.items():
+        errors = {name: sizes for name, (_, sizes) in ensemble.errors(found, kind).items()}
+        if errors:
+            yield {"kind": kind, "about": about, "svg": figures.distributions(errors, look),
+                   "tops": len(next(iter(errors.values()))), "lines": [line for line in lines if line["kind"] == kind]}
+
+
+def published_part(rows):
+    for problem in published_problems():
+        own = [row for row in rows if row["problem"] == problem.name]
+        if own:
+            yield {"name": problem.name, "source": problem.entry["source"], "end": problem.end,
+                   "energy_end": problem.energy_end, "others": problem.entry["others_measured"], "rows": own,
+                   "velocity": any("velocity_error" in row for row in own)}
+
+
+def described_methods(found):
     """Name, order, what it is and where it comes from, for each that ran."""
-    ran = {row.method for row in rows}
+    ran = {row.method for row in found["rows"]} | {cell["method"] for cell in found["cells"]}
     for name, method in kr.methods.items():
         if name in ran:
-            yield {"name": name, "order": method.order or "varies", "text": method.text,
-                   "reference": method.reference}
+            yield {"name": name, "order": method.order or "varies", "text": method.text, "reference": method.reference}
     for peer in contenders.PEERS:
-        yield {"name": peer.name, "order": peer.order, "text": peer.text, "reference": "for comparison"}
+        if peer.name in ran:
+            yield {"name": peer.name, "order": peer.order, "text": peer.text, "reference": "for comparison"}
+
+
+def digits(value, form=".0e"):
+    return "–" if value is None else format(value, form)
+
+
+def setup_times(rows):
+    """What heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
+    known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
+    return {"least": min(known), "middle": float(np.median(known)), "most": max(known)} if known else None
 
 
 def template(name):
     templates = jinja2.FileSystemLoader(Path(__file__).with_name("templates"))
-    return jinja2.Environment(loader=templates, autoescape=True, undefined=jinja2.StrictUndefined,
-                              trim_blocks=True, lstrip_blocks=True).get_template(name)
+    environment = jinja2.Environment(loader=templates, autoescape=True, undefined=jinja2.StrictUndefined,
+                                     trim_blocks=True, lstrip_blocks=True)
+    environment.filters |= {"digits": digits, "milliseconds": tables.milliseconds}
+    return environment.get_template(name)
 
 
-def render(rows, about, ends, checks, setup):
+def render(found, files):
     look = figures.looks(kr.methods)
+    names = [problem.name for problem, _ in found["problems"]]
     return template("report.html").render(
-        about=about, checks=checks, setup=setup, setting=tables.setting, luck=f"{LUCK:g}",
-        scenes=[scene_part(rows, scene, end, look) for scene, end in ends.items()],
-        summary=list(tables.summary(rows, ends)), references=tables.references(rows),
-        targets=[tables.power(target) for target in tables.TARGETS],
-        methods=list(described_methods(rows)), failures=[row for row in rows if row.failure])
+        about=found["about"], files=files, luck=f"{LUCK:g}", setup=setup_times(found["rows"]),
+        scenes=[scene_part(found, problem, end, look) for problem, end in found["problems"]],
+        summary=list(tables.summary(found["rows"], names)), references=tables.references(found["rows"]),
+        targets=[tables.power(target) for target in tables.TARGETS], truths=list(truth_part(found)),
+        atlas=list(atlas_part(found["cells"])), verdicts=list(verdicts(found["cells"])), words=atlas.VERDICTS,
+        marks=atlas.MARKS, key=heatmap.key() if found["cells"] else "", ensembles=list(ensemble_part(found["ensemble"], look)),
+        given=1e3 * ensemble.GIVEN, turns=f"{ensemble.TURNS:g}", published=list(published_part(found["published"])),
+        forms=left_out.table(found["left_out"]), wanted=[row for row in found["left_out"] if row["kind"] == "wanted"],
+        methods=list(described_methods(found)), failures=[row for row in found["rows"] if row.failure])

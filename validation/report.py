@@ -1,6 +1,6 @@
-"""The report: error against run time of every method, beside heyoka, as a table, a CSV file and a page.
+"""The report: error against run time, truths, stability, ensembles and published problems: a page and its tables.
 
-    kreisel report [--out report] [--quick | --thesis]        or        python -m validation.report
+    kreisel report [scene.toml ...] [--quick | --full | --thesis] [--out report]   or   python -m validation.report
 """
 import argparse
 import statistics
@@ -10,95 +10,123 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from . import contenders, machine, page, tables, truth, workprecision
-from .scenes import HORIZONS, SHORT, load
+import kreisel as kr
 
-BUDGET, QUICK_BUDGET = 50.0, 2.0        # of the timing [s]
+from . import atlas, atlas_cases, ensemble, left_out, machine, page, published, tables, truth, workprecision
+from .plan import PLANS, Task, work_through
+from .scenes import HORIZONS, SHORT, described, load
+from .store import Store
+
 BUSY = .25                              # from this spread of the times on they are not to be quoted
-OUTPUT = ("workprecision.csv", "index.html", "readme_table.md")
+TURNS = 16                              # to which a user's own scene is run
+PARTS = ("workprecision", "atlas", "ensemble", "published", "left_out")
+
+
+def parts(words):
+    chosen = words.split(",")
+    for word in chosen:
+        if word not in PARTS:
+            raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS)}")
+    return chosen
 
 
 def arguments(argv):
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", type=Path, metavar="scene.toml",
+                        help=f"your own scenes, to about {TURNS} turns; without: those of the report")
     parser.add_argument("--out", type=Path, default=Path("report"), help="the folder to write to (default: report)")
-    parser.add_argument("--quick", action="store_true",
-                        help=f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote")
-    parser.add_argument("--thesis", action="store_true",
-                        help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata")
+    parser.add_argument("--only", type=parts, metavar="PART[,...]",
+                        help=f"of {', '.join(PARTS)} (default: all; for your own scenes workprecision)")
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--quick", action="store_const", dest="plan", const="quick", default="default",
+                      help=f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote")
+    size.add_argument("--full", action="store_const", dest="plan", const="full", help="as long as it takes")
+    size.add_argument("--thesis", action="store_true",
+                      help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata")
     return parser.parse_args(argv)
 
 
 def progress_bar(console):
-    return Progress(TextColumn("{task.description:28}"), BarColumn(bar_width=40),
+    return Progress(TextColumn("{task.description:44}"), BarColumn(bar_width=30),
                     TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn(), console=console)
 
 
-def find_errors(ends, quick, bar):
-    """The runs of all scenes with their errors; those so far if interrupted."""
-    problems = {name: load(name) for name in ends}
-    count = sum(len(workprecision.settings(who, quick)) for name in ends
-                for who in (*contenders.ours(problems[name]), *contenders.PEERS))
-    task = bar.add_task("errors against the truth", total=count)
-    rows = []
-    for name, end in ends.items():
-        rows += workprecision.explore(problems[name], end, quick, lambda: bar.advance(task))
-    bar.update(task, completed=count)
-    return rows
+def chosen_problems(files, plan):
+    """Each with where it ends."""
+    if not files:
+        return [(load(name), SHORT if plan.quick else end) for name, end in HORIZONS.items()]
+    found = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+    return [(problem, TURNS * workprecision.turn_length(problem)) for problem in found]
 
 
-def find_times(rows, quick, bar):
-    task = bar.add_task("run times, in turn", total=None)
-    return workprecision.time_all(rows, QUICK_BUDGET if quick else BUDGET, tick=lambda: bar.advance(task),
-                                  plan=lambda runs: bar.update(task, total=runs))
+def tasks(problems, only, plan, store):
+    """All that is to be found, in order."""
+    if "workprecision" in only:
+        for problem, end in problems:
+            def true(key=f"truth/{problem.name}"):
+                return store.known[key]
+            yield Task(f"truth/{problem.name}", lambda problem=problem, end=end: truth.of(problem, end), .2)
+            yield from workprecision.tasks(problem, end, true, plan, store)
+            yield Task(f"ways/{problem.name}",
+                       lambda problem=problem, end=end, true=true: list(truth.ways(problem, end, true())), 1.0)
+    if "atlas" in only:
+        yield from atlas.tasks(atlas_cases.cases(plan.quick))
+    if "ensemble" in only:
+        yield from ensemble.tasks(plan)
+    if "published" in only:
+        yield from published.tasks(plan)
+    if "left_out" in only:
+        yield from left_out.tasks(plan)
 
 
 def timing(rows):
     """How often the runs were timed, and how far that scattered."""
-    counts = sorted({len(row.samples) for row in rows if not row.failure})
+    counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
-    middle = statistics.median(spreads)
+    middle = statistics.median(spreads) if spreads else 0.0
     note = " (the machine was busy: do not quote these times)" if middle > BUSY else ""
-    return {"rounds": " .. ".join(map(str, counts)), "spread": f"{middle:.1%}{note}"}
+    return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
 
 
-def heyoka_check(rows, ends):
-    """heyoka's double precision at its tightest, beside its 128 bit."""
-    for scene, end in ends.items():
-        tightest = min((row for row in rows if row.scene == scene and row.method == "heyoka" and not row.failure),
-                       key=lambda row: row.tol)
-        kept = truth.stored(scene, end)
-        yield {"scene": scene, "end": end, "double": tightest.attitude_error, "energy": tightest.energy_error,
-               **{key: kept[key] for key in ("agreement", "energy_error", "conditioning")}}
+def collected(store, problems, about):
+    """All that was found so far, as the page and the tables take it."""
+    rows = workprecision.rows(store, [problem.name for problem, _ in problems])
+    ran = {row.scene for row in rows}
+    return {"rows": rows, "problems": [(problem, end) for problem, end in problems if problem.name in ran],
+            "about": about | timing(rows),
+            "truths": {problem.name: store.known.get(f"truth/{problem.name}") for problem, _ in problems},
+            "ways": {problem.name: store.known.get(f"ways/{problem.name}", []) for problem, _ in problems},
+            "cells": atlas.cells(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
+            "left_out": left_out.rows(store)}
 
 
-def setup_times(rows):
-    """What heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
-    known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
-    return {"least": min(known), "middle": statistics.median(known), "most": max(known)}
+def write(out, found):
+    """The page, and a CSV file for each table; the names of the files."""
+    files = {"stability.csv": (atlas.write_csv, found["cells"]), "ensemble.csv": (ensemble.write_csv, found["ensemble"]),
+             "published.csv": (published.write_csv, found["published"]),
+             "left_out.csv": (left_out.write_csv, found["left_out"])}
+    written = [name for name, (_, rows) in files.items() if rows]
+    for name in written:
+        save, rows = files[name]
+        save(out / name, rows)
+    if found["rows"]:
+        tables.write_csv(out / "workprecision.csv", found["rows"], found["about"])
+        (out / "readme_table.md").write_text(tables.markdown(found["rows"], [p.name for p, _ in found["problems"]]))
+        written = ["workprecision.csv", "readme_table.md", *written]
+    (out / "index.html").write_text(page.render(found, written))
+    return ["index.html", *written]
 
 
-def write(out, rows, about, ends, checks):
-    out.mkdir(parents=True, exist_ok=True)
-    tables.write_csv(out / OUTPUT[0], rows, about)
-    (out / OUTPUT[1]).write_text(page.render(rows, about, ends, checks, setup_times(rows)))
-    (out / OUTPUT[2]).write_text(tables.markdown(rows, ends))
-
-
-def show(console, rows, ends, checks):
-    for scene, end in ends.items():
-        console.print(tables.terminal(rows, scene, end))
-    for check in checks:
-        console.print(f"{check['scene']}: heyoka in double precision is {check['double']:.0e} rad from heyoka in 128 bit; "
-                      f"two runs in 128 bit agree to {check['agreement']:.0e}; "
-                      f"one rounding of the data moves it by {check['conditioning']:.0e}")
-    setup = setup_times(rows)
-    console.print("not in these times: heyoka compiles each integrator first, "
-                  f"{setup['least']:.2f} .. {setup['most']:.2f} s")
+def show(console, found):
+    for problem, end in found["problems"]:
+        console.print(tables.terminal(found["rows"], problem.name, end))
+    silent = [cell for cell in found["cells"] if cell["verdict"] == "silent"]
+    if found["cells"]:
+        console.print(f"atlas: {len(found['cells'])} cells, wrong in silence: {len(silent)}")
+    for cell in silent:
+        console.print(f"  {cell['method']}: {cell['family']}, {cell['case']}: {cell['attitude_error']:.0e} rad")
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
-    for row in rows:
-        if row.failure:
-            console.print(f"failed: {row.method} on {row.scene} at {tables.setting(row)}: {row.failure}")
 
 
 def main(argv=None):
@@ -107,22 +135,26 @@ def main(argv=None):
         from .thesis import chapter
 
         return chapter.main(args.out)
-    console, begin = Console(), time.perf_counter()
-    ends = dict.fromkeys(HORIZONS, SHORT) if args.quick else HORIZONS
-    plan = "a quick look, not to be quoted" if args.quick else "all steps and tolerances"
+    console, begin, plan = Console(), time.perf_counter(), PLANS[args.plan]
+    try:
+        problems = chosen_problems(args.scenes, plan)
+    except (OSError, TypeError, ValueError) as error:
+        console.print(f"Error: {error}", markup=False)
+        return 2
+    only = args.only or (["workprecision"] if args.scenes else PARTS)
+    with_scenes = machine.fingerprint(*(problem for problem, _ in problems if problem.user))
+    store = Store(args.out / f"findings-{plan.name}.jsonl", with_scenes)
     with progress_bar(console) as bar:
-        rows = find_errors(ends, args.quick, bar)
-        interrupted = find_times(rows, args.quick, bar)
-    if interrupted:
-        plan += "; interrupted: fewer rounds than planned"
-    about = machine.described() | {"plan": plan} | timing(rows)
-    checks = list(heyoka_check(rows, ends))
-    write(args.out, rows, about, ends, checks)
-    show(console, rows, ends, checks)
-    console.print(f"quartiles of the times apart by {about['spread']}, median over the runs")
-    written = ", ".join(str(args.out / name) for name in OUTPUT)
-    console.print(f"{written}; {len(rows)} runs in {time.perf_counter() - begin:.0f} s")
-    return 130 if interrupted else 0
+        missing = work_through(list(tasks(problems, only, plan, store)), store, plan, bar)
+    about = machine.described() | {"plan": "; ".join(filter(None, (plan.name, missing)))}
+    found = collected(store, problems, about)
+    written = write(args.out, found)
+    show(console, found)
+    console.print(f"quartiles of the times apart by {found['about']['spread']}, median over the runs")
+    if missing:
+        console.print(missing)
+    console.print(f"{', '.join(str(args.out / name) for name in written)} in {time.perf_counter() - begin:.0f} s")
+    return 130 if missing.startswith("interrupted") else 0
 
 
 if __name__ == "__main__":

@@ -1,13 +1,19 @@
-"""The scenes of problems.json, down to the last bit: every method and every truth starts from the same doubles."""
+"""The scenes of problems.json, and those of a user, down to the last bit: every method and every truth starts from the
+same doubles."""
 import json
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+import kreisel as kr
+
 PROBLEMS = Path(__file__).with_name("problems.json")
-HORIZONS = {"thesis": 100.0, "kowalewski": 100.0, "asymmetric": 30.0}   # the report's scenes and where they end
-SHORT = 10.0                                                            # the end of quick runs and of the tests
+# The report's scenes, and where they end.
+HORIZONS = {"thesis": 100.0, "kowalewski": 100.0, "goryachev_chaplygin": 100.0, "asymmetric": 30.0,
+            "asymmetric_regular": 100.0, "fast": 100.0, "strong_gravity": 100.0}
+SHORT = 10.0        # the end of quick runs and of the tests
 
 
 @dataclass(frozen=True)
@@ -18,12 +24,29 @@ class Problem:
     lever: tuple        # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
     attitude: tuple     # principal axes -> space, scalar first; a unit quaternion up to rounding
     momentum: tuple     # about the fixed point, seen from space [M L^2 T^-1]
+    user: kr.Scene = None           # as it was described, where that is not all
 
     def scene(self):
         """As kreisel takes it; mass and gravity are 1, so the centre of mass is the lever."""
-        import kreisel as kr
-        body = kr.Body(mass=1.0, inertia=self.inertia, com=self.lever)
-        return kr.Scene(body, momentum=self.momentum, attitude=self.attitude, gravity=1.0)
+        if self.user:
+            return self.user
+        return kr.Scene(kr.Body(1.0, self.inertia, self.lever), momentum=self.momentum, attitude=self.attitude)
+
+    def principal(self, q):
+        """Attitudes as kreisel gives them, referred to the principal axes."""
+        return np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1) if self.user else q
+
+    @property
+    def symmetric(self):
+        """A Lagrange top, to the last bit."""
+        return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
+
+    @property
+    def rate(self):
+        """About how fast it turns: its angular velocity at the start, or its pendulum's frequency [T^-1]."""
+        q, m = np.array(self.attitude), np.array(self.momentum)
+        spin = np.linalg.norm(turn_back(q, m) / self.inertia)
+        return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def energies(self, q, m):
         """Kinetic and potential energy of states in rows, in extended precision: what is reported as an energy error
@@ -34,12 +57,26 @@ class Problem:
         up = turn_back(q, np.array([0, 0, 1], np.longdouble))
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
-    def energy_error(self, q, m):
-        """max |E - E0| / max (T + mass gravity |com|) over the states; the first of them is the start."""
+    def energy_errors(self, q, m):
+        """|E - E0| / max (T + mass gravity |com|) of each state; the first of them is the start."""
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
         scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
-        return float(abs(energy - energy[0]).max() / scale)
+        change = abs(energy - energy[0])
+        return np.array(change / scale if scale else change, float)
+
+    def energy_error(self, q, m):
+        return float(self.energy_errors(q, m).max())
+
+    def in_own_units(self):
+        """The same top in units in which its largest moment and its rate are about one, and these two units: powers of
+        two, so that nothing is rounded."""
+        moment, rate = (2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate))
+
+        def by(unit, numbers):
+            return tuple(x / unit for x in numbers)
+        return replace(self, user=None, inertia=by(moment, self.inertia), lever=by(rate, by(moment * rate, self.lever)),
+                       momentum=by(moment * rate, self.momentum)), moment, rate
 
 
 def turn_back(q, v):
@@ -66,3 +103,11 @@ def load(name):
     entry = json.loads(PROBLEMS.read_text())["scenes"][name]
     own = {key: tuple(map(float.fromhex, values)) for key, values in entry["principal"].items()}
     return Problem(name, own["inertia"], own["mass_g_com"], own["q0"], tuple(entry["momentum"]))
+
+
+def described(name, scene):
+    """A scene of kreisel in its principal axes."""
+    body = scene.body
+    lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
+    attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))
+    return Problem(name, body.moments, lever, attitude, scene.momentum, scene)

@@ -23,18 +23,13 @@ def power(target):
     return f"{target:.0e}".replace("e-0", "e-")
 
 
-def setting(row):
-    """What a run was steered by."""
-    return f"step {row.step:g}" if row.tol is None else f"tol {row.tol:.0e}"
-
-
 def times(rows, scene):
     """For each method of a scene: milliseconds to each target (the fastest marked), and its smallest error."""
     reached = {name: [reaching(own, target) for target in TARGETS] for name, own in by_method(rows, scene).items()}
     seconds = {name: [row.seconds if row else None for row in hits] for name, hits in reached.items()}
     fastest = [min((s for s in column if s), default=None) for column in zip(*seconds.values())]
     for name, own in by_method(rows, scene).items():
-        errors = [row.attitude_error for row in own if row.seconds]
+        errors = [row.attitude_error for row in own if not row.failure]
         yield {"method": name, "smallest": f"{min(errors):.0e}" if errors else "–",
                "cells": [{"text": milliseconds(s), "fastest": s is not None and s == least}
                          for s, least in zip(seconds[name], fastest)]}

@@ -1,20 +1,22 @@
 """Error against run time: which runs are made, and what is known of each."""
-from dataclasses import dataclass, field
+import math
+from dataclasses import asdict, dataclass, field
 from statistics import median
 
 import numpy as np
 
 import kreisel as kr
 
-from . import contenders, measure, truth
+from . import contenders, measure
 from .contenders import Setting
+from .plan import Task
 from .scenes import attitude_error
 
-STEPS = [2.0 ** -k for k in range(1, 16)]
+TIGHTER = range(2, 17)      # steps are a turn by 2 ** k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
-QUICK = ([2.0 ** -k for k in (4, 6, 8)], [1e-4, 1e-8, 1e-12])
-LIMIT = 0.1        # a method is not steered tighter once a run takes longer than this [s]
+QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
 CHAOS = 1e-6        # only below this do errors that no longer fall mean that rounding is reached [rad]
+ROUNDS_UNTIL = .4   # of the time: further rounds of timing are left out for what comes after them
 LOOKS = 100         # about as many states are recorded for the energy
 
 
@@ -35,20 +37,32 @@ class Row:
     failure: str = ""
     about: float = None                             # seconds of the first runs
     samples: list = field(default_factory=list)     # seconds of a run, one a round
-    solve: callable = None
+
+    @property
+    def setting(self):
+        return Setting(self.step, self.tol)
+
+    @property
+    def key(self):
+        return f"{self.method} {self.step} {self.tol}"
 
     @property
     def seconds(self):
         """The best of all rounds: a disturbance only ever adds."""
-        return min(self.samples, default=None)
+        return min(self.samples, default=self.about)
 
     @property
     def middle(self):
-        return median(self.samples) if self.samples else None
+        return median(self.samples) if self.samples else self.about
 
     @property
     def spread(self):
         return measure.spread(self.samples) if self.samples else None
+
+
+def turn_length(problem):
+    """A power of two near the time of a turn, so that steps end where runs do."""
+    return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def looks(end, step):
@@ -57,66 +71,86 @@ def looks(end, step):
     return every * np.arange(int(end / every) + 1)
 
 
-def try_out(problem, contender, end, setting, q_end):
-    """Make a run and look at its errors; not yet at its time."""
-    row = Row(problem.name, end, contender.name, contender.peer, setting.step, setting.tol)
-    try:
-        run = contender.make(problem, end, setting)
-        q, m = run.record(looks(end, setting.step))
-        row.about = min(measure.once(run.solve) for _ in range(2))
-        row.attitude_error = attitude_error(run.solve(), q_end)
-        row.energy_error = problem.energy_error(q, m)
-    except (kr.Error, ValueError, ArithmeticError) as error:
-        row.failure = str(error)
+class Bench:
+    """One scene with its truth, and the runs made so far: the times need them again."""
+
+    def __init__(self, problem, end, truth, plan):
+        self.problem, self.end, self.plan, self.truth, self.runs = problem, end, plan, truth, {}
+        self.contenders = {who.name: who for who in (*contenders.ours(problem), *contenders.PEERS)}
+
+    def run(self, row):
+        if row.key not in self.runs:
+            self.runs[row.key] = self.contenders[row.method].make(self.problem, self.end, row.setting)
+        return self.runs[row.key]
+
+    def try_out(self, who, setting):
+        """Make a run and look at its errors; its time only roughly."""
+        row = Row(self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol)
+        try:
+            run = self.run(row)
+            q, m = run.record(looks(self.end, setting.step))
+            row.about = min(measure.once(run.solve) for _ in range(2))
+            row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
+            row.energy_error = self.problem.energy_error(q, m)
+            row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
+        except (kr.Error, ValueError, ArithmeticError) as error:
+            row.failure = str(error)
         return row
-    row.steps, row.evaluations, row.setup_seconds, row.solve = run.steps, run.evaluations, run.setup, run.solve
-    return row
+
+    def settings(self, who):
+        powers, tolerances = QUICK if self.plan.quick else (TIGHTER, TOLERANCES)
+        if who.steered != "tol":
+            turn = turn_length(self.problem)
+            return [Setting(step=turn / 2.0 ** k) for k in powers] if who.steered else [Setting()]
+        tightest = who.tightest or 0.0
+        kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
+        return kept + [Setting(tol=tightest)] if tightest else kept
+
+    def explore(self, who):
+        """The runs of one method, from loose to tight, with their errors against the truth."""
+        rows = []
+        for setting in self.settings(who):
+            rows.append(self.try_out(who, setting))
+            if enough(rows, self.plan.longest):
+                break
+        return [asdict(row) for row in rows]
+
+    def times(self, rows):
+        """Seconds of each run that came to an end, one after the other."""
+        return {row.key: measure.sample(self.run(row).solve, row.about) for row in rows if not row.failure}
 
 
-def settings(contender, quick):
-    steps, tolerances = QUICK if quick else (STEPS, TOLERANCES)
-    if not contender.adaptive:
-        return [Setting(step=h) for h in steps]
-    tightest = contender.tightest or 0.0
-    kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
-    return kept + [Setting(tol=tightest)] if tightest else kept
-
-
-def enough(rows):
+def enough(rows, longest):
     """Tighter settings would take too long, or gain nothing any more."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
-    slow = rows[-1].about is not None and rows[-1].about > LIMIT
+    slow = rows[-1].about is not None and rows[-1].about > longest
     at_the_floor = min(errors) < CHAOS and len(errors) - 1 - int(np.argmin(errors)) > 2
     return slow or at_the_floor
 
 
-def explore(problem, end, quick=False, tick=lambda: None):
-    """All runs on one scene, from loose to tight, with their errors against the truth."""
-    q_end = truth.stored(problem.name, end)["attitude"]
-    rows = []
-    for contender in (*contenders.ours(problem), *contenders.PEERS):
-        own = []
-        for setting in settings(contender, quick):
-            own.append(try_out(problem, contender, end, setting, q_end))
-            tick()
-            if enough(own):
-                break
-        rows += own
-    return rows
+def tasks(problem, end, truth, plan, store):
+    """The findings to make on one scene: the errors of each method, then rounds of times, all in turn."""
+    bench = Bench(problem, end, truth, plan)
+    for who in bench.contenders.values():
+        yield Task(f"runs/{problem.name}/{who.name}", lambda who=who: bench.explore(who), .1 if plan.quick else .6)
+    for i in range(plan.rounds):
+        yield Task(f"times/{problem.name}/{i}", lambda: bench.times(explored(store, problem.name)), .1 if plan.quick else 1.5,
+                   None if i < plan.least_rounds else ROUNDS_UNTIL)
+    yield Task(None, bench.runs.clear)
 
 
-def time_all(rows, budget, rounds=15, tick=lambda: None, plan=lambda rounds: None):
-    """Time the runs of all scenes, in turn, in as many rounds as the budget [s] allows. True if interrupted."""
-    timed = [row for row in rows if not row.failure]
-    cost = sum(max(row.about, measure.SAMPLE) for row in timed)
-    rounds = max(3, min(rounds, int(budget / cost)))
-    plan(rounds * len(timed))
-    samples, interrupted = measure.interleaved([row.solve for row in timed], [row.about for row in timed], rounds, tick)
-    for row, got in zip(timed, samples):
-        row.samples = got or [row.about]        # interrupted in the first round
-    return interrupted
+def explored(store, scene):
+    return [Row(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
+
+
+def rows(store, scenes):
+    """All that is known of these scenes so far."""
+    found = [row for scene in scenes for row in explored(store, scene)]
+    for row in found:
+        row.samples = [times[row.key] for times in store.under(f"times/{row.scene}/") if row.key in times]
+    return found
 
 
 # A method reaches a target where attitude and energy error are within it and the next tighter run is not much worse:
@@ -126,8 +160,9 @@ LUCK = 3.0
 
 def reaching(rows, target):
     """The fastest of one method's rows, from loose to tight, that reaches the target; None if none does."""
-    good = [row for row, tighter in zip(rows, rows[1:]) if row.seconds and not tighter.failure
-            and max(row.attitude_error, row.energy_error) <= target and tighter.attitude_error <= LUCK * target]
+    tighter = rows[1:] if rows[0].step or rows[0].tol else rows     # a closed form has but one
+    good = [row for row, next_one in zip(rows, tighter) if not row.failure and row.seconds and not next_one.failure
+            and max(row.attitude_error, row.energy_error) <= target and next_one.attitude_error <= LUCK * target]
     return min(good, key=lambda row: row.seconds, default=None)
 
 

@@ -170,10 +170,11 @@ def _kind(method: kr.Method) -> str:
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
 
-@main.command(add_help_option=False, context_settings={"ignore_unknown_options": True})
+@main.command(add_help_option=False, options_metavar="[OPTIONS] [SCENE.toml ...]", context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def report(arguments: tuple[str, ...]) -> None:
-    """Error against run time of every method. Its options are those of validation/report.py, in the source tree."""
+    """Accuracy, speed and stability of every method, on the report's scenes or on SCENE.toml files; --help says more. Its
+    machinery is validation/report.py, in the source tree."""
     here = File.cwd()
     if not (here / "validation" / "report.py").is_file():
         raise click.ClickException(

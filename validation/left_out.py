@@ -1,0 +1,87 @@
+"""What is left out, and what that saves: gravity, the general form of a symmetric body, states and quantities nobody asked for."""
+import csv
+from dataclasses import replace
+from statistics import median
+
+import kreisel as kr
+
+from . import measure
+from .contenders import steered, suits
+from .plan import Task
+from .scenes import load
+
+STEPS, STEP, TOL = 4000, 2.0 ** -6, 1e-9
+QUANTITIES = ("velocity", "torque", "frame", "apex", "kinetic", "potential", "energy", "vertical", "axial")
+COLUMNS = ("kind", "name", "case", "seconds", "bytes")
+ASKED = ("the end", "every 100th state", "every state", "every state, all quantities")
+
+
+def forms(problem):
+    """The same top as a general body, as a symmetric one, and without gravity."""
+    i1, i2, i3 = problem.inertia
+    return {"general form": replace(problem, inertia=(i1, i2 * (1 + 1e-9), i3)).scene(),
+            "symmetric form": problem.scene(), "no gravity": problem.scene().replace(gravity=0.0)}
+
+
+def how(method):
+    return {"tol": TOL} if steered(method) == "tol" else {"step": STEP} if steered(method) else {}
+
+
+def by_form(rounds):
+    """Seconds of each method, to the same end, on each form of the thesis' top."""
+    calls, keys = [], []
+    for form, scene in forms(load("thesis")).items():
+        for method in kr.methods.values():
+            if suits(method, scene):
+                keys.append({"kind": "form", "name": method.name, "case": form})
+                calls.append(lambda scene=scene, method=method: kr.solve(scene, STEPS * STEP, method.name, **how(method)))
+    return [key | {"seconds": seconds} for key, seconds in zip(keys, medians(calls, rounds))]
+
+
+def medians(calls, rounds):
+    about = [min(measure.once(call) for _ in range(2)) for call in calls]
+    samples, interrupted = measure.interleaved(calls, about, rounds)
+    if interrupted:
+        raise KeyboardInterrupt
+    return [median(got) for got in samples]
+
+
+def ask(what):
+    """Seconds and bytes of a path of a fixed-step method, by what is wanted of it."""
+    scene = load("thesis").scene()
+    every = {"every 100th state": 100, "the end": None}.get(what, 1)
+    path = kr.solve(scene, STEPS * STEP, "strang", step=STEP, every=every)
+    if what != ASKED[-1]:
+        return path.states.nbytes
+    return path.states.nbytes + sum(getattr(path, name).nbytes for name in QUANTITIES)
+
+
+def by_wanted(rounds):
+    calls = [lambda what=what: ask(what) for what in ASKED]
+    return [{"kind": "wanted", "name": "strang", "case": what, "seconds": seconds, "bytes": call()}
+            for what, call, seconds in zip(ASKED, calls, medians(calls, rounds))]
+
+
+def tasks(plan):
+    yield Task("left out/form", lambda: by_form(plan.rounds), 1.0)
+    yield Task("left out/wanted", lambda: by_wanted(plan.rounds), .5)
+
+
+def rows(store):
+    return [row for found in store.under("left out/") for row in found]
+
+
+def table(found):
+    """Microseconds of each method on each form."""
+    lines = {}
+    for row in found:
+        if row["kind"] == "form":
+            lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
+    return lines
+
+
+def write_csv(file, found):
+    with file.open("w", newline="") as out:
+        writer = csv.DictWriter(out, COLUMNS)
+        writer.writeheader()
+        writer.writerows(found)
