@@ -20,6 +20,7 @@ from .path import Path, Plan, Stats
 from .quaternion import attitude_error, conventions, from_rotation
 from .scene import Scene
 from .solve import solve
+from .view import View, view
 
 __all__ = [
     "Body",
@@ -34,6 +35,7 @@ __all__ = [
     "Scene",
     "Stats",
     "Table",
+    "View",
     "__version__",
     "attitude_error",
     "compare",
@@ -44,4 +46,5 @@ __all__ = [
     "quaternion",
     "scenes",
     "solve",
+    "view",
 ]
