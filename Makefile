@@ -1,5 +1,5 @@
 # The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
-.PHONY: help build report test clean installed
+.PHONY: help build report test view clean installed
 # Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -20,14 +20,19 @@ report: build   ## accuracy, speed and stability of every method, in report/
 test: build     ## the tests in C, again under sanitizers, and in Python
 	@.ci/test
 
+view: build     ## the top in a browser
+	@.venv/bin/kreisel view
+
 clean:  ## removes all that was made here
-	rm -rf build .venv report dist .pytest_cache
+	rm -rf build .venv report dist .pytest_cache python/kreisel/viewer.html
 	find csrc python tests validation -name __pycache__ -prune -exec rm -rf {} +
 
 # The Python package stands in .venv by reference: an edit in python/ is there at once, one in csrc/ by `make build`.
 gsl := $(shell pkg-config --exists gsl 2>/dev/null && echo ON || echo OFF)
-sources := $(shell find CMakeLists.txt csrc python -type f ! -path '*/__pycache__/*')
-installed: .venv/kreisel-gsl-$(gsl)
+core := $(shell find CMakeLists.txt csrc -type f)
+sources := $(core) $(shell find python -type f ! -path '*/__pycache__/*' ! -path 'python/viewer/*' ! -name viewer.html)
+page := $(if $(shell command -v npm),python/kreisel/viewer.html)
+installed: $(page) .venv/kreisel-gsl-$(gsl)
 	@echo "ready: .venv/bin/kreisel, .venv/bin/python"
 
 .venv/kreisel-gsl-$(gsl): .venv/requirements.txt $(sources)
@@ -36,6 +41,10 @@ installed: .venv/kreisel-gsl-$(gsl)
 	@.venv/bin/python -m pip install -q --no-deps --no-build-isolation -e . \
 		--config-settings build-dir=build/venv --config-settings cmake.define.KREISEL_GSL=$(gsl)
 	@touch $@
+
+python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/viewer/* python/viewer/.npmrc)
+	@echo "building the page"
+	@.venv/bin/python python/viewer/build.py build/viewer $@
 
 .venv/requirements.txt: pyproject.toml .ci/requirements
 	@echo "getting what report and tests need into .venv; the first time takes minutes"

@@ -170,7 +170,7 @@ def test_solve_keeps_what_ctrl_c_left(tmp_path):
         (("solve", "thesis", "--t", "nan"), 1, "t must be finite"),
         (("compare", "thesis", "--t", 1, "--methods", "rk4"), 1, "give steps"),
         (("methods", "strng"), 1, "did you mean 'strang'?"),
-        (("view",), 2, "No such command"),
+        (("look",), 2, "No such command"),
     ],
 )
 def test_what_is_wrong_is_said(words, code, message):

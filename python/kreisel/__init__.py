@@ -23,6 +23,7 @@ from .rod import Rod, rod
 from .scene import Scene
 from .solve import solve
 from .units import Units, h_eps, scaled_units
+from .view import View, view
 
 __all__ = [
     "Apex",
@@ -41,6 +42,7 @@ __all__ = [
     "Stats",
     "Table",
     "Units",
+    "View",
     "__version__",
     "apex",
     "attitude_error",
@@ -55,4 +57,5 @@ __all__ = [
     "scaled_units",
     "scenes",
     "solve",
+    "view",
 ]

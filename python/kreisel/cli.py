@@ -170,6 +170,19 @@ def _kind(method: kr.Method) -> str:
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
 
+@main.command()
+@click.argument("scene", type=_scene, default="thesis")
+@click.option("--save", "file", type=click.Path(dir_okay=False), help="Write the page to a file, and open nothing.")
+def view(scene: kr.Scene, file: str | None) -> None:
+    """The top in a browser: to turn, to change, to compare methods on."""
+    try:
+        page = kr.view(scene, open=file is None)
+    except FileNotFoundError as error:
+        raise click.ClickException(str(error)) from None
+    if file:
+        page.save(file)
+
+
 @main.command(add_help_option=False, options_metavar="[OPTIONS] [SCENE.toml ...]", context_settings={"ignore_unknown_options": True})
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def report(arguments: tuple[str, ...]) -> None:

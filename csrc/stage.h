@@ -1,0 +1,55 @@
+/* A stage: tops side by side on one clock, with what is to be seen of them. Floor 4.
+ * Time is counted in whole ticks, so that steps of different length meet exactly. A top stands at multiples of its
+ * own step only. Tops are compared at common multiples only: elsewhere they stand at different times, and that
+ * difference would be taken for an error. Nothing depends on how the way is divided into calls. Memory is bounded. */
+#ifndef KR_STAGE_H
+#define KR_STAGE_H
+#include "kreisel.h"
+
+enum {
+    KR_STAGE_TOPS = 8,
+    KR_STAGE_TRACE = 4096,          /* attitudes kept of each top, one a step; then the oldest goes */
+    KR_STAGE_ROWS = 1024,           /* rows of the record; when it is full every other one goes, and from then on */
+    KR_STAGE_TICKS = 1000000        /* ticks to the unit of time */
+};
+
+typedef struct kr_measure {         /* of one top */
+    double energy, vertical, axial;
+    double fourth;                  /* K or G; NaN for a body that has none */
+    double error;                   /* frame error (half the attitude error) against another top; NaN without one, and
+                                     * where the two are at different times */
+} kr_measure;
+
+typedef struct kr_actor {
+    kr_scene scene;
+    kr_state now;
+    kr_top *top;                    /* the stage's own; NULL for a track, */
+    const kr_state *track;          /* whose states are the caller's */
+    int64_t length, eps, steps;     /* states of the track; ticks to the step; steps done */
+    int against;                    /* the top with which it is compared; -1: none */
+    kr_status status;               /* not KR_OK: it stays where it is */
+    kr_quat trace[KR_STAGE_TRACE];  /* attitude after step k at k % KR_STAGE_TRACE */
+} kr_actor;
+
+typedef struct kr_stage {
+    int tops;
+    int64_t clock;                  /* ticks that all tops have reached, up to their steps */
+    int64_t common;                 /* the least common multiple of the steps; 0 if it does not fit */
+    int64_t stride, rows;           /* ticks from row to row of the record; how many there are */
+    double time[KR_STAGE_ROWS];
+    kr_measure record[KR_STAGE_ROWS][KR_STAGE_TOPS];
+    kr_actor actor[KR_STAGE_TOPS];
+} kr_stage;
+
+/* An empty stage: one of zeros, or after this. */
+void kr_stage_clear(kr_stage *stage);
+/* One more top, at the start; begins the record anew. An adaptive method is looked at each eps. */
+kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps, double tol,
+                       int against);
+/* States computed elsewhere, eps apart, first the start. They must outlive the stage. */
+kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[], int64_t length,
+                             int64_t eps, int against);
+/* All tops on to their last step not after `target`, but at most so many steps in all. The clock then. */
+int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most);
+kr_measure kr_stage_measure(const kr_stage *stage, int i);
+#endif

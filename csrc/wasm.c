@@ -1,0 +1,40 @@
+/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and all of kreisel.h. Floor 5.
+ * Built for WebAssembly only, hence one stage to a page: the only global state there is. */
+#include "kreisel.h"
+#include "stage.h"
+
+#define EXPORT(type, name, parameters) KR_API type name parameters; KR_API type name parameters
+
+static kr_stage stage;
+static kr_measure measured;
+
+EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
+EXPORT(kr_status, kr_page_add, (const kr_scene *scene, const kr_method *method, double eps, double tol, int against))
+{
+    return kr_stage_add(&stage, scene, method, (int64_t)eps, tol, against);
+}
+EXPORT(kr_status, kr_page_add_track,
+       (const kr_scene *scene, const kr_state *track, int length, double eps, int against))
+{
+    return kr_stage_add_track(&stage, scene, track, length, (int64_t)eps, against);
+}
+EXPORT(double, kr_page_advance, (double target, int most))
+{
+    return (double)kr_stage_advance(&stage, (int64_t)target, most);
+}
+EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
+
+EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
+EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
+EXPORT(double, kr_page_steps, (int i)) { return (double)stage.actor[i].steps; }
+EXPORT(const kr_quat *, kr_page_trace, (int i)) { return stage.actor[i].trace; }
+EXPORT(int, kr_page_trace_size, (void)) { return KR_STAGE_TRACE; }
+EXPORT(const kr_measure *, kr_page_measure, (int i))
+{
+    measured = kr_stage_measure(&stage, i);
+    return &measured;
+}
+EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
+EXPORT(const double *, kr_page_time, (void)) { return stage.time; }
+EXPORT(const kr_measure *, kr_page_record, (void)) { return stage.record[0]; }
+EXPORT(int, kr_page_record_width, (void)) { return (int)(sizeof stage.record[0] / (sizeof(double))); }

@@ -1,0 +1,238 @@
+// The page comes to life: controls and keys to the page's state, and a frame loop.
+import { methods, stage, TICKS, version } from "./core.js";
+import { Charts } from "./charts.js";
+import { takeHold } from "./hands.js";
+import { offerFiles } from "./files.js";
+import { Page } from "./page.js";
+import { fromLink, takeShape } from "./scene.js";
+import { presets } from "./presets.js";
+import { View } from "./view.js";
+
+const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
+const $ = (id) => document.getElementById(id);
+const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const framed = window.parent !== window; // in a notebook: it waits to be started
+
+const view = new View($("view"));
+const page = new Page(view);
+page.cornersMove = () => $("move").checked;
+page.seen = (handle) => handle === "tip" && (tipSeen = true);
+let tipSeen = false;
+const hands = takeHold(view, page);
+const charts = new Charts(page);
+const files = offerFiles(page, view, charts, source);
+
+// Controls: how each shows the scene, and how it changes it.
+const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
+const other = (scene, eps) => (scene.eps = eps === null ? [scene.eps[0]] : [scene.eps[0], eps]);
+const number = (text, least) => {
+  const x = parseFloat(text);
+  if (!(x >= least && x < 1000)) throw new Error(`${text || "nothing"} is no step`);
+  return Math.round(x * TICKS) / TICKS;
+};
+const momentum = (k) => ({
+  get: (scene) => +scene.momentum[k].toPrecision(5),
+  set: (scene, text) => Number.isFinite(parseFloat(text)) && (scene.momentum[k] = parseFloat(text)),
+});
+const shown = (name) => ({ live: true, get: (scene) => scene.show[name], set: (scene, x) => (scene.show[name] = x) });
+const controls = {
+  eps1: { get: (s) => Math.log10(s.eps[0]), set: (s, x) => (s.eps[0] = round(10 ** x)) },
+  eps1_number: { get: (s) => s.eps[0], set: (s, x) => (s.eps[0] = number(x, 1 / TICKS)) },
+  eps2: { get: (s) => Math.log10(s.eps[1] ?? 0.2), set: (s, x) => other(s, round(10 ** x)) },
+  eps2_number: { get: (s) => s.eps[1] ?? 0.2, set: (s, x) => other(s, number(x, 1 / TICKS)) },
+  second_eps: { get: (s) => s.eps.length > 1, set: (s, on) => other(s, on ? 0.2 : null) },
+  speed: { live: true, get: (s) => s.speed, set: (s, x) => (s.speed = +x) },
+  gravity: { get: (s) => s.gravity, set: (s, x) => (s.gravity = +x) },
+  m0: momentum(0),
+  m1: momentum(1),
+  m2: momentum(2),
+  shape: { get: (s) => s.shape, set: takeShape },
+  method1: { get: (s) => s.methods[0], set: (s, name) => (s.methods[0] = name) },
+  method2: {
+    get: (s) => s.methods[1] ?? "",
+    set: (s, name) =>
+      Object.assign(s, name ? { methods: [s.methods[0], name] } : { methods: [s.methods[0]], second: null }),
+  },
+  distance: { live: true, get: (s) => s.distance, set: (s, x) => (s.distance = +x) },
+  ghost: { get: (s) => s.ghost, set: (s, on) => (s.ghost = on) },
+  stop: { live: true, get: (s) => s.stop ?? "", set: (s, x) => (s.stop = x > 0 ? meeting(+x) : null) },
+  quantity: { live: true, get: (s) => s.chart, set: (s, name) => ((s.chart = name), charts.build()) },
+  trace: shown("trace"),
+  rod: shown("rod"),
+  axes: shown("axes"),
+  floor: shown("floor"),
+  flat: shown("flat"),
+  opacity: { live: true, get: (s) => s.show.opacity, set: (s, x) => (s.show.opacity = +x) },
+};
+// The nearest time at which all steps meet.
+const meeting = (t) => {
+  const common = stage.common();
+  return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;
+};
+let gesture = null; // the control that is being moved: one undo for all of it
+for (const [id, { set, live }] of Object.entries(controls)) {
+  const control = $(id);
+  const typed = control.type === "number" || control.tagName === "SELECT";
+  control.addEventListener(typed ? "change" : "input", () => {
+    const value = control.type === "checkbox" ? control.checked : control.value;
+    if (live) {
+      set(page.scene, value);
+      view.show(page.scene);
+      return show();
+    }
+    try {
+      if (gesture !== id) page.begin();
+      gesture = control.type === "range" ? id : null;
+      page.edit((scene) => set(scene, value));
+    } catch (error) {
+      page.say(error.message);
+    }
+  });
+  control.addEventListener("change", () => (gesture = null));
+}
+for (const method of methods)
+  for (const id of ["method1", "method2"]) $(id).add(new Option(method.name, method.name));
+$("method2").add(new Option("nothing", ""), 0);
+presets.forEach((preset, i) => $("preset").add(new Option(`${i + 1}  ${preset.name}`, i)));
+const asGiven = new Option("as given", -1);
+$("preset").add(asGiven);
+$("preset").addEventListener("change", () => $("preset").value >= 0 && choose(+$("preset").value));
+
+function choose(i) {
+  page.replace(presets[i], true);
+  page.run(!calm.matches);
+}
+function show() {
+  const { scene } = page;
+  for (const [id, { get }] of Object.entries(controls)) {
+    const value = get(scene);
+    if ($(id).type === "checkbox") $(id).checked = value;
+    else if (document.activeElement !== $(id) || $(id).type !== "number") $(id).value = value;
+  }
+  for (const id of ["eps2", "eps2_number"]) $(id).disabled = scene.eps.length < 2;
+  for (const id of ["speed", "gravity", "distance"]) $(`${id}_is`).textContent = scene[id].toFixed(1);
+  $("opacity_is").textContent = scene.show.opacity.toFixed(2);
+  for (const option of [...$("method1").options, ...$("method2").options])
+    option.disabled =
+      !!option.value && !methods.find((m) => m.name === option.value).suits(page.block, scene.gravity);
+  $("preset").value = presets.findIndex((preset) => preset.name === scene.name);
+  asGiven.hidden = $("preset").selectedIndex >= 0;
+  asGiven.text = scene.name;
+  if (!asGiven.hidden) $("preset").value = -1;
+  $("about").textContent = scene.about;
+  const run = $("run");
+  run.textContent = page.running ? "Stop" : "Start";
+  $("undo").disabled = !page.past.length;
+  const common = stage.common();
+  $("common").textContent = common ? common / TICKS : "never, in numbers that fit";
+  const [mass, ...b] = page.block.slice(0, 7).map((x) => +x.toPrecision(4));
+  $("body").innerText = `A ${page.kind.replace("_", "-")} top. Mass ${mass}; moments ${b.slice(0, 3).join(", ")};
+    centre of mass ${b.slice(3).join(", ")} (along N, B, T)`;
+}
+page.onChange(show);
+let built = null; // the tops for which the charts were made
+page.onChange(() => {
+  if (built === page.tops) return;
+  built = page.tops;
+  charts.build();
+});
+
+$("run").addEventListener("click", () => page.run(!page.running));
+$("step").addEventListener("click", () => page.step());
+$("reset").addEventListener("click", () => page.reset());
+$("undo").addEventListener("click", () => page.undo());
+
+const KEYS = {
+  " ": ["run, stop", () => page.run(!page.running)],
+  ArrowRight: ["one step", () => page.step()],
+  r: ["back to the start", () => page.reset()],
+  z: ["undo (Ctrl Z too)", () => page.undo()],
+  c: ["compare four", () => choose(1)],
+  t: ["trace", () => $("trace").click()],
+  e: ["elastic rod", () => $("rod").click()],
+  p: ["principal axes", () => $("axes").click()],
+  v: ["2D view", () => $("flat").click()],
+  d: ["panel", () => (($("panel").hidden = !$("panel").hidden), size())],
+  s: ["picture", () => $("png").click()],
+  "?": ["this list", () => files.say("Keys", `1 .. ${presets.length}  what to look at\n${keyList()}`)],
+  Escape: ["leave a drag", () => hands.cancel()],
+};
+const keyList = () =>
+  Object.entries(KEYS)
+    .map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`)
+    .join("\n");
+addEventListener("keydown", (event) => {
+  const typing = event.target.closest("input, select, textarea, summary, button");
+  if (event.target.closest("dialog")) return;
+  if ((event.ctrlKey || event.metaKey) && event.key === "z" && !event.target.closest("input[type=number]")) {
+    event.preventDefault();
+    return page.undo();
+  }
+  if (event.ctrlKey || event.metaKey || event.altKey || (typing && event.key !== "Escape")) return;
+  const preset = presets[event.key - 1];
+  const [, act] = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key] ?? [];
+  if (!preset && !act) return;
+  event.preventDefault();
+  preset ? choose(event.key - 1) : act();
+});
+
+function size() {
+  const panel = $("panel");
+  const phone = innerWidth <= 700;
+  const [right, bottom] = panel.hidden ? [0, 0] : phone ? [0, panel.offsetHeight] : [panel.offsetWidth + 12, 0];
+  view.size(innerWidth, innerHeight, right, bottom);
+}
+addEventListener("resize", size);
+new ResizeObserver(size).observe($("panel"));
+
+let last = 0;
+let charted = 0;
+function frame(now) {
+  const passed = Math.min((now - last) / 1000, 0.1);
+  last = now;
+  if (page.running) {
+    const wanted = page.target + passed * page.scene.speed * TICKS;
+    page.advance(wanted, true);
+  }
+  $("clock").textContent = `${page.late ? "slower than asked, " : ""}t = ${(page.clock / TICKS).toFixed(2)}`;
+  if (now - charted > 120 && (page.running || charts.at !== page.clock)) {
+    charted = now;
+    charts.at = page.clock;
+    charts.update();
+  }
+  label();
+  view.render();
+  requestAnimationFrame(frame);
+}
+// What the green tip is for, until it was taken once.
+function label() {
+  const first = view.tops.findIndex((top) => top.m);
+  $("tip").hidden = tipSeen || first < 0 || (innerWidth <= 700 && page.running);
+  if ($("tip").hidden || !view.dirty) return;
+  const [x, y] = view.project(view.handle("tip", first));
+  Object.assign($("tip").style, { left: `${x}px`, top: `${y}px` });
+  $("tip").classList.toggle("left", x > 0.4 * innerWidth);
+}
+
+const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
+const given = linked || JSON.parse($("scene").textContent);
+size();
+page.load(given ?? presets[0]);
+if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
+setTimeout(() => ($("hint").style.opacity = 0), 20000);
+requestAnimationFrame(frame);
+
+// For tests and for the curious: the page's state and what moves it.
+window.kreisel = {
+  version,
+  page,
+  view,
+  charts,
+  stage,
+  presets,
+  choose,
+  takeShape,
+  at: (kind, i = 0, number = 0) => view.project(view.handle(kind, i, number)),
+  advance: (t) => page.advance(Math.round(t * TICKS)),
+  states: () => page.tops.map((_, i) => Array.from(stage.state(i))),
+};

@@ -1,0 +1,223 @@
+"""The page in hand: every drag, control and key changes what it should, and nothing else."""
+
+import numpy as np
+import pytest
+from browser import changed, clock, drag, scene, visit
+
+
+# Drags
+
+
+def test_drag_of_the_tip_sets_the_momentum(page):
+    before = scene(page)
+    velocity = "kreisel.view.tops[0].w.quaternion.toArray()"
+    old = page.evaluate(velocity)
+    start, end = drag(page, "tip", (60, -80))
+    assert end - start == pytest.approx((60, -80), abs=1)
+    assert changed(before, scene(page)) == {"momentum"} and page.evaluate(velocity) != old
+    m = np.array(scene(page)["momentum"])
+    drag(page, "tip", (30, -10), key="Shift")
+    along = np.array(scene(page)["momentum"])
+    assert np.linalg.norm(np.cross(m, along)) < 1e-9 * m @ m
+    assert np.linalg.norm(along) != pytest.approx(np.linalg.norm(m), rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["face", "edge"])
+def test_drag_of_face_or_edge_turns(page, kind):
+    before = scene(page)
+    drag(page, kind, (50, 20), number=5 if kind == "face" else 0)
+    assert changed(before, scene(page)) == {"attitude"}
+    assert np.linalg.norm(scene(page)["attitude"]) == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("shape", ["free", "lagrange", "kowalewski", "goryachev_chaplygin"])
+def test_drag_of_a_corner_resizes(page, shape):
+    page.evaluate("name => kreisel.page.edit((s) => kreisel.takeShape(s, name))", shape)
+    before = scene(page)["body"]
+    start, end = drag(page, "corner", (25, -30), number=5)
+    after = scene(page)["body"]
+    n, b, t = after["half"]
+    assert after["half"] != before["half"] and after["pivot"] == pytest.approx((0, 0, -t))
+    if shape == "free":
+        assert end - start == pytest.approx((25, -30), abs=1)
+    elif shape == "lagrange":
+        assert n == b
+    else:
+        assert (n / b, t / b) == pytest.approx(({"k": 3, "g": 7}[shape[0]] ** 0.5, 0.5))
+        assert page.evaluate("kreisel.page.kind") == shape
+
+
+@pytest.mark.parametrize("how", ["middle", "Alt", "tool"])
+def test_drag_of_a_corner_moves_the_fixed_point(page, how):
+    before = scene(page)
+    if how == "tool":
+        page.get_by_label("Corners move the fixed point").check()
+    hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[how]
+    start, end = drag(page, "corner", (-30, 25), number=5, **hold)
+    after = scene(page)
+    if how == "tool":
+        page.get_by_label("Corners move the fixed point").uncheck()
+    assert end - start == pytest.approx((-30, 25), abs=1)
+    assert after["body"]["half"] == before["body"]["half"] and after["body"]["pivot"] != before["body"]["pivot"]
+    assert after["momentum"] == before["momentum"] and page.evaluate("kreisel.page.kind") == "general"
+    assert after["methods"] == ["strang"] and not page.evaluate("kreisel.view.tops[0].axes.visible")
+
+
+def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
+    x, y = page.evaluate("kreisel.at('corner', 0, 5)")
+    page.mouse.move(x, y)
+    page.mouse.down(button="middle")
+    page.mouse.move(x + 9, y + 9)
+    assert page.evaluate("kreisel.view.tops[0].axes.visible")
+    page.keyboard.press("Escape")
+    assert scene(page)["body"]["pivot"] == [0, 0, -1] and not page.evaluate("kreisel.view.tops[0].axes.visible")
+    page.mouse.up(button="middle")
+
+
+def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
+    before = scene(page)
+    page.evaluate("kreisel.advance(3)")
+    state = page.evaluate("kreisel.states()[0]")
+    drag(page, "tip", (20, 20))
+    assert scene(page)["attitude"] == state[1:5] and clock(page) == 0
+    page.keyboard.press("Control+z")
+    assert scene(page) == before
+
+
+def test_touch_drags_too(browser):
+    page = visit(browser, size=(390, 780), has_touch=True, is_mobile=True, reduced_motion="reduce")
+    x, y = page.evaluate("kreisel.at('tip')")
+    assert y < 400
+    page.evaluate("""([x, y]) => {
+        const canvas = kreisel.view.canvas;
+        canvas.setPointerCapture = () => {};
+        const send = (type, x, y) => canvas.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: y,
+            pointerId: 7, pointerType: 'touch', button: 0, buttons: 1, bubbles: true, cancelable: true}));
+        send('pointerdown', x + 6, y - 5);
+        send('pointermove', x + 46, y - 35);
+        send('pointerup', x + 46, y - 35);
+    }""", [x, y])
+    assert np.subtract(page.evaluate("kreisel.at('tip')"), (x, y)) == pytest.approx((40, -30), abs=1)
+    page.context.close()
+
+
+# Controls, by the names that a screen reader says
+
+
+@pytest.mark.parametrize(
+    "role, name, keys, key, expected",
+    [
+        ("slider", "Step ε", "ArrowRight", "eps", lambda eps: eps[0] > 0.01),
+        ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
+        ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
+        ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
+        ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
+        ("checkbox", "Each with a second step", "Space", "eps", lambda eps: eps == [0.01, 0.2]),
+        ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
+        ("checkbox", "Trace of the apex", "Space", "show", lambda show: not show["trace"]),
+        ("checkbox", "Elastic rod", "Space", "show", lambda show: show["rod"]),
+        ("checkbox", "Principal axes", "Space", "show", lambda show: show["axes"]),
+        ("checkbox", "Floor", "Space", "show", lambda show: not show["floor"]),
+        ("checkbox", "2D view", "Space", "show", lambda show: show["flat"]),
+    ],
+)
+def test_control(page, role, name, keys, key, expected):
+    before = scene(page)
+    page.get_by_role(role, name=name).first.press(keys)
+    assert changed(before, scene(page)) == {key} and expected(scene(page)[key])
+
+
+@pytest.mark.parametrize(
+    "name, value, key, expected",
+    [
+        ("Step ε, number", "0.037", "eps", [0.037]),
+        ("Momentum, first component", "2.5", "momentum", [2.5, -1.862, 1.46]),
+        ("Momentum, second component", "2.5", "momentum", [0.172, 2.5, 1.46]),
+        ("Momentum, vertical component", "2.5", "momentum", [0.172, -1.862, 2.5]),
+        ("Stop at t", "7.004", "stop", 7),
+    ],
+)
+def test_number(page, name, value, key, expected):
+    before = scene(page)
+    field = page.get_by_label(name, exact=True)
+    field.fill(value)
+    field.press("Tab")
+    assert changed(before, scene(page)) == {key} and scene(page)[key] == expected
+
+
+def test_choices(page):
+    page.get_by_label("Beside it").select_option("rk4")
+    page.get_by_label("Method").first.select_option("strang")
+    assert scene(page)["methods"] == ["strang", "rk4"] and page.evaluate("kreisel.page.tops.length") == 2
+    page.evaluate("kreisel.advance(1); kreisel.charts.update()")
+    page.get_by_label("Quantity in the chart").select_option("axial")
+    assert scene(page)["chart"] == "axial"
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert page.evaluate("kreisel.page.kind") == "kowalewski"
+    assert page.locator("#method1 option[value=bobenko_suris]").is_disabled()
+    page.get_by_label("Shape").select_option("goryachev_chaplygin")
+    assert page.evaluate("kreisel.page.kind") == "goryachev_chaplygin" and scene(page)["momentum"][2] == 0
+    page.get_by_label("What to look at").select_option(label="5  Dzhanibekov's nut")
+    assert scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
+
+
+def test_bad_numbers_change_nothing(page):
+    before = scene(page)
+    field = page.get_by_label("Step ε, number", exact=True)
+    field.fill("-1")
+    field.press("Tab")
+    assert scene(page) == before and "no step" in page.locator("#words").inner_text()
+
+
+def test_buttons_and_keys(page):
+    page.get_by_role("button", name="Step", exact=True).click()
+    assert clock(page) == 10000
+    page.locator("canvas").first.focus()
+    page.keyboard.press("ArrowRight")
+    assert clock(page) == 20000
+    page.keyboard.press("r")
+    assert clock(page) == 0
+    page.keyboard.press("Space")
+    page.wait_for_function("kreisel.page.clock > 0")
+    page.get_by_role("button", name="Stop").click()
+    assert not page.evaluate("kreisel.page.running")
+    for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
+        before = scene(page)["show"][what]
+        page.keyboard.press("Escape")
+        page.locator("canvas").first.focus()
+        page.keyboard.press(key)
+        assert scene(page)["show"][what] != before
+    page.keyboard.press("3")
+    assert scene(page)["name"] == "Kowalewski"
+    page.keyboard.press("c")
+    assert scene(page)["name"] == "Compare four" and page.evaluate("kreisel.page.tops.length") == 4
+    page.keyboard.press("d")
+    assert not page.locator("#panel").is_visible()
+    page.keyboard.press("d")
+    page.keyboard.press("?")
+    assert "principal axes" in page.locator("#text").input_value()
+    page.keyboard.press("Escape")
+    page.keyboard.press("z")
+    assert scene(page)["name"] == "Kowalewski"
+
+
+def test_stops_at_the_stop_time(page):
+    page.evaluate("kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)")
+    assert clock(page) == 500000 and not page.evaluate("kreisel.page.running")
+
+
+def test_toggles_and_table(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()")
+    page.get_by_role("checkbox", name="rk4 0.2").uncheck()
+    assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [True, True, True, True, False]
+    page.get_by_role("checkbox", name="rk4 0.2").check()
+    rows = page.locator("#integrals tr").all_inner_texts()
+    assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
+
+
+def test_all_controls_have_names(page):
+    nameless = page.evaluate("""[...document.querySelectorAll('button, input, select, textarea, canvas')]
+        .filter((e) => !e.closest('.uplot') && !e.getAttribute('aria-label') && !e.getAttribute('aria-labelledby'))
+        .filter((e) => !e.labels?.[0]?.textContent.trim() && !(e.tagName === 'BUTTON' && e.textContent.trim()))
+        .map((e) => e.outerHTML)""")
+    assert nameless == []
