@@ -28,7 +28,9 @@ SCENES = {"thesis": "the thesis' top", "tilted": "tilted", "upside down": "upsid
 def library():
     """The core, and the loops that time it."""
     compiler = shutil.which("gcc") or exit("needs gcc")
-    plain = [file for folder in ("", "methods", "exact") for file in (CSRC / folder).glob("*.c") if file.name != "states.c"]
+    apart = {"states.c", "wasm.c"}      # that is built by the other file; and for the page
+    folders = [CSRC / folder for folder in ("", "methods", "exact", "taylor")]
+    plain = [file for folder in folders for file in folder.glob("*.c") if file.name not in apart]
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "bench_exact.so"
         objects = [Path(folder) / f"{i}.o" for i in range(len(plain))]

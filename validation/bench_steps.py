@@ -46,7 +46,7 @@ def steps(scene, rounds):
     """Median cost of a step and the ratios to heyoka's, round by round."""
     problem = load(scene)
     heyokas = {name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options) for name, options in HEYOKA.items()}
-    methods = [who.name for who in ours(problem) if not who.adaptive]
+    methods = [who.name for who in ours(problem) if who.steered == "step"]
     times = samples_of({**{name: run.solve for name, run in heyokas.items()},
                         **{name: a_solve(problem, name) for name in methods}}, rounds)
     per_step = {name: [s / heyokas[name].steps for s in times[name]] for name in heyokas}
@@ -66,7 +66,7 @@ def recording(scene, rounds):
     problem = load(scene)
     print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
     for who in ours(problem):
-        if not who.adaptive:
+        if who.steered == "step":
             times = samples_of({"none": a_solve(problem, who.name), "all": a_solve(problem, who.name, every=1)}, rounds)
             print(f"  {who.name:20} {with_spread([a / b for a, b in zip(times['all'], times['none'])], '.3f')}")
 

@@ -131,12 +131,12 @@ class Contender:
 
 def suits(method, scene):
     """Whether it can move this scene; a closed form may ask for more than a body."""
-    return method.suits(scene) if hasattr(method, "suits") else method.applies_to(scene.body)
+    return method.suits(scene)
 
 
 def steered(method):
     """By what: a closed form has neither step nor tolerance."""
-    return "" if getattr(method, "exact", False) else "tol" if method.adaptive else "step"
+    return "" if method.exact else "tol" if method.adaptive else "step"
 
 
 def ours(problem):

@@ -140,7 +140,7 @@ def ways(problem, end, kept):
     yield "heyoka, 80 bit", angle(true, states(problem, [end], "velocity", FINER)[0])
     for name, method in kr.methods.items():
         many, scene = getattr(method, "digits", False), problem.scene()
-        if (many or getattr(method, "exact", False)) and suits(method, scene):
+        if (many or method.exact) and suits(method, scene):
             path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
             q = problem.principal(path.q[-1])
             low = problem.principal(path.q_low[-1]) if many else np.zeros(4)
