@@ -30,7 +30,7 @@ def test_every_family_has_cases_and_no_two_share_a_name():
                                   "SI: nanoparticle, 1e9 rad/s"])
 def test_nothing_is_wrong_in_silence(name):
     found = cells(name)
-    assert set(found) == {method for method in kr.methods if contenders.suits(kr.methods[method], CASES[name].scene())}
+    assert set(found) == {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
     for method, cell in found.items():
         assert cell["verdict"] in ("right", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
@@ -103,7 +103,7 @@ def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
 
 def test_random_tops_are_run_by_every_method_that_suits_them():
     found = ensemble.examine("Euler", 2)
-    suited = [name for name, method in kr.methods.items() if contenders.suits(method, ensemble.tops("Euler", 1)[0].user)]
+    suited = [name for name, method in kr.methods.items() if method.suits(ensemble.tops("Euler", 1)[0].user)]
     assert [run["method"] for run in found] == 2 * suited
     worst = {line["method"]: line["worst"] for line in ensemble.summary(found)}
     assert worst["exact"] < 1e-13 and all(0 <= error <= pi for error in worst.values())

@@ -177,7 +177,7 @@ def test_the_report_writes_its_table(quick):
     for name in HORIZONS:
         ran = {run["method"]: run for run in runs(quick) if run["scene"] == name}     # the tightest of each
         scene = load(name).scene()
-        suited = {method for method in kr.methods if contenders.suits(kr.methods[method], scene)}
+        suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
         assert set(ran) == suited | {"heyoka", "scipy_dop853"}
         for method, run in ran.items():
             assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
@@ -193,7 +193,7 @@ def test_the_report_writes_its_page(quick):
     assert (machine.GSL_MISSING in page) == (not machine.has_gsl())
     scenes = [load(name).scene() for name in HORIZONS]
     for name, method in kr.methods.items():
-        assert (f">{name}<" in page) == any(contenders.suits(method, scene) for scene in scenes)
+        assert (f">{name}<" in page) == any(method.suits(scene) for scene in scenes)
     for file in set(re.findall(r'href="([^#"]+)"', page)) - {"thesis.html"}:     # that one has a command of its own
         assert (quick / file).exists(), file
 

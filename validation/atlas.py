@@ -18,7 +18,7 @@ import numpy as np
 import kreisel as kr
 
 from . import truth
-from .contenders import steered, suits
+from .contenders import steered
 from .plan import Task
 from .scenes import attitude_error, described
 
@@ -126,7 +126,7 @@ def examine(case):
     true = truth.on_the_way(problem, end)
     about |= {"conditioning": true["worst"], "truth_bits": true["bits"], "agreement": true["agreement"]}
     return [about | judged(case, problem, scene, method, true, end, step)
-            for method in kr.methods.values() if suits(method, scene)]
+            for method in kr.methods.values() if method.suits(scene)]
 
 
 def tasks(cases):

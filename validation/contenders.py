@@ -129,11 +129,6 @@ class Contender:
     peer: bool = False      # something to compare with, also where kreisel gives access to it (GSL)
 
 
-def suits(method, scene):
-    """Whether it can move this scene; a closed form may ask for more than a body."""
-    return method.suits(scene)
-
-
 def steered(method):
     """By what: a closed form has neither step nor tolerance."""
     return "" if method.exact else "tol" if method.adaptive else "step"
@@ -143,7 +138,7 @@ def ours(problem):
     """Every method of kreisel that can move this top."""
     scene = problem.scene()
     for name, method in kr.methods.items():
-        if suits(method, scene):
+        if method.suits(scene):
             yield Contender(name, method.text, steered(method), partial(KreiselRun, name), peer=name.startswith("gsl_"))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import kreisel as kr
 
 from . import measure, truth
-from .contenders import steered, suits
+from .contenders import steered
 from .plan import Task
 from .scenes import attitude_error, described
 
@@ -101,7 +101,7 @@ def outcome(problem, true, name, setting):
 def examine(kind, members):
     """Every method on every top, top by top, so that what disturbs, disturbs all alike."""
     problems = tops(kind, members)
-    methods = [method for method in kr.methods.values() if suits(method, problems[0].user)]
+    methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fitted(method, problems[:SOME]) for method in methods}
     found = []
     for i, problem in enumerate(problems):

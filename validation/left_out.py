@@ -6,7 +6,7 @@ from statistics import median
 import kreisel as kr
 
 from . import measure
-from .contenders import steered, suits
+from .contenders import steered
 from .plan import Task
 from .scenes import load
 
@@ -32,7 +32,7 @@ def by_form(rounds):
     calls, keys = [], []
     for form, scene in forms(load("thesis")).items():
         for method in kr.methods.values():
-            if suits(method, scene):
+            if method.suits(scene):
                 keys.append({"kind": "form", "name": method.name, "case": form})
                 calls.append(lambda scene=scene, method=method: kr.solve(scene, STEPS * STEP, method.name, **how(method)))
     return [key | {"seconds": seconds} for key, seconds in zip(keys, medians(calls, rounds))]

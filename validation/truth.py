@@ -17,7 +17,6 @@ import numpy as np
 import kreisel as kr
 
 from . import equations
-from .contenders import suits
 from .scenes import HORIZONS, SHORT, load
 
 FILE = Path(__file__).with_name("truth.json")
@@ -139,8 +138,8 @@ def ways(problem, end, kept):
         yield "heyoka, 128 bit, spin apart", angle(true, states(problem, [end], "symmetric")[0])
     yield "heyoka, 80 bit", angle(true, states(problem, [end], "velocity", FINER)[0])
     for name, method in kr.methods.items():
-        many, scene = getattr(method, "digits", False), problem.scene()
-        if (many or method.exact) and suits(method, scene):
+        many, scene = method.digits, problem.scene()
+        if (many or method.exact) and method.suits(scene):
             path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
             q = problem.principal(path.q[-1])
             low = problem.principal(path.q_low[-1]) if many else np.zeros(4)
