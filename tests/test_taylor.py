@@ -100,3 +100,8 @@ def test_a_limit_keeps_the_low_words():
         kr.solve(SCENE, [1, 2, 50], digits=30, max_steps=5)
     path = failure.value.path
     assert len(path) == len(path.q_low) >= 2 and path.q_low[-1].any()
+
+
+def test_auto_asked_for_digits_is_the_method_that_has_them():
+    path = kr.solve(kr.scenes.thesis, 2, digits=30)
+    assert path.method == "taylor" and path.q_low.any()

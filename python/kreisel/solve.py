@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core, check, errors, geometric
 from .check import Array
-from .methods import Method, fitting
+from .methods import ELSE, Method, fitting
 from .path import Path, Stats
 from .scene import Scene
 
@@ -33,8 +33,9 @@ def solve(
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is exact where it applies, else taylor; 'geometric' chooses a structure-
-               preserving method and its step so that `error` is met, and says in path.plan what it chose
+    method     a name in kreisel.methods; 'auto' is exact where it applies and no digits are asked for, else taylor;
+               'geometric' chooses a structure-preserving method and its step so that `error` is met, and says in path.plan
+               what it chose
     step       positive [T]. Methods of fixed step need it: a path has one grid k step, and a time off it is read by a
                side step, so that states do not depend on what else was asked for. Adaptive methods: the first step
     tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed. exact meets any
@@ -52,7 +53,7 @@ def solve(
         return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "digits": digits, "every": every})
     if error is not None:
         raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
-    chosen = fitting(method, scene)
+    chosen = fitting(ELSE if method == "auto" and digits is not None else method, scene)
     h, accuracy, precision = _step(chosen, step), _tol(chosen, tol), _digits(chosen, digits, tol)
     times = _times(t, h, _every(chosen, every))
     return _run(scene, chosen, times, h, accuracy, precision, check.whole("max_steps", max_steps, 0))
