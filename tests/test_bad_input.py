@@ -157,6 +157,7 @@ def test_attitude_up_to_rounding():
         ({**FIXED, "tol": 1e-6}, ValueError, "method 'rk4' has no tolerance"),
         ({"tol": 0}, ValueError, "tol must be positive, not 0"),
         ({"tol": INF}, ValueError, "tol must be finite"),
+        ({"method": "taylor", "tol": 2}, ValueError, "tol must be below 1: .* not 2"),
         ({"step": -1}, ValueError, "step must be positive"),
         ({"every": 2}, ValueError, "every needs a method of fixed step; exact has none"),
         ({**FIXED, "every": 0}, ValueError, "every must be at least 1"),
@@ -170,6 +171,12 @@ def test_attitude_up_to_rounding():
 )
 def test_solve(words, exception, message):
     refused(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
+
+
+@pytest.mark.parametrize("reader", [kr.rod, kr.apex, lambda path: kr.h_eps(path, 0.1)])
+def test_what_reads_a_path_takes_no_scene(reader):
+    with pytest.raises(TypeError, match=r"path must be a kreisel.Path, not Scene\("):
+        reader(TOP)
 
 
 def test_method_that_does_not_apply():

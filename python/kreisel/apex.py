@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import check
 from .check import Array
 from .path import Path
 
@@ -95,6 +96,7 @@ class Apex:
 
 def apex(path: Path) -> Apex:
     """The trace of the centre of mass, of T where it is the fixed point, with what can be read from it."""
+    check.kind("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene.body.kind)
 
 

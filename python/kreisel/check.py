@@ -15,6 +15,12 @@ Quaternion = tuple[float, float, float, float]
 VectorLike = Sequence[float] | npt.NDArray[Any]
 
 
+def kind(name: str, value: Any, wanted: type) -> None:
+    """Refuses what is not a kreisel.Scene, kreisel.Path and so on."""
+    if not isinstance(value, wanted):
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {value!r}")
+
+
 def number(name: str, value: Any) -> float:
     """A finite float."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value

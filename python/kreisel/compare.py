@@ -145,8 +145,7 @@ def compare(
 
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
+    check.kind("scene", scene, Scene)
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {methods!r}")
     names = list(methods) if methods is not None else [m.name for m in known.values() if m.suits(scene)]

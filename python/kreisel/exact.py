@@ -81,8 +81,7 @@ def exact(scene: Scene, *, map: str | None = None, step: float | None = None) ->
 
     Raises ValueError, with the reason, for a scene without closed form.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
+    check.kind("scene", scene, Scene)
     if map is not None:
         return _exact_map(scene, map, step)
     if step is not None:

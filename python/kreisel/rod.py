@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _core
+from . import _core, check
 from .body import Body
 from .check import Array, Vector
 from .path import Path
@@ -85,6 +85,7 @@ def rod(path: Path) -> Rod:
     where it is the fixed point. Raises ValueError for a centre of mass off the axes: then the weight pulls the top about
     in a way that no force at the ends of a rod does.
     """
+    check.kind("path", path, Path)
     body = path.scene.body
     axes = _axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)

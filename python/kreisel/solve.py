@@ -47,8 +47,7 @@ def solve(
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs; kreisel.Error for a run
     that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both with `.path` up to the last good state.
     """
-    if not isinstance(scene, Scene):
-        raise TypeError(f"scene must be a kreisel.Scene, not {scene!r}")
+    check.kind("scene", scene, Scene)
     if method == "geometric":
         return _geometric(scene, t, error, max_steps, {"step": step, "tol": tol, "digits": digits, "every": every})
     if error is not None:
@@ -106,6 +105,8 @@ def _tol(method: Method, tol: Any) -> float | None:
     if not (method.adaptive or method.implicit):
         raise ValueError(f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out")
     accuracy = check.positive("tol", tol)
+    if method.adaptive and accuracy >= 1.0:
+        raise ValueError(f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}")
     return None if method.exact else accuracy
 
 

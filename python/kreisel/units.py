@@ -51,6 +51,7 @@ def h_eps(path: Path, step: float) -> Array:
 
     The energy is I1 times its first two terms and the constant (1 / alpha - 1) <m, a>^2 / 2. `path` in any units.
     """
+    check.kind("path", path, Path)
     i1, i3 = _lagrange(path.scene.body)
     kept: Array = path.modified_energy(check.number("step", step)) / i1 - (i1 / i3 - 1.0) * (path.axial / i1) ** 2 / 2.0
     return kept
