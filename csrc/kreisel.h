@@ -123,7 +123,8 @@ enum {
     KR_INTEGRABLE = 256,        /* for those, and for any body on which no torque acts */
     KR_SYMMETRIC_ONLY = 512,    /* for bodies with two equal moments */
     KR_EULER_ONLY = 1024,       /* for bodies supported at their centre of mass */
-    KR_DIGITS = 2048            /* can be asked for more digits than a double has */
+    KR_DIGITS = 2048,           /* can be asked for more digits than a double has */
+    KR_HEADLESS = 4096          /* can leave out the heading: the turn about the vertical */
 };
 typedef struct kr_method kr_method;
 KR_API size_t           kr_method_count(void);
@@ -148,6 +149,7 @@ typedef struct kr_config {
     int   (*poll)(void *context);       /* called at least every 256 steps and in every adaptive one; not 0: stop; may be NULL */
     void   *context;
     int     digits;     /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
+    int     leave_heading;      /* KR_HEADLESS, up to 16 digits: not 0 for states up to some turn about the vertical, sooner */
 } kr_config;
 typedef struct kr_stats { int64_t steps, rejected, evaluations, iterations; } kr_stats;
 typedef struct kr_top kr_top;

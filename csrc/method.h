@@ -12,6 +12,7 @@ typedef struct kr_run {
     kr_vec3 lever;          /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     double step, tol;       /* from the config; tol 0: the method's own */
     double clock;           /* time since the start; kept by adaptive methods only */
+    int leave_heading;      /* KR_HEADLESS only: q and m up to a turn about the vertical, the same for both */
     int digits;             /* KR_DIGITS only, 0: as `tol` says. Above 16 also what doubles leave out: */
     kr_vec3 lever_low;      /* of the lever, */
     kr_state low;           /* of the start at `reset`; of the clock at `at`, and of the state that it gives */

@@ -158,6 +158,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (status != KR_OK) return status;
     if (!method || !out || !isfinite(config.step) || !isfinite(config.tol) || config.tol < 0.0) return KR_ERR_ARGUMENT;
     if (digits_of(method, &config) < 0) return KR_ERR_ARGUMENT;
+    if (config.leave_heading && (!(method->flags & KR_HEADLESS) || config.digits > 16)) return KR_ERR_ARGUMENT;
     if (config.step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     if (config.step != 0.0 && scene->start.t + config.step == scene->start.t) return KR_ERR_STEP;
@@ -168,6 +169,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     top->config = config;
     top->forward = config.step < 0.0 ? -1.0 : 1.0;
     top->main.digits = digits_of(method, &config);
+    top->main.leave_heading = config.leave_heading;
     top->main.work = top->memory;
     if (!(method->flags & KR_DENSE)) {
         top->side.work = top->memory + method->work;

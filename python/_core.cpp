@@ -133,7 +133,7 @@ static py::tuple record(const doubles &scene, const std::string &method, double 
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     auto *rest = digits > 16 ? reinterpret_cast<kr_state *>(low.mutable_data()) : nullptr;
     signals pending;
-    kr_config config = {step, tol, max_steps, in_main_thread() ? signals::poll : nullptr, &pending, digits};
+    kr_config config = {step, tol, max_steps, in_main_thread() ? signals::poll : nullptr, &pending, digits, 0};
     kr_top *raw = nullptr;
     size_t done = 0;
     kr_status status = kr_top_create(&s, method_of(method), config, &raw);

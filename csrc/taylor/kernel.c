@@ -4,7 +4,8 @@
 #include "series.h"
 
 #define ORDER(n)                                                                                             \
-    static void advance_##n(kr_series *s, double log2_tol, double direction) { advance(s, n, log2_tol, direction); } \
+    static void advance_##n(kr_series *s, double tol, double way) { advance(s, n, WHOLE, tol, way); }        \
+    static void headless_##n(kr_series *s, double tol, double way) { advance(s, n, HEADLESS, tol, way); }    \
     static void look_##n(kr_series *s) { sum_series(s, 0, n, &s->at, s->at_x, s->at_w); }
 ORDER(12)
 ORDER(16)
@@ -13,10 +14,13 @@ ORDER(28)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {
     {12, advance_12, look_12}, {16, advance_16, look_16}, {20, advance_20, look_20}, {28, advance_28, look_28}
 };
+const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {
+    {12, headless_12, look_12}, {16, headless_16, look_16}, {20, headless_20, look_20}, {28, headless_28, look_28}
+};
 
 /* What follows a head of double-doubles (kernel_dd.c). */
 #define TAIL(digits)                                                                                         \
-    static void expand_##digits(kr_series *s) { expand(s, KR_HEAD_##digits, KR_LAST_##digits); }             \
+    static void expand_##digits(kr_series *s) { expand(s, KR_HEAD_##digits, KR_LAST_##digits, WHOLE); }             \
     static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)                     \
     {                                                                                                        \
         sum_series(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                                     \

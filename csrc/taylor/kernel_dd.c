@@ -17,7 +17,7 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
 INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol, double direction)
 {
     begin_at_end(s);
-    expand(s, 0, head);
+    expand(s, 0, head, WHOLE);
     tail->expand(s);
     s->end = s->t + direction * step_size(s, last, log2_tol);
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);

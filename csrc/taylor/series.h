@@ -11,38 +11,50 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-typedef struct { quad next[KR_TAYLOR_MAX + 1], prev[KR_TAYLOR_MAX + 1]; } turned;   /* of every W_n */
-typedef struct { duo i, j, k; quad cross; } sums;   /* of W_j x_m, axis by axis; of next(W_j) * prev(W_m) */
+typedef enum { WHOLE, HEADLESS } form;              /* headless: without the attitude, its lanes are zero */
+typedef struct { quad next[KR_TAYLOR_MAX + 1], prev[KR_TAYLOR_MAX + 1]; } turned;
+typedef struct { turned w, p; } parts;              /* of every W_n and, without the heading, P_n */
+typedef struct {
+    duo i, j, k;            /* of W_j x_m, axis by axis; or, without the heading, */
+    quad ahead, behind;     /* of prev(W_j) * next(P_m), next(W_j) * prev(P_m) */
+    quad cross;             /* of next(W_j) * prev(W_m) */
+} sums;
 
-INLINE void set_w(kr_series *s, turned *w, int n, quad value)
+INLINE void set_turned(double *to, turned *a, int n, quad value)
 {
-    quad_store(s->w[n], value);
-    w->next[n] = quad_next(value);
-    w->prev[n] = quad_prev(value);
+    quad_store(to, value);
+    a->next[n] = quad_next(value);
+    a->prev[n] = quad_prev(value);
 }
 
-INLINE void add_term(sums *a, const kr_series *s, const turned *w, int j, int m)
+INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m, form what)
 {
     const duo x = duo_load(s->x[m]);
-    a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
-    a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
-    a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
-    a->cross = quad_fma(w->next[j], w->prev[m], a->cross);
+    if (what == HEADLESS) {
+        a->ahead = quad_fma(of->w.prev[j], of->p.next[m], a->ahead);
+        a->behind = quad_fma(of->w.next[j], of->p.prev[m], a->behind);
+    } else {
+        a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
+        a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
+        a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
+    }
+    a->cross = quad_fma(of->w.next[j], of->w.prev[m], a->cross);
 }
 
 /* All terms with j + m = n, from the middle outwards. */
-INLINE sums cauchy_products(const kr_series *s, const turned *w, int n)
+INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form what)
 {
-    sums a = {duo_splat(0.0), duo_splat(0.0), duo_splat(0.0), quad_splat(0.0)};
-    if (n % 2 == 0) add_term(&a, s, w, n / 2, n / 2);
+    const duo zero = duo_splat(0.0);
+    sums a = {zero, zero, zero, duo_hi(zero), duo_hi(zero), duo_hi(zero)};
+    if (n % 2 == 0) add_term(&a, s, of, n / 2, n / 2, what);
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--) {
-        add_term(&a, s, w, n - j, j);
-        add_term(&a, s, w, j, n - j);
+        add_term(&a, s, of, n - j, j, what);
+        add_term(&a, s, of, j, n - j, what);
     }
     if (n == 0) return a;
-    add_term(&a, s, w, n, 0);
-    add_term(&a, s, w, 0, n);
+    add_term(&a, s, of, n, 0, what);
+    add_term(&a, s, of, 0, n, what);
     return a;
 }
 
@@ -53,6 +65,11 @@ INLINE duo attitude_rates(const sums *a, duo share)
     return duo_fma(duo_scale(sign_k, share), duo_k(a->k), ij);
 }
 
+INLINE quad vertical_rates(const sums *a, int n)
+{
+    return quad_fma(quad_inverse(-n), a->behind, quad_mul(quad_inverse(n), a->ahead));
+}
+
 INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
@@ -60,12 +77,13 @@ INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
     return quad_fma(quad_mul(share, quad_load(s->k)), a->cross, torque);
 }
 
-INLINE void next_coefficient(kr_series *s, turned *w, int n)
+INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
 {
-    const sums a = cauchy_products(s, w, n);
+    const sums a = cauchy_products(s, of, n, what);
     const quad p = duo_hi(duo_load(s->x[n]));
-    duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
-    set_w(s, w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
+    if (what == HEADLESS) set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
+    else duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
+    set_turned(s->w[n + 1], &of->w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
 }
 
 /* log2 and exp2 to three digits, by way of the exponent's bits: enough for a step size, and much cheaper. */
@@ -104,12 +122,15 @@ INLINE double step_size(const kr_series *s, int order, double log2_tol)
 }
 
 /* The coefficients after number `from`, up to the order. */
-INLINE void expand(kr_series *s, int from, int order)
+INLINE void expand(kr_series *s, int from, int order, form what)
 {
-    turned w;
-    for (int n = 0; n <= from; n++) set_w(s, &w, n, quad_load(s->w[n]));
+    parts of;
+    for (int n = 0; n <= from; n++) {
+        set_turned(s->w[n], &of.w, n, quad_load(s->w[n]));
+        if (what == HEADLESS) set_turned(s->x[n] + 4, &of.p, n, duo_hi(duo_load(s->x[n])));
+    }
     UNROLL
-    for (int n = from; n < order; n++) next_coefficient(s, &w, n);
+    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what);
 }
 
 /* sum of x_n h^(n - from), h = to - t, its even and odd powers apart: two chains of fma side by side. */
@@ -143,10 +164,10 @@ INLINE void begin_at_end(kr_series *s)
     quad_store(s->w[0], quad_load(s->end_w));
 }
 
-INLINE void advance(kr_series *s, int order, double log2_tol, double direction)
+INLINE void advance(kr_series *s, int order, form what, double log2_tol, double direction)
 {
     begin_at_end(s);
-    expand(s, 0, order);
+    expand(s, 0, order, what);
     s->end = s->t + direction * step_size(s, order, log2_tol);
     sum_series(s, 0, order, &s->end, s->end_x, s->end_w);
 }

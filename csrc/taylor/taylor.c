@@ -31,10 +31,10 @@ const kr_set *kr_taylor_set(int i)
 {
     static const kr_set sets[] = {
 #if defined KR_TAYLOR_X86
-        {"avx512", has_avx512, kr_kernel_avx512, kr_kernel_dd_avx512},
-        {"avx2", has_avx2, kr_kernel_avx2, kr_kernel_dd_avx2},
+        {"avx512", has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512},
+        {"avx2", has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2},
 #endif
-        {"base", always, kr_kernel_base, kr_kernel_dd_base},
+        {"base", always, kr_kernel_base, kr_headless_base, kr_kernel_dd_base},
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }
@@ -57,7 +57,7 @@ static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double 
     if (run->digits > 16) return &set->deep[run->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
     while (tol < by_order[i].until) i++;
     *log2_tol = fmin(tol, fmax(tol - by_order[i].less, -53.0));
-    return &set->plain[i];
+    return run->leave_heading ? &set->headless[i] : &set->plain[i];
 }
 void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol)
 {
@@ -102,10 +102,16 @@ static void set_constants(kr_series s[2], const kr_run *run, double rate)
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
 }
+/* The shortest turn that lifts P to the vertical stands for all that do. */
+static kr_quat attitude(const kr_run *run, const double x[8])
+{
+    const kr_vec3 P = v3(x[5], x[6], x[7]);
+    return run->leave_heading ? q_conj(q_tilt(v_scale(1.0 / v_length(P), P))) : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+}
 static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4], kr_state *s)
 {
     const kr_vec3 M = v_times(run->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    s->q = q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    s->q = attitude(run, x);
     s->m = q_turn(s->q, M);
 }
 static void deep_state(const path *p, kr_run *run, kr_state *s)
@@ -146,8 +152,10 @@ static void set_start(path *p, const kr_run *run, const kr_state *start)
     const vec_dd W = over(qdd_turn(qdd_conj(q), v_dd(start->m, run->low.m)), run->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = rate_for(run, vdd_high(W));
-    memcpy(high->x[0], &q_high, sizeof q_high);
-    memcpy(low->x[0], &q_low, sizeof q_low);
+    if (!run->leave_heading) {
+        memcpy(high->x[0], &q_high, sizeof q_high);
+        memcpy(low->x[0], &q_low, sizeof q_low);
+    }
     set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
     set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
     set_constants(p->series, run, p->rate);
@@ -201,6 +209,6 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS,
+    .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
     .work = MEMORY / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
 };

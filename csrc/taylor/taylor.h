@@ -8,7 +8,8 @@
  * with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the constants k, up, down of kr_series.
  * P could be had from q, by nine more products; carried along it costs none, for it fills idle lanes: P and W
  * are written as quaternions without real part, and right products with i, j, k move the lanes of q and of P
- * alike and differ only in signs. So one vector of eight lanes is (q | P). */
+ * alike and differ only in signs. So one vector of eight lanes is (q | P).
+ * Without the heading (kr_config) the equations of P and W stand alone, 9 products a term for 21; the lanes of q are zero. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "../method.h"
@@ -48,7 +49,8 @@ typedef struct kr_tail {        /* the terms behind a head in double-double, in 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_20, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
 #define KR_TAYLOR_SET(set)                                      /* what kernel.c and kernel_dd.c export */ \
-    extern const kr_kernel kr_kernel_##set[KR_ORDERS], kr_kernel_dd_##set[KR_DEPTHS];                      \
+    extern const kr_kernel kr_kernel_##set[KR_ORDERS], kr_headless_##set[KR_ORDERS];                       \
+    extern const kr_kernel kr_kernel_dd_##set[KR_DEPTHS];                                                  \
     extern const kr_tail kr_tail_##set[KR_DEPTHS];
 KR_TAYLOR_SET(base)
 KR_TAYLOR_SET(avx2)
@@ -57,7 +59,7 @@ KR_TAYLOR_SET(avx512)
 typedef struct kr_set {
     const char *name;
     int (*runs_here)(void);
-    const kr_kernel *plain, *deep;
+    const kr_kernel *plain, *headless, *deep;
 } kr_set;
 #if !defined KR_SET
 #  define KR_SET base
