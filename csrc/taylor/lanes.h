@@ -99,13 +99,16 @@ INLINE quad quad_next(quad a) { return quad_of(two_mix(a.lo, 0, a.hi, 0), two_mi
 INLINE quad quad_prev(quad a) { return quad_of(two_mix(a.lo, 0, a.hi, 1), two_mix(a.lo, 1, a.hi, 0)); }
 #endif
 
-/* duo: duo_i, _j, _k work on both quaternions; duo_lo and duo_hi are the first and the second of them. */
+/* duo: duo_i, _j, _k work on both quaternions; duo_lo and duo_hi are the first and the second of them; duo_next_prev and
+ * duo_prev_next are one turned both ways. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
 INLINE duo duo_i(duo a) { return duo_lanes(a, 1, 0, 3, 2, 5, 4, 7, 6); }
 INLINE duo duo_j(duo a) { return duo_lanes(a, 2, 3, 0, 1, 6, 7, 4, 5); }
 INLINE duo duo_k(duo a) { return duo_lanes(a, 3, 2, 1, 0, 7, 6, 5, 4); }
+INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
+INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
 INLINE quad duo_lo(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
 INLINE quad duo_hi(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
 #else
@@ -113,10 +116,20 @@ PAIRED(duo, quad, 8)
 INLINE duo duo_i(duo a) { return duo_of(quad_i(a.lo), quad_i(a.hi)); }
 INLINE duo duo_j(duo a) { return duo_of(quad_j(a.lo), quad_j(a.hi)); }
 INLINE duo duo_k(duo a) { return duo_of(quad_k(a.lo), quad_k(a.hi)); }
+INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
+INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
 INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
 #endif
 
+/* Two sums side by side need the registers of newer instruction sets; there one alone would wait for itself. */
+#if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
+enum { SIDE_BY_SIDE = 1 };
+INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
+#else
+enum { SIDE_BY_SIDE = 0 };
+INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
+#endif
 INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

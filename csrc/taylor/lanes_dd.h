@@ -61,14 +61,14 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
         const T p = T##_mul(a.hi, b.hi);                                                                     \
         return D##_of(p, T##_fma(a.lo, b.hi, T##_fma(a.hi, b.lo, T##_error(a.hi, b.hi, p))));                \
     }                                                                                                        \
-    INLINE D D##_mul(D a, D b) { const D p = D##_product(a, b); return D##_normal(p.hi, p.lo); }             \
-    INLINE D D##_fma(D a, D b, D c)                                                                          \
+    INLINE D D##_add(D a, D b)                                                                               \
     {                                                                                                        \
-        const D p = D##_product(a, b);                                                                       \
-        const T s = T##_add(c.hi, p.hi), v = T##_sub(s, c.hi);                                               \
-        const T e = T##_add(T##_sub(c.hi, T##_sub(s, v)), T##_sub(p.hi, v));                                 \
-        return D##_of(s, T##_add(c.lo, T##_add(e, p.lo)));                                                   \
-    }
+        const T s = T##_add(a.hi, b.hi), v = T##_sub(s, a.hi);                                               \
+        const T e = T##_add(T##_sub(a.hi, T##_sub(s, v)), T##_sub(b.hi, v));                                 \
+        return D##_of(s, T##_add(T##_add(a.lo, b.lo), e));                                                   \
+    }                                                                                                        \
+    INLINE D D##_mul(D a, D b) { const D p = D##_product(a, b); return D##_normal(p.hi, p.lo); }             \
+    INLINE D D##_fma(D a, D b, D c) { return D##_add(c, D##_product(a, b)); }
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
 #define EACH(D, T, name) INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
@@ -77,6 +77,9 @@ EACH(duo2, duo, j)
 EACH(duo2, duo, k)
 EACH(quad2, quad, next)
 EACH(quad2, quad, prev)
+INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_next_prev(a.lo)); }
+INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
+INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
 INLINE quad2 duo2_hi(duo2 a) { return quad2_of(duo_hi(a.hi), duo_hi(a.lo)); }
 INLINE duo2 duo2_lane(const double w[4], int i) { return duo2_of(duo_lane(w, i), duo_lane(low(w), i)); }
 INLINE duo2 duo2_scale(const double p[8], duo2 a) { return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo)); }
@@ -90,11 +93,15 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a) { return duo2_of(duo_scale(p, 
 #define duo_splat duo2_splat
 #define duo_span duo2_span
 #define duo_inverse duo2_inverse
+#define duo_add duo2_add
 #define duo_mul duo2_mul
 #define duo_fma duo2_fma
 #define duo_i duo2_i
 #define duo_j duo2_j
 #define duo_k duo2_k
+#define duo_next_prev duo2_next_prev
+#define duo_prev_next duo2_prev_next
+#define duo_lo duo2_lo
 #define duo_hi duo2_hi
 #define duo_lane duo2_lane
 #define duo_scale duo2_scale
@@ -105,6 +112,7 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a) { return duo2_of(duo_scale(p, 
 #define quad_splat quad2_splat
 #define quad_span quad2_span
 #define quad_inverse quad2_inverse
+#define quad_add quad2_add
 #define quad_mul quad2_mul
 #define quad_fma quad2_fma
 #define quad_next quad2_next

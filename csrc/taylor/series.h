@@ -1,7 +1,7 @@
 /* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes included before
  * says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. Floor 3.
- * What makes it fast: every sum runs from the middle outwards, so that the two newest coefficients, for which
- * everything waits, come last; and the compiler knows the order, so that it can lay out the loops. */
+ * What makes it fast: every sum runs from the middle outwards, so that the two newest coefficients, for which everything
+ * waits, come last; terms j, m and m, j go side by side; and the compiler knows the order, so that it can lay out the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -12,49 +12,57 @@ static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
 typedef enum { WHOLE, HEADLESS } form;              /* headless: without the attitude, its lanes are zero */
-typedef struct { quad next[KR_TAYLOR_MAX + 1], prev[KR_TAYLOR_MAX + 1]; } turned;
-typedef struct { turned w, p; } parts;              /* of every W_n and, without the heading, P_n */
+typedef struct { duo ahead[KR_TAYLOR_MAX + 1], behind[KR_TAYLOR_MAX + 1]; } turned;     /* (next | prev), (prev | next) */
+typedef struct { turned w, p; } parts;              /* of every W_n and, if headless, P_n */
 typedef struct {
-    duo i, j, k;            /* of W_j x_m, axis by axis; or, without the heading, */
-    quad ahead, behind;     /* of prev(W_j) * next(P_m), next(W_j) * prev(P_m) */
-    quad cross;             /* of next(W_j) * prev(W_m) */
+    duo i, j, k;            /* of W_j x_m, axis by axis; if headless instead */
+    duo p;                  /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
+    duo cross;              /* of next(W_j) * prev(W_m), in two halves */
 } sums;
 
 INLINE void set_turned(double *to, turned *a, int n, quad value)
 {
     quad_store(to, value);
-    a->next[n] = quad_next(value);
-    a->prev[n] = quad_prev(value);
+    a->ahead[n] = duo_next_prev(value);
+    a->behind[n] = duo_prev_next(value);
 }
 
 INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m, form what)
 {
     const duo x = duo_load(s->x[m]);
     if (what == HEADLESS) {
-        a->ahead = quad_fma(of->w.prev[j], of->p.next[m], a->ahead);
-        a->behind = quad_fma(of->w.next[j], of->p.prev[m], a->behind);
+        a->p = duo_fma(of->w.ahead[j], of->p.behind[m], a->p);
     } else {
         a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
         a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
-    a->cross = quad_fma(of->w.next[j], of->w.prev[m], a->cross);
+}
+INLINE void add_pair(sums *a, sums *b, const kr_series *s, const parts *of, int j, int m, form what)
+{
+    add_term(a, s, of, j, m, what);
+    add_term(b, s, of, m, j, what);
+    a->cross = duo_fma(of->w.ahead[j], of->w.behind[m], a->cross);
+}
+INLINE void join(sums *a, const sums *b, form what)
+{
+    if (what == HEADLESS) a->p = duo_add(a->p, b->p);
+    else a->i = duo_add(a->i, b->i), a->j = duo_add(a->j, b->j), a->k = duo_add(a->k, b->k);
 }
 
-/* All terms with j + m = n, from the middle outwards. */
+/* All terms with j + m = n, from the middle outwards, the newest apart. */
 INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
-    sums a = {zero, zero, zero, duo_hi(zero), duo_hi(zero), duo_hi(zero)};
-    if (n % 2 == 0) add_term(&a, s, of, n / 2, n / 2, what);
-    UNROLL
-    for (int j = (n - 1) / 2; j > 0; j--) {
-        add_term(&a, s, of, n - j, j, what);
-        add_term(&a, s, of, j, n - j, what);
+    sums a = {zero, zero, zero, zero, zero}, b = a;
+    if (n % 2 == 0) {
+        add_term(&a, s, of, n / 2, n / 2, what);
+        a.cross = duo_mul(duo_splat(0.5), duo_mul(of->w.ahead[n / 2], of->w.behind[n / 2]));
     }
-    if (n == 0) return a;
-    add_term(&a, s, of, n, 0, what);
-    add_term(&a, s, of, 0, n, what);
+    UNROLL
+    for (int j = (n - 1) / 2; j > 0; j--) add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
+    if (SIDE_BY_SIDE) join(&a, &b, what);
+    if (n > 0) add_pair(&a, &a, s, of, n, 0, what);
     return a;
 }
 
@@ -67,58 +75,58 @@ INLINE duo attitude_rates(const sums *a, duo share)
 
 INLINE quad vertical_rates(const sums *a, int n)
 {
-    return quad_fma(quad_inverse(-n), a->behind, quad_mul(quad_inverse(n), a->ahead));
+    return quad_fma(quad_inverse(-n), duo_lo(a->p), quad_mul(quad_inverse(n), duo_hi(a->p)));
 }
 
 INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
-    return quad_fma(quad_mul(share, quad_load(s->k)), a->cross, torque);
+    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)), torque);
 }
 
 INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
 {
     const sums a = cauchy_products(s, of, n, what);
-    const quad p = duo_hi(duo_load(s->x[n]));
+    const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));   /* as it was stored */
     if (what == HEADLESS) set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
     else duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     set_turned(s->w[n + 1], &of->w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
 }
 
-/* log2 and exp2 to three digits, by way of the exponent's bits: enough for a step size, and much cheaper. */
+/* log2 and exp2 to two digits, by way of the bits: enough for a step size, and much sooner than libm's. A logarithm is
+ * divided by the order, so for the mantissa's the mantissa will do. */
 INLINE double rough_log2(double x)
 {
     int64_t bits;
-    double m, e;
     memcpy(&bits, &x, sizeof bits);
-    e = (double)((bits >> 52) - 1023);
-    bits = (bits & 0xfffffffffffff) | 0x3ff0000000000000;
-    memcpy(&m, &bits, sizeof m);
-    return e + (m - 1.0) * (1.3465 - 0.3465 * (m - 1.0));
+    return lone_fma((double)bits, 0x1p-52, -1022.957);
 }
 INLINE double rough_exp2(double x)
 {
-    const double e = floor(x), f = x - e;
-    const int64_t bits = ((int64_t)e + 1023) << 52;
-    double p;
-    memcpy(&p, &bits, sizeof p);
-    return p * (1.0 + f * (0.6931 + f * (0.2276 + 0.0793 * f)));
+    const double whole = x + 0x1.8p52, f = x - (whole - 0x1.8p52);
+    uint64_t bits;
+    double power;
+    memcpy(&bits, &whole, sizeof bits);
+    bits = (bits + 1023) << 52;
+    memcpy(&power, &bits, sizeof power);
+    return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* The step at which the n-th term is as large as the tolerance. */
-INLINE double log2_step(const kr_series *s, int n, double log2_tol)
+/* log2 of the radius of convergence, as the n-th term has it. */
+INLINE double log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
     double a[4];
-    for (int i = 0; i < 4; i++) a[i] = x[i] * x[i] + x[4 + i] * x[4 + i] + w[i] * w[i];
-    return (log2_tol - 0.5 * rough_log2((a[0] + a[2]) + (a[1] + a[3]))) * (1.0 / n);
+    for (int i = 0; i < 4; i++) a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
+    return rough_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* The last two terms decide (Jorba and Zou 2005): of an even or odd series every other one would vanish. */
+/* The step at whose end the last term is as large as the tolerance. Two terms tell the radius (Jorba and Zou 2005), for of an
+ * even or odd series every other one vanishes: those before the last, so that the step is known when that is. */
 INLINE double step_size(const kr_series *s, int order, double log2_tol)
 {
-    const double a = log2_step(s, order, log2_tol), b = log2_step(s, order - 1, log2_tol);
-    return rough_exp2(a < b ? a : b);
+    const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
+    return rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b));
 }
 
 /* The coefficients after number `from`, up to the order. */
