@@ -38,6 +38,8 @@ extern "C" {
     X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                                       \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                                     \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")                           \
+    X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, machine, scene "  \
+                                  "or method")                                                                  \
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                              \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                                 \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                                    \
@@ -146,7 +148,7 @@ typedef struct kr_config {
     double  step;       /* the step, or the first step of an adaptive method (0: its own choice); negative: back in time [T] */
     double  tol;        /* adaptive: local error of a step; implicit: residual; 0: the method's own */
     int64_t max_steps;  /* 0: no limit */
-    int   (*poll)(void *context);       /* called at least every 256 steps and in every adaptive one; not 0: stop; may be NULL */
+    int   (*poll)(void *context);       /* called at least every 256 steps and 1024 states; not 0: stop; may be NULL */
     void   *context;
     int     digits;     /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
     int     leave_heading;      /* KR_HEADLESS, up to 16 digits: not 0 for states up to some turn about the vertical, sooner */
@@ -167,6 +169,16 @@ KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state  kr_top_state(const kr_top *top);
 KR_API kr_state  kr_top_low(const kr_top *top);                 /* what kr_top_state leaves out */
 KR_API kr_stats  kr_top_stats(const kr_top *top);
+KR_API double    kr_top_time(const kr_top *top);                /* how far the method has come; `poll` may ask for it */
+KR_API const char *kr_top_kernel(const kr_top *top, int *order);        /* the instruction set, "" if any; the order in use */
+
+/* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of the same body, gravity,
+ * method and config (max_steps and poll may be others) it goes on from there with the same bits; with those of rounding
+ * where taylor finds another kernel (all that have fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it
+ * was, for anything else: what is damaged, of another version, or of another kind of machine. */
+KR_API size_t    kr_top_save_size(const kr_top *top);
+KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
+KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top and of any body on
  * which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once; to read it needs no memory and cannot

@@ -18,8 +18,8 @@ typedef struct kr_run {
     kr_state low;           /* of the start at `reset`; of the clock at `at`, and of the state that it gives */
     kr_stats stats;
     const kr_scene *scene;  /* the user's, as it was last set: for what must not lose a bit on the way to own units */
-    void *aux;              /* what an adapter needs from another library; freed by `done` */
-    double *work;           /* the method's memory: method->work doubles */
+    void *aux;              /* the method's, too, but no number: what another library keeps, a kernel; freed by `done` */
+    double *work;           /* the method's memory: method->work doubles, no pointers; the main run's on a multiple of 64 bytes */
 } kr_run;
 
 struct kr_method {
@@ -37,6 +37,7 @@ struct kr_method {
     /* KR_DENSE only: the same at a clock inside the last step. */
     void (*at)(kr_run *run, double clock, kr_state *s);
     void (*done)(kr_run *run);                  /* give back aux; may be NULL */
+    const char *(*kernel)(const kr_run *run, int *order);   /* that the run uses, and its order; may be NULL */
 };
 
 #define X(id) extern const kr_method kr_method_##id;

@@ -61,9 +61,10 @@ kr_status kr_steps_recover(kr_top *top)
     while (top->k < good) one_step(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
+int kr_steps_stopped(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
 static kr_status ask_on(kr_top *top)
 {
-    if (top->config.poll && top->config.poll(top->config.context)) return KR_ERR_INTERRUPTED;
+    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
     return top->config.max_steps > 0 && top->k >= top->config.max_steps ? KR_ERR_LIMIT : KR_OK;
 }
 /* See that main is finite, keep it, and ask whether to go on. */

@@ -8,6 +8,8 @@
 #include "dd.h"
 #include "top.h"
 
+enum { LINE = 8, POLL = 1024 };     /* doubles on 64 bytes; states that are written without asking whether to go on */
+
 /* In and out of working axes and own units. */
 static int is_deep(const kr_top *top) { return top->main.digits > 16; }
 static kr_working working_axes(const kr_top *top)
@@ -113,14 +115,14 @@ static kr_status state_at(kr_top *top, double t, kr_state *s)
     top->asked = t;
     return KR_OK;
 }
-static double main_time(const kr_top *top)
+double kr_top_time(const kr_top *top)
 {
     return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time : grid(top, top->k);
 }
 /* After a failure on the way to t: main's own state, where it is further than what was asked for last. */
 static void come_up(kr_top *top, double t)
 {
-    const double at = main_time(top);
+    const double at = kr_top_time(top);
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
     top->main.low = none;
     if (is_deep(top)) top->method->at(&top->main, top->main.clock, &top->now);
@@ -151,6 +153,8 @@ static int digits_of(const kr_method *method, const kr_config *config)
     if (config->digits < 0 || config->digits > 30 || config->tol > 0.0 || !(method->flags & KR_DIGITS)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
+/* Of all runs. */
+static size_t words(const kr_method *method) { return (method->flags & KR_DENSE ? 1 : 3) * method->work; }
 kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config, kr_top **out)
 {
     kr_status status = kr_scene_check(scene);
@@ -162,7 +166,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (config.step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     if (config.step != 0.0 && scene->start.t + config.step == scene->start.t) return KR_ERR_STEP;
-    top = calloc(1, sizeof *top + (method->flags & KR_DENSE ? 1 : 3) * method->work * sizeof(double));
+    top = calloc(1, sizeof *top + (LINE + words(method)) * sizeof(double));
     if (!top) return KR_ERR_MEMORY;
     top->scene = *scene;
     top->method = method;
@@ -170,10 +174,10 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     top->forward = config.step < 0.0 ? -1.0 : 1.0;
     top->main.digits = digits_of(method, &config);
     top->main.leave_heading = config.leave_heading;
-    top->main.work = top->memory;
+    top->main.work = top->memory + (LINE - (uintptr_t)top->memory / sizeof(double) % LINE) % LINE;
     if (!(method->flags & KR_DENSE)) {
-        top->side.work = top->memory + method->work;
-        top->kept.work = top->memory + 2 * method->work;
+        top->kept.work = top->main.work + method->work;
+        top->side.work = top->kept.work + method->work;
     }
     status = choose_units(top);
     if (status == KR_OK) status = begin(top, &scene->start);
@@ -208,7 +212,7 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
     while (i < n && status == KR_OK) {
-        status = state_at(top, t[i], &out[i]);
+        status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED : state_at(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
@@ -226,13 +230,18 @@ kr_status kr_top_step(kr_top *top)
     kr_status status = KR_OK;
     if (!top) return KR_ERR_ARGUMENT;
     if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->k + 1));
-    if (!(top->forward * (main_time(top) - top->asked) > 0.0))
+    if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
         status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
     come_up(top, top->forward * INFINITY);
     return status;
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }
+const char *kr_top_kernel(const kr_top *top, int *order)
+{
+    *order = top->method->order;
+    return top->method->kernel ? top->method->kernel(&top->main, order) : "";
+}
 kr_stats kr_top_stats(const kr_top *top)
 {
     kr_stats stats = top->main.stats;

@@ -36,6 +36,8 @@ kr_status kr_steps_adaptive(kr_top *top);
 kr_status kr_steps_dense(kr_top *top, double until);
 /* The state `span` after `from`, by a run of its own; own units. */
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end);
+/* Whether the user wants to stop. */
+int kr_steps_stopped(kr_top *top);
 /* Keep main as it is. */
 void kr_steps_keep(kr_top *top);
 #endif

@@ -8,14 +8,12 @@
 
 typedef struct {
     kr_series series[2];        /* high and low words */
-    const kr_kernel *kernel;
     double log2_tol;
     double rate;                /* the series' unit of time is 1 / rate of the run's */
 } path;
-/* Whole multiples of 64 bytes, so that a path lies at the same distance from the start of any run's memory. */
-enum { LINE = 64, MEMORY = (sizeof(path) + LINE - 1) / LINE * LINE + LINE };
 
-static path *path_of(const kr_run *run) { return (path *)(((uintptr_t)run->work + LINE - 1) & ~(uintptr_t)(LINE - 1)); }
+static path *path_of(const kr_run *run) { return (path *)run->work; }
+static const kr_kernel *kernel_of(const kr_run *run) { return run->aux; }
 
 /* Which kernel. */
 static int always(void) { return 1; }
@@ -61,9 +59,8 @@ static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double 
 }
 void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol)
 {
-    path *p = path_of(run);
-    p->kernel = kernel;
-    p->log2_tol = log2_tol;
+    run->aux = (void *)kernel;
+    path_of(run)->log2_tol = log2_tol;
 }
 
 /* State to series and back. */
@@ -181,7 +178,7 @@ static kr_status step(kr_run *run, double until)
     const double forward = run->step < 0.0 ? -1.0 : 1.0;
     (void)until;
     if (run->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;      /* no step in doubles can meet it */
-    p->kernel->advance(s, p->log2_tol, forward);
+    kernel_of(run)->advance(s, p->log2_tol, forward);
     run->stats.evaluations++;
     const kr_status status = !is_finite(s) ? KR_ERR_NOT_FINITE : forward * (s->end - s->t) > 0.0 ? KR_OK : KR_ERR_STEP;
     if (status == KR_OK) run->clock = s->end / p->rate;
@@ -198,9 +195,24 @@ static void at(kr_run *run, double clock, kr_state *s)
     path *p = path_of(run);
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * run->low.t;
-    p->kernel->look(p->series);
+    kernel_of(run)->look(p->series);
     if (run->digits > 16) deep_state(p, run, s);
     else plain_state(p, run, p->series->at_x, p->series->at_w, s);
+}
+static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
+{
+    while (n > 0 && &kernels[n - 1] != wanted) n--;
+    return n > 0;
+}
+static const char *kernel(const kr_run *run, int *order)
+{
+    const kr_kernel *k = kernel_of(run);
+    const kr_set *set;
+    *order = k->order;
+    for (int i = 0; (set = kr_taylor_set(i)) != NULL; i++)
+        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) || is_in(set->deep, KR_DEPTHS, k))
+            return set->name;
+    return "other";
 }
 
 const kr_method kr_method_taylor = {
@@ -210,5 +222,6 @@ const kr_method kr_method_taylor = {
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
-    .work = MEMORY / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
+    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
+    .kernel = kernel,
 };
