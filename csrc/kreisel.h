@@ -97,6 +97,7 @@ KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);     
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);       /* dm/dt [M L^2 T^-2] */
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);         /* direction of the centre of mass in space; of T if there is no lever */
 KR_API void    kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);  /* N, B, T in space */
+KR_API double  kr_state_nutation(const kr_scene *scene, const kr_state *s);     /* angle of the apex with e3, 0 .. pi [rad] */
 KR_API double  kr_state_kinetic(const kr_scene *scene, const kr_state *s);      /* [M L^2 T^-2] */
 KR_API double  kr_state_potential(const kr_scene *scene, const kr_state *s);
 KR_API double  kr_state_vertical(const kr_scene *scene, const kr_state *s);     /* <m, e3> = <m, p> / g [M L^2 T^-1] */

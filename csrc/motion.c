@@ -55,6 +55,11 @@ kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
     const kr_vec3 a = reach > 0.0 ? v_scale(1.0 / reach, scene->body.com) : v3(0.0, 0.0, 1.0);
     return q_turn(principal(scene, s), v_scale(1.0 / v_length(a), a));
 }
+double kr_state_nutation(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 a = kr_state_apex(scene, s);
+    return atan2(hypot(a.x, a.y), a.z);
+}
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {
     const kr_quat q = principal(scene, s);

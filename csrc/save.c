@@ -72,7 +72,7 @@ static int same_kind(const kr_top *a, const kr_top *b)
 {
     const kr_config *c = &a->config, *d = &b->config;
     return memcmp(&a->scene, &b->scene, offsetof(kr_scene, start)) == 0 && c->step == d->step && c->tol == d->tol &&
-           c->digits == d->digits;
+           c->digits == d->digits && c->leave_heading == d->leave_heading;
 }
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {

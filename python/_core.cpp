@@ -1,7 +1,5 @@
 // Thin: one Python name per C function; no numerics, no defaults, no messages. Floor 5.
 // A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an (n, 8) array, shared and not copied.
-#include <chrono>
-#include <memory>
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -13,15 +11,8 @@ static py::ssize_t rows(const doubles &a, py::ssize_t width)
 }
 static const kr_state *states_of(const doubles &a)
 {
-    static_assert(sizeof(kr_state) == 8 * sizeof(double) && sizeof(kr_scene) == 20 * sizeof(double), "plain doubles");
     rows(a, 8);
     return reinterpret_cast<const kr_state *>(a.data());
-}
-static const kr_method *method_of(const std::string &name)
-{
-    const kr_method *method = kr_method_find(name.c_str());
-    if (!method) throw py::key_error(name);
-    return method;
 }
 
 // A quantity of each state: `shape` is its own shape, T the doubles that it is made of.
@@ -34,8 +25,9 @@ static doubles each(const doubles &scene, const doubles &states, std::vector<py:
     shape.insert(shape.begin(), n);
     doubles out(shape);
     T *to = reinterpret_cast<T *>(out.mutable_data());
-    py::gil_scoped_release nogil;
-    for (py::ssize_t i = 0; i < n; i++) function(&s, &in[i], &to[i]);
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) function(&s, &in[i], &to[i]);
+    });
     return out;
 }
 template <double function(const kr_scene *, const kr_state *)>
@@ -65,8 +57,9 @@ static doubles attitude_error(const doubles &a, const doubles &b)
     doubles out(n);
     double *to = out.mutable_data();
     auto *p = reinterpret_cast<const kr_quat *>(a.data()), *q = reinterpret_cast<const kr_quat *>(b.data());
-    py::gil_scoped_release nogil;
-    for (py::ssize_t i = 0; i < n; i++) to[i] = kr_attitude_error(p[i], q[i]);
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) to[i] = kr_attitude_error(p[i], q[i]);
+    });
     return out;
 }
 
@@ -88,74 +81,6 @@ static const char *scene_check(const doubles &scene)
 {
     const auto s = value_of<kr_scene>(scene);
     return name_of(kr_scene_check(&s));
-}
-
-// Ctrl-C. Only the main thread may run Python's signal handlers, and taking the GIL is not free: hence the clock.
-struct signals {
-    using clock = std::chrono::steady_clock;
-    clock::time_point last = clock::now();
-    std::unique_ptr<py::error_already_set> raised;
-
-    static int poll(void *context)
-    {
-        auto *self = static_cast<signals *>(context);
-        const auto now = clock::now();
-        if (now - self->last < std::chrono::milliseconds(10)) return 0;
-        self->last = now;
-        py::gil_scoped_acquire gil;
-        if (PyErr_CheckSignals() == 0) return 0;
-        self->raised = std::make_unique<py::error_already_set>();
-        return 1;
-    }
-};
-static bool in_main_thread()
-{
-    static const py::handle main_thread = py::object(py::module_::import("threading").attr("main_thread")).release();
-    return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
-}
-
-// The states written, and the last good one where that is later; `out` or what it leaves out.
-static doubles reached(doubles out, size_t done, bool more, const kr_state &last)
-{
-    const kr_state *written = states_of(out);
-    doubles part({py::ssize_t(done + more), py::ssize_t(8)});
-    std::memcpy(part.mutable_data(), written, done * sizeof(kr_state));
-    if (more) std::memcpy(part.mutable_data(py::ssize_t(done), 0), &last, sizeof last);
-    return part;
-}
-static py::tuple record(const doubles &scene, const std::string &method, double step, double tol, int digits,
-                        int64_t max_steps, const doubles &t)
-{
-    const auto s = value_of<kr_scene>(scene);
-    const size_t n = size_t(t.size());
-    doubles out({t.size(), py::ssize_t(8)}), low({digits > 16 ? t.size() : py::ssize_t(0), py::ssize_t(8)});
-    const double *times = t.data();
-    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    auto *rest = digits > 16 ? reinterpret_cast<kr_state *>(low.mutable_data()) : nullptr;
-    signals pending;
-    kr_config config = {step, tol, max_steps, in_main_thread() ? signals::poll : nullptr, &pending, digits, 0};
-    kr_top *raw = nullptr;
-    size_t done = 0;
-    kr_status status = kr_top_create(&s, method_of(method), config, &raw);
-    if (status != KR_OK) {
-        const py::tuple nothing = py::make_tuple(0, 0, 0, 0);
-        return py::make_tuple(name_of(status), reached(out, 0, true, s.start), py::none(), nothing);
-    }
-    const std::unique_ptr<kr_top, void (*)(kr_top *)> top(raw, kr_top_free);
-    {
-        py::gil_scoped_release nogil;
-        status = kr_top_record_low(raw, n, times, states, rest, &done);
-    }
-    if (pending.raised && !pending.raised->matches(PyExc_KeyboardInterrupt)) throw *pending.raised;
-    if (status != KR_OK) {
-        const kr_state last = kr_top_state(raw);
-        const bool more = done == 0 || states[done - 1].t != last.t;
-        out = reached(out, done, more, last);
-        if (rest) low = reached(low, done, more, kr_top_low(raw));
-    }
-    const kr_stats stats = kr_top_stats(raw);
-    const py::tuple counts = py::make_tuple(stats.steps, stats.rejected, stats.evaluations, stats.iterations);
-    return py::make_tuple(name_of(status), out, rest ? py::object(low) : py::none(), counts);
 }
 
 static py::dict status_table()
@@ -188,10 +113,12 @@ static bool method_suits(const std::string &method, const doubles &scene)
 }
 
 void bind_exact(py::module_ &m);        // _exact.cpp
+void bind_run(py::module_ &m);          // _run.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
     bind_exact(m);
+    bind_run(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
@@ -206,16 +133,17 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("SYMMETRIC_ONLY") = int(KR_SYMMETRIC_ONLY);
     m.attr("EULER_ONLY") = int(KR_EULER_ONLY);
     m.attr("DIGITS") = int(KR_DIGITS);
+    m.attr("HEADLESS") = int(KR_HEADLESS);
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
     m.def("scene_check", scene_check, "scene"_a);
-    m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a);
     m.def("velocity", vector<kr_state_velocity>, "scene"_a, "states"_a);
     m.def("torque", vector<kr_state_torque>, "scene"_a, "states"_a);
     m.def("apex", vector<kr_state_apex>, "scene"_a, "states"_a);
     m.def("frame", frame, "scene"_a, "states"_a);
+    m.def("nutation", scalar<kr_state_nutation>, "scene"_a, "states"_a);
     m.def("kinetic", scalar<kr_state_kinetic>, "scene"_a, "states"_a);
     m.def("potential", scalar<kr_state_potential>, "scene"_a, "states"_a);
     m.def("vertical", scalar<kr_state_vertical>, "scene"_a, "states"_a);

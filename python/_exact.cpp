@@ -18,8 +18,7 @@ static doubles exact_states(const doubles &plan, const doubles &t)
     doubles out({t.size(), py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     const double *times = t.data();
-    py::gil_scoped_release nogil;
-    kr_exact_states(&p, size_t(t.size()), times, states);
+    in_pieces(t.size(), [&](py::ssize_t i, py::ssize_t end) { kr_exact_states(&p, size_t(end - i), times + i, states + i); });
     return out;
 }
 static py::tuple exact_map_plan(const doubles &scene, double step)
@@ -35,8 +34,9 @@ static doubles exact_map_states(const doubles &plan, const py::array_t<int64_t, 
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     const int64_t *numbers = k.data();
-    py::gil_scoped_release nogil;
-    for (py::ssize_t i = 0; i < n; i++) states[i] = kr_exact_map_state(&map, numbers[i]);
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) states[i] = kr_exact_map_state(&map, numbers[i]);
+    });
     return out;
 }
 

@@ -2,7 +2,9 @@
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
+#include <algorithm>
 #include <cstring>
+#include <string>
 #include "kreisel.h"
 namespace py = pybind11;
 using namespace py::literals;
@@ -15,7 +17,26 @@ using doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 };
 inline const char *name_of(kr_status status) { return statuses[status].name; }
 
+inline const kr_method *method_of(const std::string &name)
+{
+    const kr_method *method = kr_method_find(name.c_str());
+    if (!method) throw py::key_error(name);
+    return method;
+}
+
+// What takes microseconds at most for each of n, with the GIL released, and signals looked for every few milliseconds.
+template <class Work> inline void in_pieces(py::ssize_t n, Work work)
+{
+    const py::ssize_t piece = 1 << 15;
+    for (py::ssize_t i = 0; i < n; i += piece) {
+        if (i > 0 && PyErr_CheckSignals() != 0) throw py::error_already_set();
+        py::gil_scoped_release nogil;
+        work(i, std::min(n, i + piece));
+    }
+}
+
 // Arrays in and out.
+static_assert(sizeof(kr_state) == 8 * sizeof(double) && sizeof(kr_scene) == 20 * sizeof(double), "plain doubles");
 template <class T> inline T value_of(const doubles &a)
 {
     T value;

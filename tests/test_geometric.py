@@ -25,7 +25,7 @@ def test_says_what_was_chosen_and_what_it_cost():
     assert path.stats.evaluations == plan.run + plan.trials and plan.trials > 0 and len(path) == 2
     assert plan.method in str(plan) and "1e-07 allowed" in str(plan) and "in trial runs" in str(plan)
     assert 1e-16 < plan.conditioning < 1e-12
-    assert kr.solve(LAGRANGE, 1, method="strang", step=0.1).plan is None
+    assert kr.solve(LAGRANGE, 1, method="strang", step=0.1).plan.choice is None
     assert 1e-6 < kr.solve(LAGRANGE, 1, method="strang", step=0.1).error < 1e-2
 
 

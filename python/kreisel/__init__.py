@@ -17,17 +17,21 @@ from .compare import Row, Table, compare
 from .errors import Error, Interrupted
 from .exact import Exact, ExactMap, exact
 from .methods import Method, methods
-from .path import Path, Plan, Stats
+from .path import Path
+from .plan import Choice, Plan, plan
 from .quaternion import attitude_error, conventions, from_rotation
 from .rod import Rod, rod
 from .scene import Scene
+from .run import Run, resume, start, stream
 from .solve import solve
+from .states import Stats
 from .units import Units, h_eps, scaled_units
 from .view import View, view
 
 __all__ = [
     "Apex",
     "Body",
+    "Choice",
     "Error",
     "Exact",
     "ExactMap",
@@ -38,6 +42,7 @@ __all__ = [
     "Plan",
     "Rod",
     "Row",
+    "Run",
     "Scene",
     "Stats",
     "Table",
@@ -52,10 +57,14 @@ __all__ = [
     "from_rotation",
     "h_eps",
     "methods",
+    "plan",
     "quaternion",
+    "resume",
     "rod",
     "scaled_units",
     "scenes",
     "solve",
+    "start",
+    "stream",
     "view",
 ]

@@ -16,9 +16,10 @@ from . import check, quaternion, scenes
 from .errors import Error
 from .methods import fitting
 from .methods import methods as known
-from .path import Path, Stats
+from .path import Path
 from .scene import Scene
 from .solve import solve
+from .states import Stats
 
 _TRUTH_TOL = 1e-13
 

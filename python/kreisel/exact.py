@@ -9,9 +9,10 @@ import numpy as np
 from . import _core, check
 from .check import Array
 from .methods import EXACT, fitting, methods
-from .path import Path, Stats
+from .path import Path
+from .states import Stats
 from .scene import Scene
-from .solve import refuse_endless
+from .times import refuse_endless
 
 _MAP = "bobenko_suris"
 _COUNTABLE = 2.0**53

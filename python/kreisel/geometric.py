@@ -8,6 +8,7 @@ compared, the error of the finer one being |difference| / (ratio^p - 1), and ref
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +16,11 @@ import numpy as np
 from . import _core, errors
 from .check import Array
 from .methods import methods
-from .path import Path, Plan, Stats
+from .path import Path
+from .plan import Choice
 from .quaternion import attitude_error
 from .scene import Scene
+from .states import Stats
 
 # c, and the price of a step in kicks and drifts
 _SYMMETRIC = {"takahashi_imada4": (0.165, 1.25), "blanes_moan6": (0.04, 15.0), "kahan_li8": (0.122, 17.0)}
@@ -34,6 +37,9 @@ _FINE = 1e-5            # from here on conditioning may matter [rad]
 _RUNS = 12
 
 
+Progress = Callable[[float], object] | None
+
+
 @dataclass(frozen=True)
 class _Run:
     steps: int
@@ -44,8 +50,8 @@ class _Run:
 class _Search:
     """Runs of one method, compared at common times."""
 
-    def __init__(self, scene: Scene, times: Array, target: float, max_steps: int) -> None:
-        self.scene, self.times, self.target, self.max_steps = scene, times, target, max_steps
+    def __init__(self, scene: Scene, times: Array, target: float, max_steps: int, progress: Progress) -> None:
+        self.scene, self.times, self.target, self.max_steps, self.progress = scene, times, target, max_steps, progress
         self.end = float(times[-1])
         self.spent = Stats(0, 0, 0, 0)
         self.method, guess = _guess(scene, abs(self.end), target)
@@ -65,7 +71,8 @@ class _Search:
         sign = math.copysign(1.0, self.end)
         wanted = sign * np.unique(np.abs(np.concatenate([self.grid, times])))
         step = self.end / steps
-        status, states, _, stats = _core.record(scene._block, self.method, step, 0.0, 0, self.max_steps, wanted)
+        how = step, 0.0, 0, self.max_steps
+        status, states, _, stats = _core.record(scene._block, self.method, *how, wanted, progress=self.progress)
         self.spent = Stats(*(a + b for a, b in zip(self.spent, stats)))
         if status == "ERR_STEP_SIZE":
             return None
@@ -97,9 +104,9 @@ class _Search:
         return max(self.whole(run.steps * min(4.0, max(1.25, more))), run.steps + self.intervals)
 
 
-def best(scene: Scene, times: Array, target: float, max_steps: int) -> Path:
-    """The path at these times, with an attitude error below the target on all of [0, t]."""
-    search = _Search(scene, times, target, max_steps)
+def best(scene: Scene, times: Array, target: float, max_steps: int, progress: Progress = None) -> Path:
+    """The path at these times, with an attitude error below the target on all of [0, t]; progress of each run in turn."""
+    search = _Search(scene, times, target, max_steps, progress)
     conditioning: float | None = None
     last, steps = search.run(search.coarse, scene, search.grid), 2 * search.coarse
     for _ in range(_RUNS):
@@ -125,9 +132,9 @@ def best(scene: Scene, times: Array, target: float, max_steps: int) -> Path:
 
 def _path(search: _Search, run: _Run, error: float, conditioning: float | None, before: Stats) -> Path:
     step = search.end / run.steps
-    plan = Plan(search.method, step, search.order, search.target, error, conditioning,
-                search.spent.evaluations - before.evaluations, before.evaluations)
-    return Path(search.scene, run.states, search.method, step, None, search.spent, plan)
+    choice = Choice(search.method, step, search.order, search.target, error, conditioning,
+                    search.spent.evaluations - before.evaluations, before.evaluations)
+    return Path(search.scene, run.states, search.method, step, None, search.spent, choice)
 
 
 def _guess(scene: Scene, t: float, target: float) -> tuple[str, float]:

@@ -55,6 +55,11 @@ class Method:
         return bool(self.flags & _core.DIGITS)
 
     @property
+    def headless(self) -> bool:
+        """Can leave out the heading of the top, its turn about the vertical."""
+        return bool(self.flags & _core.HEADLESS)
+
+    @property
     def exact(self) -> bool:
         """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
         return bool(self.flags & _core.INTEGRABLE)

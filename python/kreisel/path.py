@@ -2,107 +2,32 @@
 # mypy: disable-error-code="import-untyped"
 from __future__ import annotations
 
-import difflib
-from dataclasses import dataclass
+from collections.abc import Iterable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _core, check
 from .check import Array
-from .plan import Plan
-from .scene import Scene
+from .columns import Columns
+from .how import wanted
+from .states import States, frozen
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-
-class Stats(NamedTuple):
-    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque, iterations of a solver."""
-
-    steps: int
-    rejected: int
-    evaluations: int
-    iterations: int
+    from .plan import Plan
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Path:
+class Path(States):
     """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all else is computed when
     it is first asked for. Vectors are seen from space unless said otherwise.
 
-    states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none or chose its own
     stats   what the run cost, trial runs included
-    plan    what was chosen and why, where solve was given an error; else None
+    want    what solve was asked to keep beside t, and all that there is then; None: the states, and with them everything
     """
-
-    scene: Scene
-    states: Array
-    method: str
-    step: float | None
-    tol: float | None
-    stats: Stats
-    plan: Plan | None = None
-    digits: int | None = None
-    _low: Array | None = None       # what the doubles of `states` leave out
-
-    def __post_init__(self) -> None:
-        self.states.flags.writeable = False
-        if self._low is not None:
-            self._low.flags.writeable = False
-
-    def __len__(self) -> int:
-        return len(self.states)
-
-    def __repr__(self) -> str:
-        words = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
-        span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
-        return f"<kreisel.Path: {len(self)} states{span}; {self.method}{steering}, {self.stats.steps} steps>"
-
-    def __getattr__(self, name: str) -> object:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        known = [word for word in (*self.__dataclass_fields__, *vars(Path)) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
-        raise AttributeError(f"a path has no {name!r}; {hint}")
-
-    @property
-    def t(self) -> Array:
-        """(n,) times [T]."""
-        return self.states[:, 0]
-
-    @property
-    def q(self) -> Array:
-        """(n, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was described to space."""
-        return self.states[:, 1:5]
-
-    @property
-    def q_xyzw(self) -> Array:
-        """(n, 4) attitudes with the scalar last."""
-        return self.states[:, [2, 3, 4, 1]]
-
-    @property
-    def m(self) -> Array:
-        """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, 5:8]
-
-    @property
-    def q_low(self) -> Array:
-        """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for; zero up to 16 digits."""
-        return self._rest[:, 1:5]
-
-    @property
-    def m_low(self) -> Array:
-        """(n, 3) the same for m [M L^2 T^-1]."""
-        return self._rest[:, 5:8]
-
-    @cached_property
-    def _rest(self) -> Array:
-        return _frozen(np.zeros_like(self.states)) if self._low is None else self._low
 
     @property
     def rotation(self) -> Rotation:
@@ -114,58 +39,63 @@ class Path:
     @cached_property
     def velocity(self) -> Array:
         """(n, 3) angular velocity [T^-1]."""
-        return _frozen(_core.velocity(self.scene._block, self.states))
+        return frozen(_core.velocity(self.scene._block, self.states))
 
     @cached_property
     def torque(self) -> Array:
         """(n, 3) torque of gravity about the fixed point, dm/dt [M L^2 T^-2]."""
-        return _frozen(_core.torque(self.scene._block, self.states))
+        return frozen(_core.torque(self.scene._block, self.states))
 
     @cached_property
     def frame(self) -> Array:
         """(n, 3, 3) the principal axes: frame[:, 0], [:, 1], [:, 2] are the unit vectors N, B, T."""
-        return _frozen(_core.frame(self.scene._block, self.states))
+        return frozen(_core.frame(self.scene._block, self.states))
 
     @cached_property
     def apex(self) -> Array:
         """(n, 3) unit vectors from the fixed point to the centre of mass; along T if they are the same point."""
-        return _frozen(_core.apex(self.scene._block, self.states))
+        return frozen(_core.apex(self.scene._block, self.states))
+
+    @cached_property
+    def nutation(self) -> Array:
+        """(n,) angle of the apex with the vertical e3, 0 upright, pi hanging; from its tangent, accurate at both [rad]."""
+        return frozen(_core.nutation(self.scene._block, self.states))
 
     @cached_property
     def kinetic(self) -> Array:
         """(n,) kinetic energy [M L^2 T^-2]."""
-        return _frozen(_core.kinetic(self.scene._block, self.states))
+        return frozen(_core.kinetic(self.scene._block, self.states))
 
     @cached_property
     def potential(self) -> Array:
         """(n,) potential energy, zero with the centre of mass level with the fixed point [M L^2 T^-2]."""
-        return _frozen(_core.potential(self.scene._block, self.states))
+        return frozen(_core.potential(self.scene._block, self.states))
 
     @cached_property
     def energy(self) -> Array:
         """(n,) kinetic + potential [M L^2 T^-2]."""
-        return _frozen(self.kinetic + self.potential)
+        return frozen(self.kinetic + self.potential)
 
     @cached_property
     def vertical(self) -> Array:
         """(n,) <m, e3>, constant for every top [M L^2 T^-1]."""
-        return _frozen(_core.vertical(self.scene._block, self.states))
+        return frozen(_core.vertical(self.scene._block, self.states))
 
     @cached_property
     def axial(self) -> Array:
         """(n,) <m, apex>, constant for a Lagrange top [M L^2 T^-1]."""
-        return _frozen(_core.axial(self.scene._block, self.states))
+        return frozen(_core.axial(self.scene._block, self.states))
 
     @cached_property
     def kowalewski(self) -> Array:
         """(n,) the fourth integral K of a Kowalewski top (Bodack 2008, 5.1) [T^-4]; NaN for other bodies."""
-        return _frozen(_core.kowalewski(self.scene._block, self.states))
+        return frozen(_core.kowalewski(self.scene._block, self.states))
 
     @cached_property
     def goryachev_chaplygin(self) -> Array:
         """(n,) the integral G of a Goryachev-Chaplygin top (Bodack 2008, 5.2) [T^-3]; constant only while <m, e3> = 0;
         NaN for other bodies."""
-        return _frozen(_core.goryachev_chaplygin(self.scene._block, self.states))
+        return frozen(_core.goryachev_chaplygin(self.scene._block, self.states))
 
     def modified_energy(self, step: float) -> Array:
         """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1) [M L^2 T^-2].
@@ -197,42 +127,27 @@ class Path:
         """The largest attitude error of the states [rad]: as solve estimated it where it was given an error; else as a
         second run tells, computed when first asked for: the closed form where there is one, or the Taylor series with 20
         digits (30 for a path of 20; of a path of 30, how far 20 go astray, less as much as their tolerance is wider)."""
-        from .methods import methods
-        from .solve import solve
+        if self._choice or not len(self):
+            return self._choice.error if self._choice else 0.0
+        from . import accuracy
 
-        if self.plan or not len(self):
-            return self.plan.error if self.plan else 0.0
-        if not self.digits and self.method != "exact" and methods["exact"].suits(self.scene):
-            return _apart(self, solve(self.scene, self.t, "exact"))
-        apart = _apart(self, solve(self.scene, self.t, "taylor", digits=30 if self.digits == 20 else 20))
-        return apart * 2.0**-34 if self.digits == 30 else apart
+        return accuracy.estimate(self)
 
-    def scene_at(self, i: int) -> Scene:
-        """The scene that begins, at t = 0, with state i. IndexError if there is none."""
-        _, *q = self.states[i, :5]
-        return self.scene.replace(attitude=q, momentum=self.m[i])
+    @cached_property
+    def plan(self) -> Plan:
+        """What was used for this path, and what was left out, and why."""
+        from .plan import of_path
+
+        return of_path(self)
+
+    def only(self, want: Iterable[str]) -> Path:
+        """The path with no more than t and these quantities, as if solve had been asked for them."""
+        columns = Columns(wanted(want) or (), len(self))
+        columns.add(self)
+        return columns.path(self)
 
     def plot(self, axes: Any = None) -> Any:
         """The trace of the axis and its height over the time, with matplotlib, in two axes or in new ones; the axes."""
         from . import plot
 
         return plot.path(self, axes)
-
-    @property
-    def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state."""
-        return self.scene_at(-1)
-
-
-def _apart(a: Path, b: Path) -> float:
-    """The largest angle between the attitudes of two paths, low words included: their difference loses no digit."""
-    dot = (a.q * b.q).sum(axis=1)
-    sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
-    d = (sign * b.q - a.q) + (sign * b.q_low - a.q_low)
-    vec = a.q[:, :1] * d[:, 1:] - d[:, :1] * a.q[:, 1:] - np.cross(a.q[:, 1:], d[:, 1:])        # of a* (b - a)
-    return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())
-
-
-def _frozen(values: Array) -> Array:
-    values.flags.writeable = False
-    return values

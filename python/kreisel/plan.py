@@ -1,11 +1,25 @@
-"""What was chosen for a path, and why."""
+"""kreisel.plan: what a run of a scene uses, and what it leaves out, and why."""
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from . import _core, times
+from .how import LEVEL, TURNING, How, how
+from .how import every as checked_every
+from .methods import EXACT, methods
+from .scene import Scene
+
+if TYPE_CHECKING:
+    from .path import Path
+
+Reasons = tuple[tuple[str, str], ...]
+_SPLIT = ("strang", "takahashi_imada4", "suzuki4", "blanes_moan6", "kahan_li6", "kahan_li8")
 
 
 @dataclass(frozen=True)
-class Plan:
+class Choice:
     """What method='geometric' chose so that the attitude error stays below a target on [0, t], and what that cost.
 
     step          [T]
@@ -30,3 +44,152 @@ class Plan:
             f"{self.method} (order {self.order}) with step {self.step:g}: attitude error about {self.error:.1e} rad "
             f"of {self.target:g} allowed, for {self.run} evaluations of the torque and {self.trials} in trial runs{known}"
         )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is used; print it.
+
+    method, why   its name, and why it is this one; step and order: None and 0 where it has none, or chooses them
+    form          the equations that are integrated
+    kernel        the instruction set of taylor's series, else empty
+    columns       what is recorded of a state, `bytes` so many a state
+    left_out      (what, why) of all that the scene or the request does not need
+    kept          (what, why) of what is not needed and yet computed
+    choice        of method="geometric": its target, error, conditioning and cost; else None
+    """
+
+    method: str
+    why: str
+    step: float | None
+    order: int
+    form: str
+    kernel: str
+    columns: tuple[str, ...]
+    bytes: int
+    left_out: Reasons
+    kept: Reasons
+    choice: Choice | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        """What geometric chose is the plan's own."""
+        if name in Choice.__dataclass_fields__ and self.choice:
+            return getattr(self.choice, name)
+        raise AttributeError(f"the plan has no {name!r}")
+
+    def __str__(self) -> str:
+        order = f"order {self.order}" if self.order else "no order: closed form, or as the tolerance needs"
+        parts = {
+            "method": [f"{self.method}: {self.why}"],
+            "equations": [self.form],
+            "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
+            "recorded": [f"{', '.join(self.columns)}: {self.bytes} bytes a state"],
+            "left out": [f"{what}: {why}" for what, why in self.left_out],
+            "kept": [f"{what}: {why}" for what, why in self.kept],
+            "chosen": [str(self.choice)] if self.choice else [],
+        }
+        rows = [(name if i == 0 else "", text) for name, texts in parts.items() for i, text in enumerate(texts)]
+        return "\n".join(f"{name:<11}{text}" for name, text in rows)
+
+
+def plan(
+    scene: Scene,
+    t: float | Any = None,
+    want: Iterable[str] | None = None,
+    method: str = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+) -> Plan:
+    """What kreisel.solve would use in these words, and what it would leave out; nothing is run.
+
+    t  may be left out; with it the plan says which states are wanted
+
+        print(kr.plan(kr.scenes.asymmetric, want=("nutation", "energy")))
+
+    Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice takes trial runs:
+    see path.plan.
+    """
+    if method == "geometric":
+        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
+    chosen = how(scene, method, step, tol, digits, 0, want)
+    number = checked_every(chosen.method, every)
+    return of(chosen, None if t is None else times.listed(t, chosen.step, number, chosen.size).size)
+
+
+def of_path(path: Path) -> Plan:
+    """The plan of what was run."""
+    step = None if path.step is None else abs(path.step)
+    done = How(path.scene, methods[path.method], step, path.tol, path.digits, 0, path.want, path._why)
+    return of(done, len(path), path._choice)
+
+
+def of(done: How, states: int | None = None, choice: Choice | None = None) -> Plan:
+    """The plan of a checked request."""
+    kernel, order = "", done.method.order
+    if done.method.suits(done.scene):
+        _, top = _core.start(done.scene._block, done.method.name, *done.steering(False), done.leave_heading)
+        kernel, order = top.kernel if top else (kernel, order)
+    columns = ("t", "q", "m") if done.want is None else ("t", *done.want)
+    if done.want is None and (done.digits or 0) > 16:
+        columns += "q_low", "m_low"
+    size = 8 * sum({"t": 1, **TURNING, **LEVEL}[name] for name in columns)
+    why = "the cheapest that keeps the error allowed" if choice else done.why
+    out, kept = _left_out(done, states), _kept(done)
+    return Plan(done.method.name, why, done.step, order, _form(done), kernel, columns, size, out, kept, choice)
+
+
+def _form(done: How) -> str:
+    if done.leave_heading:
+        return "(W, P): the angular velocity and the vertical, both seen from the body"
+    if done.method.name == "taylor":
+        return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
+    return done.method.text
+
+
+def _no_torque(scene: Scene) -> bool:
+    return scene.gravity == 0.0 or not any(scene.body.com)
+
+
+def _symmetric(scene: Scene) -> bool:
+    return methods["blanes_moan6"].applies_to(scene.body)
+
+
+def _left_out(done: How, states: int | None) -> Reasons:
+    want, name = done.want, done.method.name
+    rows = []
+    if done.leave_heading:
+        rows.append(("attitude", "nothing that is wanted changes when the top is turned about the vertical"))
+        rows.append(("momentum", "nor does it need m in space"))
+    if name == EXACT:
+        rows.append(("steps", "any state at once, by the closed form"))
+        if _no_torque(done.scene):
+            rows.append(("gravity", "no torque acts: the free body's closed form"))
+    if name in _SPLIT and _symmetric(done.scene):
+        rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
+    if states == 2 and want is None:
+        rows.append(("states on the way", "only the start and the end are asked for"))
+    if want is None:
+        rows.append(("all quantities but t, q, m", "each is computed when it is first asked for"))
+    else:
+        others = [word for word in (*TURNING, *LEVEL) if word not in want]
+        rows.append((", ".join(others), "not wanted: neither computed nor recorded"))
+        rows.append(("the states themselves", f"at most {times.PIECE} at a time, dropped when what is wanted is computed"))
+    rows.append(("the error's estimate", "a second run, made when path.error is asked for"))
+    return tuple(rows)
+
+
+def _kept(done: How) -> Reasons:
+    rows = []
+    if done.method.name == "taylor":
+        if done.want is not None and not done.leave_heading and not set(done.want) & set(TURNING):
+            rows.append(("attitude", "the series with more digits than doubles has no form without it"))
+        if _no_torque(done.scene):
+            rows.append(("torque", "zero, and cheap: two products beside the sums of a whole order"))
+        if _symmetric(done.scene):
+            rows.append(("general form", "what two equal moments make zero shares its vectors with what stays"))
+    elif done.want is not None and not set(done.want) & set(TURNING) and done.method.name != EXACT:
+        rows.append(("attitude", f"{done.method.name} computes it on the way; only taylor can do without"))
+    return tuple(rows)

@@ -19,13 +19,17 @@ _MAKERS: dict[str, Callable[..., Body]] = {"cuboid": Body.cuboid, "symmetric": B
 def read(path: str | os.PathLike[str]) -> Scene:
     """A TypeError or ValueError begins with the name of the file."""
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        if "body" not in table:
-            raise ValueError("the table [body] is missing")
-        return _call(Scene, "a scene", {**table, "body": _body(table["body"])})
+        return parse(Path(path).read_text(encoding="utf-8"))
     except (TypeError, ValueError) as error:
         kind = TypeError if isinstance(error, TypeError) else ValueError
         raise kind(f"{os.fspath(path)}: {error}") from None
+
+
+def parse(text: str) -> Scene:
+    table = tomllib.loads(text)
+    if "body" not in table:
+        raise ValueError("the table [body] is missing")
+    return _call(Scene, "a scene", {**table, "body": _body(table["body"])})
 
 
 def _body(table: Any) -> Body:
