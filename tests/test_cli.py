@@ -212,3 +212,14 @@ def test_report_is_that_of_the_source_tree(tmp_path, monkeypatch):
         [sys.executable, "-m", "kreisel", "report", "--quick", "-h"], cwd=tmp_path, capture_output=True, text=True
     )
     assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+
+
+def test_solve_what_is_wanted(tmp_path):
+    how = ("--t", "1,2,3", "--want", "nutation,apex,q", "--npz", tmp_path / "top.npz", "--csv", "-")
+    header, *rows = csv.reader(call("solve", "asymmetric", *how).splitlines())
+    path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
+    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "qw", "qx", "qy", "qz"]
+    assert np.array_equal(np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q]))
+    with np.load(tmp_path / "top.npz") as saved:
+        assert np.array_equal(saved["apex"], path.apex) and set(saved) == {"t", "nutation", "apex", "q", "scene"}
+    assert "nutation" in call("solve", "asymmetric", "--t", 3, "--want", "nutation")

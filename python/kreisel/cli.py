@@ -11,13 +11,14 @@ import click
 import numpy as np
 from rich import box
 from rich.console import Console
+from rich.progress import Progress
 from rich.table import Table as Grid
 
 import kreisel as kr
 
 from .methods import unknown
 
-_COLUMNS = ("t", "qw", "qx", "qy", "qz", "mx", "my", "mz")
+_AXES = {1: [""], 3: ["x", "y", "z"], 4: ["w", "x", "y", "z"], 9: [f"{axis}{x}" for axis in "NBT" for x in "xyz"]}
 _FILE = click.Path(dir_okay=False, allow_dash=True)
 _SEVERAL = "NUMBER[,...]"
 
@@ -55,28 +56,51 @@ def _one_or_more(t: list[float]) -> float | list[float]:
     return t[0] if len(t) == 1 else t
 
 
+def _columns(path: kr.Path) -> dict[str, list[float]]:
+    """The numbers of a path, component by component."""
+    table = {}
+    for name in ("t", *(path.want or ("q", "m"))):
+        values = getattr(path, name).reshape(len(path), -1)
+        link = "_" if len(name) > 1 and values.shape[1] > 1 else ""
+        table |= {name + link + axis: column for axis, column in zip(_AXES[values.shape[1]], values.T.tolist())}
+    return table
+
+
 def _save(path: kr.Path, csv_file: str | None, npz_file: str | None) -> None:
     if csv_file:
+        columns = _columns(path)
         with click.open_file(csv_file, "w", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(_COLUMNS)
-            writer.writerows(path.states.tolist())
+            writer.writerow(columns)
+            writer.writerows(zip(*columns.values()))
     if npz_file:
-        np.savez(npz_file, t=path.t, q=path.q, m=path.m, scene=path.scene.to_toml())
+        arrays = {name: getattr(path, name) for name in ("t", *(path.want or ("q", "m")))}
+        np.savez(npz_file, scene=path.scene.to_toml(), **arrays)
 
 
 def _show(path: kr.Path) -> None:
-    stats, states = path.stats, path.states
+    stats = path.stats
     click.echo(f"{len(path)} states by {path.method}: {stats.steps} steps, {stats.evaluations} evaluations")
     if not len(path):
         return
     grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
-    for name, first, last in zip(_COLUMNS, states[0], states[-1]):
-        grid.add_row(name, f"{first: .15g}", f"{last: .15g}")
+    for name, values in _columns(path).items():
+        grid.add_row(name, f"{values[0]: .15g}", f"{values[-1]: .15g}")
     Console().print(grid)
-    click.echo(f"energy error {path.energy_error:.2g}")
-    if path.plan:
-        click.echo(str(path.plan))
+    if path.want is None:
+        click.echo(f"energy error {path.energy_error:.2g}")
+    if path.plan.choice:
+        click.echo(str(path.plan.choice))
+
+
+def _solved(scene: kr.Scene, t: list[float], how: dict[str, Any]) -> kr.Path:
+    """The path; how far it has come is shown where somebody watches."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        return kr.solve(scene, _one_or_more(t), **how)
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("t", total=abs(t[-1]))
+        return kr.solve(scene, _one_or_more(t), progress=lambda at: bar.update(task, completed=abs(at)), **how)
 
 
 @main.command()
@@ -88,13 +112,14 @@ def _show(path: kr.Path) -> None:
 @click.option("--error", type=float, help="For the method geometric: the attitude error allowed [rad].")
 @click.option("--every", type=int, help="Record each so many steps.")
 @click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
-@click.option("--csv", "csv_file", type=_FILE, help="Write the states; - for standard output.")
-@click.option("--npz", "npz_file", type=_FILE, help="Write t, q, m and the scene for numpy.load.")
+@click.option("--want", type=_names, metavar="NAME[,...]", help="Quantities instead of states, as nutation,energy.")
+@click.option("--csv", "csv_file", type=_FILE, help="Write the states, or what is wanted; - for standard output.")
+@click.option("--npz", "npz_file", type=_FILE, help="Write them, as t, q, m or by their names, and the scene for numpy.load.")
 def solve(scene: kr.Scene, t: list[float], csv_file: str | None, npz_file: str | None, **how: Any) -> None:
     """The motion of a scene. What a failed or interrupted run has reached is written too."""
     stopped: kr.Error | kr.Interrupted | None = None
     try:
-        path = kr.solve(scene, _one_or_more(t), **how)
+        path = _solved(scene, t, how)
     except (kr.Error, kr.Interrupted) as error:
         path, stopped = error.path, error
     except (MemoryError, TypeError, ValueError) as error:
