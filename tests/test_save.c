@@ -28,13 +28,14 @@ static kr_top *make(const kr_scene *s, const kr_method *method, kr_config config
 }
 static int same(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
 /* Never stopped; and stopped before every one of the times, saved to an odd place, and gone on with by another top. */
-static void goes_on(const kr_method *method, double sign, int digits)
+static void goes_on(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
-    const kr_config config = config_for(method, sign, digits);
+    kr_config config = config_for(method, sign, digits);
     kr_state whole[BEFORE + AFTER], low[BEFORE + AFTER], part, rest;
     double t[BEFORE + AFTER];
+    config.leave_heading = leave_heading;
     kr_top *top = make(&s, method, config), *one = make(&s, method, config);
     for (int i = 0; i < BEFORE + AFTER; i++) t[i] = sign * times[i];
     IS(kr_top_record_low(top, BEFORE + AFTER, t, whole, low, NULL) == KR_OK);
@@ -154,8 +155,9 @@ static void foreign(void)
 int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++)
-        for (double sign = 1.0; sign > -2.0; sign -= 2.0) goes_on(kr_method_at(i), sign, 0);
-    for (int digits = 16; digits <= 30; digits += 7) goes_on(kr_method_find("taylor"), 1.0, digits);
+        for (double sign = 1.0; sign > -2.0; sign -= 2.0) goes_on(kr_method_at(i), sign, 0, 0);
+    for (int digits = 16; digits <= 30; digits += 7) goes_on(kr_method_find("taylor"), 1.0, digits, 0);
+    goes_on(kr_method_find("taylor"), -1.0, 0, 1);
     after_a_stop();
     refusals("taylor");
     refusals("extrap");
