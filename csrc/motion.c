@@ -58,7 +58,7 @@ kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 double kr_state_nutation(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 a = kr_state_apex(scene, s);
-    return atan2(hypot(a.x, a.y), a.z);
+    return atan2(sqrt(a.x * a.x + a.y * a.y), a.z);
 }
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {

@@ -58,7 +58,7 @@ def _one_or_more(t: list[float]) -> float | list[float]:
 
 def _columns(path: kr.Path) -> dict[str, list[float]]:
     """The numbers of a path, component by component."""
-    table = {}
+    table: dict[str, list[float]] = {}
     for name in ("t", *(path.want or ("q", "m"))):
         values = getattr(path, name).reshape(len(path), -1)
         link = "_" if len(name) > 1 and values.shape[1] > 1 else ""

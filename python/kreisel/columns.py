@@ -12,6 +12,11 @@ if TYPE_CHECKING:
     from .path import Path
 
 
+def picked(path: Path, names: tuple[str, ...]) -> dict[str, Array]:
+    """t and these, which hold on to nothing else."""
+    return {name: np.ascontiguousarray(getattr(path, name)) for name in ("t", *names)}
+
+
 class Columns:
     """What is wanted of n states, filled in piece by piece."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from . import _core, check, errors
-from .methods import ELSE, EXACT, Method, fitting
+from .methods import ELSE, Method, fitting
 from .scene import Scene
 
 # What a path can be asked for, and how many doubles a state it is; the first turn with the top about the vertical, the
@@ -15,6 +15,7 @@ TURNING = {"q": 4, "m": 3, "q_low": 4, "m_low": 3, "velocity": 3, "torque": 3, "
 LEVEL = dict.fromkeys(
     ("nutation", "kinetic", "potential", "energy", "vertical", "axial", "kowalewski", "goryachev_chaplygin"), 1
 )
+WIDTHS = {"t": 1, **TURNING, **LEVEL}
 
 _FIRST_STEP = -0.1      # back in time, for a method that would choose its own: to the core a step of 0 means forward
 
@@ -30,19 +31,18 @@ class How:
     digits: int | None
     max_steps: int
     want: tuple[str, ...] | None
-    why: str
+    asked: str = ""         # the method in the user's words
 
     @property
     def leave_heading(self) -> bool:
         """Whether the states may be left undetermined up to a turn about the vertical."""
-        if self.want is None or not self.method.headless or (self.digits or 0) > 16:
-            return False
-        return not set(self.want) & set(TURNING)
+        level = self.want is not None and TURNING.keys().isdisjoint(self.want)
+        return level and self.method.headless and (self.digits or 0) <= 16
 
     @property
     def size(self) -> int:
         """Bytes of a state, its time apart."""
-        return 64 if self.want is None else 8 * sum((TURNING | LEVEL)[name] for name in self.want)
+        return 64 if self.want is None else 8 * sum(map(WIDTHS.__getitem__, self.want))
 
     def signed(self, back: bool) -> float | None:
         return -self.step if back and self.step is not None else self.step
@@ -61,18 +61,7 @@ def how(
     check.kind("scene", scene, Scene)
     chosen = fitting(ELSE if method == "auto" and digits is not None else method, scene)
     steering = _step(chosen, step), _tol(chosen, tol), _digits(chosen, digits, tol)
-    return How(scene, chosen, *steering, check.whole("max_steps", max_steps, 0), wanted(want), _why(scene, method, digits))
-
-
-def _why(scene: Scene, method: str, digits: int | None) -> str:
-    if method != "auto":
-        return "asked for by name"
-    if digits is not None:
-        return f"asked for {digits} digits"
-    kind = f"this body of kind {scene.body.kind!r}"
-    if fitting(method, scene).name == EXACT:
-        return f"{kind} has a closed form" + ("" if scene.gravity else " without gravity")
-    return f"no closed form is known for {kind} under gravity"
+    return How(scene, chosen, *steering, check.whole("max_steps", max_steps, 0), wanted(want), method)
 
 
 def wanted(want: Any) -> tuple[str, ...] | None:
@@ -83,8 +72,8 @@ def wanted(want: Any) -> tuple[str, ...] | None:
         raise TypeError(f"want must be names of quantities, as in want=('apex', 'energy'), not {want!r}")
     names = tuple(dict.fromkeys(want))
     for name in names:
-        if not isinstance(name, str) or name not in ("t", *TURNING, *LEVEL):
-            raise ValueError(errors.unknown("quantity in want:", str(name), ("t", *TURNING, *LEVEL)))
+        if not isinstance(name, str) or name not in WIDTHS:
+            raise ValueError(errors.unknown("quantity in want:", str(name), WIDTHS))
     if not names:
         raise ValueError("want names no quantity; leave it out for all of them")
     return tuple(name for name in names if name != "t")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from . import _core, check
 from .check import Array
-from .columns import Columns
+from .columns import picked
 from .how import wanted
 from .states import States, frozen
 
@@ -142,9 +143,8 @@ class Path(States):
 
     def only(self, want: Iterable[str]) -> Path:
         """The path with no more than t and these quantities, as if solve had been asked for them."""
-        columns = Columns(wanted(want) or (), len(self))
-        columns.add(self)
-        return columns.path(self)
+        names = wanted(want) or ()
+        return replace(self, _states=None, _low=None, want=names, _columns=picked(self, names))
 
     def plot(self, axes: Any = None) -> Any:
         """The trace of the axis and its height over the time, with matplotlib, in two axes or in new ones; the axes."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from . import _core, times
-from .how import LEVEL, TURNING, How, how
+from .how import LEVEL, TURNING, WIDTHS, How, how
 from .how import every as checked_every
 from .methods import EXACT, methods
 from .scene import Scene
@@ -122,7 +122,7 @@ def plan(
 def of_path(path: Path) -> Plan:
     """The plan of what was run."""
     step = None if path.step is None else abs(path.step)
-    done = How(path.scene, methods[path.method], step, path.tol, path.digits, 0, path.want, path._why)
+    done = How(path.scene, methods[path.method], step, path.tol, path.digits, 0, path.want, path._asked)
     return of(done, len(path), path._choice)
 
 
@@ -135,10 +135,22 @@ def of(done: How, states: int | None = None, choice: Choice | None = None) -> Pl
     columns = ("t", "q", "m") if done.want is None else ("t", *done.want)
     if done.want is None and (done.digits or 0) > 16:
         columns += "q_low", "m_low"
-    size = 8 * sum({"t": 1, **TURNING, **LEVEL}[name] for name in columns)
-    why = "the cheapest that keeps the error allowed" if choice else done.why
+    size = 8 * sum(WIDTHS[name] for name in columns)
     out, kept = _left_out(done, states), _kept(done)
-    return Plan(done.method.name, why, done.step, order, _form(done), kernel, columns, size, out, kept, choice)
+    return Plan(done.method.name, _why(done, choice), done.step, order, _form(done), kernel, columns, size, out, kept, choice)
+
+
+def _why(done: How, choice: Choice | None) -> str:
+    if choice:
+        return "the cheapest that keeps the error allowed"
+    if done.asked != "auto":
+        return "asked for by name"
+    if done.digits is not None:
+        return f"asked for {done.digits} digits"
+    kind = f"this body of kind {done.scene.body.kind!r}"
+    if done.method.exact:
+        return f"{kind} has a closed form" + ("" if done.scene.gravity else " without gravity")
+    return f"no closed form is known for {kind} under gravity"
 
 
 def _form(done: How) -> str:

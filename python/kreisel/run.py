@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _core, check, errors, times, toml
 from .check import Array
-from .columns import Columns
+from .columns import Columns, picked
 from .how import How, how
 from .how import every as _every
 from .how import progress as checked_progress
@@ -31,14 +31,19 @@ _FUSED = {"avx512", "avx2"}        # kernels with equal bits
 def finished(how: How, end: float, status: str, states: Array, low: Array | None, stats: tuple[int, ...]) -> Path:
     """The path that the core has recorded; raises what its status stands for."""
     path = _path(how, end < 0.0, states, low, stats)
+    if how.want is not None:
+        path = _path(how, end < 0.0, None, None, stats, picked(path, how.want))
     if status != "OK":
         raise _stopped(status, path, end)
     return path
 
 
-def _path(how: How, back: bool, states: Array, low: Array | None, stats: tuple[int, ...]) -> Path:
-    step = how.signed(back)
-    return Path(how.scene, states, how.method.name, step, how.tol, Stats(*stats), digits=how.digits, _low=low, _why=how.why)
+def _path(
+    how: How, back: bool, states: Array | None, low: Array | None, stats: tuple[int, ...], columns: Any = None
+) -> Path:
+    words = how.scene, states, how.method.name, how.signed(back), how.tol, Stats(*stats)
+    want = how.want if columns else None
+    return Path(*words, digits=how.digits, _low=low, want=want, _columns=columns or {}, _asked=how.asked)
 
 
 def _stopped(status: str, path: Path, end: float) -> BaseException:
@@ -69,9 +74,8 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: float | Any, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """On to t: a number, for the state where the run stands and that at t, or with `every` for each so many steps
-        that it has not given yet; or a list, for exactly these. Raises what kreisel.solve raises; a run that failed or was
-        interrupted stays at its last good state, from which it can be led on."""
+        """On to t: a number, for the state where the run stands and that at t, or with `every` for each so many steps not
+        given yet; or a list, for exactly these. Raises what kreisel.solve raises; the run then stays at its last good state."""
         asked = self._asked(t, every)
         if asked.size:
             self._refuse(asked)
@@ -88,8 +92,7 @@ class Run:
         return path
 
     def stream(
-        self, t: float | Iterable[float], *, every: int | None = None, chunk: int = times.PIECE,
-        progress: Progress | None = None,
+        self, t: float | Iterable[float], *, every: int | None = None, chunk: int = times.PIECE, progress: Progress | None = None
     ) -> Iterator[Path]:
         """The states of kreisel.stream, from where the run stands; between two paths the run may be saved."""
         pieces = times.pieces(t, self.step, _every(self._how.method, every), check.whole("chunk", chunk, 1), self._given)
@@ -148,7 +151,7 @@ class Run:
         how = self._how
         head = {
             "scene": how.scene.to_toml(), "method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits,
-            "max_steps": how.max_steps, "want": self.want, "why": how.why, "back": self._back, "fresh": self._fresh,
+            "max_steps": how.max_steps, "want": self.want, "asked": how.asked, "back": self._back, "fresh": self._fresh,
             "t": self.t, "stats": self.stats, "kernel": self._top.kernel[0],
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
@@ -181,8 +184,7 @@ def start(
             keep(path)
             run.save(file)
 
-    The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric', whose trial runs are
-    whole ones.
+    The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric', which tries whole runs.
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {back!r}")
@@ -210,9 +212,8 @@ def stream(
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
         for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
 
-    Each path's stats are those of the whole run so far. Leaving the loop ends the run. Raises what kreisel.solve raises:
-    for what can be seen at once, at once; for what an iterator brings, when it comes; `.path` is what the last path
-    would have been.
+    Each path's stats are those of the whole run so far. Raises what kreisel.solve raises: for what can be seen at once,
+    at once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
     """
     chosen = how(scene, method, step, tol, digits, max_steps, want)
     number, size = _every(chosen.method, every), check.whole("chunk", chunk, 1)
@@ -224,9 +225,8 @@ def stream(
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
     """The run of a checkpoint, or of the file in which it was saved, as it stood. `max_steps`: another limit.
 
-    Raises ValueError for what is damaged, of another version of kreisel, or of another kind of machine; OSError for a
-    file that cannot be read. Warns where this processor has another kernel of taylor's than the run used, for then it
-    goes on to rounding only, no longer bit for bit.
+    Raises ValueError for what is damaged, of another version of kreisel or another kind of machine; OSError for a file that
+    cannot be read. Warns where this processor has another kernel of taylor's: then it goes on to rounding only.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -237,7 +237,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
-    chosen = replace(how(toml.parse(head["scene"]), method, step, tol, digits, limit, head["want"]), why=head["why"])
+    chosen = replace(how(toml.parse(head["scene"]), method, step, tol, digits, limit, head["want"]), asked=head["asked"])
     run = Run(chosen, head["back"])
     status = run._top.load(memory)
     if status != "OK":

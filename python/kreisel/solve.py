@@ -59,11 +59,11 @@ def _solve(chosen: How, t: Any, number: Any, callback: Any) -> Path:
     wanted_times = times.listed(t, chosen.step, checked_every(chosen.method, number), chosen.size)
     end = float(wanted_times[-1]) if wanted_times.size else 0.0
     times.refuse_endless(chosen.scene, end, chosen.step)
-    if chosen.want is not None:
+    if chosen.want is not None and wanted_times.size > times.PIECE:
         return Run(chosen, end < 0.0).lead(wanted_times, callback)
-    steering = chosen.steering(end < 0.0)
-    got = _core.record(chosen.scene._block, chosen.method.name, *steering, wanted_times, progress=checked_progress(callback))
-    return finished(chosen, end, *got)
+    block, name, steering = chosen.scene._block, chosen.method.name, chosen.steering(end < 0.0)
+    progress = checked_progress(callback)
+    return finished(chosen, end, *_core.record(block, name, *steering, wanted_times, chosen.leave_heading, progress))
 
 
 def _geometric(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .check import Array
-from .how import LEVEL, TURNING
+from .how import WIDTHS
 from .scene import Scene
 
 if TYPE_CHECKING:
@@ -42,13 +42,14 @@ class States:
     _low: Array | None = None       # what the doubles of the states leave out
     want: tuple[str, ...] | None = None
     _columns: dict[str, Array] = field(default_factory=dict)    # in place of states: t, and what is wanted
-    _why: str = "asked for by name"
+    _asked: str = ""                # the method in the user's words
 
     def __post_init__(self) -> None:
         for values in (self._states, self._low, *self._columns.values()):
             if values is not None:
                 values.flags.writeable = False
-        vars(self).update({name: values for name, values in self._columns.items() if name not in _PARTS})
+        if self._columns:
+            vars(self).update({name: values for name, values in self._columns.items() if name not in _PARTS})
 
     def __len__(self) -> int:
         return len(self.t)
@@ -63,7 +64,7 @@ class States:
         if name.startswith("__"):
             raise AttributeError(name)
         if self.want is not None and hasattr(type(self), name):
-            more = f"add {name!r} to want" if name in (*TURNING, *LEVEL) else "solve without want"
+            more = f"add {name!r} to want" if name in WIDTHS else "solve without want"
             raise AttributeError(f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}")
         known = [word for word in (*self.__dataclass_fields__, *dir(type(self))) if not word.startswith("_")]
         near = difflib.get_close_matches(name, known, n=1)
