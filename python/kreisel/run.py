@@ -21,7 +21,7 @@ from .how import progress as checked_progress
 from .path import Path
 from .plan import Plan, of
 from .scene import Scene
-from .states import Stats
+from .states import NO_STATES, Stats
 
 Progress = Callable[[float], object]
 _MAGIC = b"kreisel run\n"
@@ -32,14 +32,14 @@ def finished(how: How, end: float, status: str, states: Array, low: Array | None
     """The path that the core has recorded; raises what its status stands for."""
     path = _path(how, end < 0.0, states, low, stats)
     if how.want is not None:
-        path = _path(how, end < 0.0, None, None, stats, picked(path, how.want))
+        path = _path(how, end < 0.0, NO_STATES, None, stats, picked(path, how.want))
     if status != "OK":
         raise _stopped(status, path, end)
     return path
 
 
 def _path(
-    how: How, back: bool, states: Array | None, low: Array | None, stats: tuple[int, ...], columns: Any = None
+    how: How, back: bool, states: Array, low: Array | None, stats: tuple[int, ...], columns: Any = None
 ) -> Path:
     words = how.scene, states, how.method.name, how.signed(back), how.tol, Stats(*stats)
     want = how.want if columns else None
