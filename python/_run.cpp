@@ -130,6 +130,7 @@ public:
         const char *name = kr_top_kernel(top.get(), &order);
         return py::make_tuple(name, order);
     }
+    double time() const { return kr_top_state(top.get()).t; }
 };
 
 static py::tuple start(const doubles &scene, const std::string &method, double step, double tol, int digits,
@@ -158,7 +159,8 @@ void bind_run(py::module_ &m)
         .def("record", &run::record, "t"_a, "low"_a, "progress"_a = py::none())
         .def("save", &run::save)
         .def("load", &run::load, "memory"_a)
-        .def_property_readonly("kernel", &run::kernel);
+        .def_property_readonly("kernel", &run::kernel)
+        .def_property_readonly("t", &run::time);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "leave_heading"_a = false);
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a,
           "leave_heading"_a = false, "progress"_a = py::none());

@@ -124,10 +124,11 @@ class Run:
         times.refuse_endless(self.scene, float(asked[-1]), self.step)
 
     def _record(self, asked: Array, callback: Progress | None) -> tuple[str, Path]:
-        status, states, low, stats = self._top.record(asked, (self.digits or 0) > 16, checked_progress(callback))
+        try:
+            status, states, low, stats = self._top.record(asked, (self.digits or 0) > 16, checked_progress(callback))
+        finally:                # also where progress raised
+            self.t, self._fresh = self._top.t, self._fresh and not asked.size
         self.stats = Stats(*stats)
-        if len(states):
-            self.t, self._fresh = float(states[-1, 0]), False
         return status, _path(self._how, self._back, states, low, self.stats)
 
     def _reduced(self, asked: Array, callback: Progress | None) -> tuple[str, Path]:
