@@ -9,6 +9,9 @@ typedef struct {
     uint64_t sum;               /* of the parts */
 } label;
 
+/* A top up to its last state; what may follow there is the user's memory, and not kept. */
+enum { KEPT = offsetof(kr_top, low) + sizeof(kr_state) };
+
 static int runs(const kr_top *top) { return top->method->flags & KR_DENSE ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
 
@@ -18,7 +21,7 @@ static void put_name(char *to, size_t size, const char *name)
 }
 static label label_of(const kr_top *top)
 {
-    label l = {.layout = {0x0102030405060708, sizeof *top, work_size(top), (uint64_t)runs(top)}};
+    label l = {.layout = {0x0102030405060708, KEPT, work_size(top), (uint64_t)runs(top)}};
     put_name(l.kind, sizeof l.kind, "kreisel top");
     put_name(l.version, sizeof l.version, kr_version());
     put_name(l.method, sizeof l.method, top->method->name);
@@ -38,7 +41,7 @@ static uint64_t sum_of(const unsigned char *bytes, size_t size)
 
 size_t kr_top_save_size(const kr_top *top)
 {
-    return top ? sizeof(label) + sizeof *top + (size_t)runs(top) * work_size(top) : 0;
+    return top ? sizeof(label) + KEPT + (size_t)runs(top) * work_size(top) : 0;
 }
 static void take_pointers(kr_run *run, const kr_run *from)
 {
@@ -52,15 +55,15 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     kr_top image;
     if (!top || !memory || size != kr_top_save_size(top)) return KR_ERR_ARGUMENT;
     label l = label_of(top);
-    unsigned char *work = to + sizeof l + sizeof image;
-    memcpy(&image, top, sizeof image);
+    unsigned char *work = to + sizeof l + KEPT;
+    memcpy(&image, top, KEPT);
     image.method = NULL;
     image.config.poll = NULL;
     image.config.context = NULL;
     take_pointers(&image.main, NULL);
     take_pointers(&image.kept, NULL);
     take_pointers(&image.side, NULL);
-    memcpy(to + sizeof l, &image, sizeof image);
+    memcpy(to + sizeof l, &image, KEPT);
     memcpy(work, top->main.work, work_size(top));
     if (runs(top) > 1) memcpy(work + work_size(top), top->kept.work, work_size(top));
     l.sum = sum_of(to + sizeof l, size - sizeof l);
@@ -81,9 +84,9 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     kr_top image;
     if (!top || !memory) return KR_ERR_ARGUMENT;
     if (size != kr_top_save_size(top)) return KR_ERR_CHECKPOINT;
-    const unsigned char *work = from + sizeof l + sizeof image;
+    const unsigned char *work = from + sizeof l + KEPT;
     memcpy(&l, from, sizeof l);
-    memcpy(&image, from + sizeof l, sizeof image);
+    memcpy(&image, from + sizeof l, KEPT);
     own = label_of(top);
     own.sum = sum_of(from + sizeof l, size - sizeof l);
     if (memcmp(&l, &own, sizeof l) != 0 || !same_kind(&image, top)) return KR_ERR_CHECKPOINT;
@@ -93,7 +96,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     take_pointers(&image.main, &top->main);
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);
-    memcpy(top, &image, sizeof image);
+    memcpy(top, &image, KEPT);
     memcpy(top->main.work, work, work_size(top));
     if (runs(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
     return KR_OK;

@@ -17,14 +17,13 @@ struct watch {
     const kr_top *top = nullptr;
     py::object progress = py::none();
     bool signals = false;
-    clock::time_point looked, told;
+    clock::time_point looked = clock::now(), told = looked;       // by the whole run, however short its pieces are
     std::unique_ptr<py::error_already_set> raised;
 
     void begin(const py::object &callback)
     {
         progress = callback;
         signals = in_main_thread();
-        looked = told = clock::now();
         raised.reset();
     }
     void look()
@@ -52,7 +51,7 @@ struct watch {
 };
 
 // The states written, and the last good one where that is later: the first rows of an array, which is not copied.
-static doubles reached(const doubles &out, size_t rows) 
+static doubles reached(const doubles &out, size_t rows)
 {
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
 }
@@ -100,6 +99,7 @@ public:
             py::gil_scoped_release nogil;
             status = kr_top_record_low(top.get(), n, times, states, rest, &done);
         }
+        if (status == KR_OK && watch::poll(&watching)) status = KR_ERR_INTERRUPTED;
         watching.progress = py::none();
         if (watching.raised && !watching.raised->matches(PyExc_KeyboardInterrupt)) throw *watching.raised;
         if (status != KR_OK) {
@@ -130,6 +130,7 @@ public:
         const char *name = kr_top_kernel(top.get(), &order);
         return py::make_tuple(name, order);
     }
+    double time() const { return kr_top_state(top.get()).t; }
 };
 
 static py::tuple start(const doubles &scene, const std::string &method, double step, double tol, int digits,
@@ -158,7 +159,8 @@ void bind_run(py::module_ &m)
         .def("record", &run::record, "t"_a, "low"_a, "progress"_a = py::none())
         .def("save", &run::save)
         .def("load", &run::load, "memory"_a)
-        .def_property_readonly("kernel", &run::kernel);
+        .def_property_readonly("kernel", &run::kernel)
+        .def_property_readonly("t", &run::time);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "leave_heading"_a = false);
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a,
           "leave_heading"_a = false, "progress"_a = py::none());

@@ -147,6 +147,22 @@ def test_a_run_leads_on():
         kr.start(kr.scenes.thesis, "bobenko_suris4", step=100)
 
 
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, ArithmeticError])
+@pytest.mark.parametrize("method, words", [("rk4", {"step": 1e-3}), ("taylor", {"digits": 30}), ("extrap", {})])
+def test_a_stopped_run_goes_on_with_the_same_bits(method, words, stop):
+    def tell(t):
+        raise stop
+
+    run = kr.start(TOP, method, **words)
+    with pytest.raises((kr.Interrupted, ArithmeticError)):
+        run.to(1e6, progress=tell)
+    assert 0 < run.t < 1e6
+    times = [run.t + 0.5, run.t + 3]
+    whole = kr.solve(TOP, times, method, **words)
+    assert np.array_equal(kr.resume(run.checkpoint).to(times).states, whole.states)
+    assert np.array_equal(run.to(times).states, whole.states)
+
+
 def test_damaged_checkpoints_are_refused(tmp_path):
     run = kr.start(TOP, want=("energy",))
     run.to(5)

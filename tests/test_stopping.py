@@ -25,6 +25,23 @@ def test_progress_is_told():
     assert 0 < told[0] < told[1] < told[2] < 1e9
 
 
+@pytest.mark.parametrize("run", [
+    lambda tell: list(kr.stream(TOP, 1e6, "strang", step=1e-2, every=1, chunk=7, progress=tell)),
+    lambda tell: kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell),
+], ids=["stream", "want"])
+def test_progress_is_told_however_short_the_pieces(run):
+    told = []
+
+    def tell(t):
+        told.append(t)
+        if len(told) == 3:
+            raise ArithmeticError("enough")
+
+    with pytest.raises(ArithmeticError, match="enough"):
+        run(tell)
+    assert 0 < told[0] < told[1] < told[2] < 1e6
+
+
 def test_progress_is_told_in_any_thread_and_may_not_lead_on():
     failures = []
 

@@ -56,10 +56,14 @@ def _one_or_more(t: list[float]) -> float | list[float]:
     return t[0] if len(t) == 1 else t
 
 
+def _kept(path: kr.Path) -> tuple[str, ...]:
+    return ("t", "q", "m") if path.want is None else ("t", *path.want)
+
+
 def _columns(path: kr.Path) -> dict[str, list[float]]:
     """The numbers of a path, component by component."""
     table: dict[str, list[float]] = {}
-    for name in ("t", *(path.want or ("q", "m"))):
+    for name in _kept(path):
         values = getattr(path, name).reshape(len(path), -1)
         link = "_" if len(name) > 1 and values.shape[1] > 1 else ""
         table |= {name + link + axis: column for axis, column in zip(_AXES[values.shape[1]], values.T.tolist())}
@@ -74,7 +78,7 @@ def _save(path: kr.Path, csv_file: str | None, npz_file: str | None) -> None:
             writer.writerow(columns)
             writer.writerows(zip(*columns.values()))
     if npz_file:
-        arrays = {name: getattr(path, name) for name in ("t", *(path.want or ("q", "m")))}
+        arrays = {name: getattr(path, name) for name in _kept(path)}
         np.savez(npz_file, scene=path.scene.to_toml(), **arrays)
 
 

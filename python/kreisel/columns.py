@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .check import Array
+from .states import NO_STATES
 
 if TYPE_CHECKING:
     from .path import Path
@@ -35,4 +36,4 @@ class Columns:
     def path(self, last: Path) -> Path:
         """The path, with all that is no state from its last piece."""
         columns = {name: values[:self._done] for name, values in self._arrays.items()}
-        return replace(last, _states=None, _low=None, want=self._want, _columns=columns)
+        return replace(last, states=NO_STATES, _low=None, want=self._want, _columns=columns)

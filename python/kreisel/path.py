@@ -13,7 +13,7 @@ from . import _core, check
 from .check import Array
 from .columns import picked
 from .how import wanted
-from .states import States, frozen
+from .states import NO_STATES, States, frozen
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -25,6 +25,7 @@ class Path(States):
     """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all else is computed when
     it is first asked for. Vectors are seen from space unless said otherwise.
 
+    states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none or chose its own
     stats   what the run cost, trial runs included
     want    what solve was asked to keep beside t, and all that there is then; None: the states, and with them everything
@@ -144,7 +145,7 @@ class Path(States):
     def only(self, want: Iterable[str]) -> Path:
         """The path with no more than t and these quantities, as if solve had been asked for them."""
         names = wanted(want) or ()
-        return replace(self, _states=None, _low=None, want=names, _columns=picked(self, names))
+        return replace(self, states=NO_STATES, _low=None, want=names, _columns=picked(self, names))
 
     def plot(self, axes: Any = None) -> Any:
         """The trace of the axis and its height over the time, with matplotlib, in two axes or in new ones; the axes."""

@@ -21,7 +21,7 @@ from .how import progress as checked_progress
 from .path import Path
 from .plan import Plan, of
 from .scene import Scene
-from .states import Stats
+from .states import NO_STATES, Stats
 
 Progress = Callable[[float], object]
 _MAGIC = b"kreisel run\n"
@@ -32,14 +32,14 @@ def finished(how: How, end: float, status: str, states: Array, low: Array | None
     """The path that the core has recorded; raises what its status stands for."""
     path = _path(how, end < 0.0, states, low, stats)
     if how.want is not None:
-        path = _path(how, end < 0.0, None, None, stats, picked(path, how.want))
+        path = _path(how, end < 0.0, NO_STATES, None, stats, picked(path, how.want))
     if status != "OK":
         raise _stopped(status, path, end)
     return path
 
 
 def _path(
-    how: How, back: bool, states: Array | None, low: Array | None, stats: tuple[int, ...], columns: Any = None
+    how: How, back: bool, states: Array, low: Array | None, stats: tuple[int, ...], columns: Any = None
 ) -> Path:
     words = how.scene, states, how.method.name, how.signed(back), how.tol, Stats(*stats)
     want = how.want if columns else None
@@ -124,10 +124,11 @@ class Run:
         times.refuse_endless(self.scene, float(asked[-1]), self.step)
 
     def _record(self, asked: Array, callback: Progress | None) -> tuple[str, Path]:
-        status, states, low, stats = self._top.record(asked, (self.digits or 0) > 16, checked_progress(callback))
+        try:
+            status, states, low, stats = self._top.record(asked, (self.digits or 0) > 16, checked_progress(callback))
+        finally:                # also where progress raised
+            self.t, self._fresh = self._top.t, self._fresh and not asked.size
         self.stats = Stats(*stats)
-        if len(states):
-            self.t, self._fresh = float(states[-1, 0]), False
         return status, _path(self._how, self._back, states, low, self.stats)
 
     def _reduced(self, asked: Array, callback: Progress | None) -> tuple[str, Path]:

@@ -15,6 +15,7 @@ from .scene import Scene
 if TYPE_CHECKING:
     from .plan import Choice
 
+NO_STATES = np.empty((0, 8))
 _PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
 
 
@@ -32,7 +33,7 @@ class States:
     """n states of a scene, or in their place what is wanted of them; the fields are those of Path."""
 
     scene: Scene
-    _states: Array | None
+    states: Array               # (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]; not there where _columns are
     method: str
     step: float | None
     tol: float | None
@@ -45,11 +46,15 @@ class States:
     _asked: str = ""                # the method in the user's words
 
     def __post_init__(self) -> None:
-        for values in (self._states, self._low, *self._columns.values()):
-            if values is not None:
-                values.flags.writeable = False
+        self.states.flags.writeable = False
+        if self._low is not None:
+            self._low.flags.writeable = False
         if self._columns:
-            vars(self).update({name: values for name, values in self._columns.items() if name not in _PARTS})
+            for name, values in self._columns.items():
+                values.flags.writeable = False
+                if name not in _PARTS:
+                    vars(self)[name] = values
+            del vars(self)["states"]
 
     def __len__(self) -> int:
         return len(self.t)
@@ -63,20 +68,13 @@ class States:
     def __getattr__(self, name: str) -> object:
         if name.startswith("__"):
             raise AttributeError(name)
-        if self.want is not None and hasattr(type(self), name):
+        if self.want is not None and (name == "states" or hasattr(type(self), name)):
             more = f"add {name!r} to want" if name in WIDTHS else "solve without want"
             raise AttributeError(f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}")
         known = [word for word in (*self.__dataclass_fields__, *dir(type(self))) if not word.startswith("_")]
         near = difflib.get_close_matches(name, known, n=1)
         hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
         raise AttributeError(f"a path has no {name!r}; {hint}")
-
-    @property
-    def states(self) -> Array:
-        """(n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
-        if self._states is None:
-            raise AttributeError("states")
-        return self._states
 
     def _part(self, name: str) -> Array:
         if name in self._columns:
