@@ -105,3 +105,18 @@ def test_a_limit_keeps_the_low_words():
 def test_auto_asked_for_digits_is_the_method_that_has_them():
     path = kr.solve(kr.scenes.thesis, 2, digits=30)
     assert path.method == "taylor" and path.q_low.any()
+
+
+def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
+    random, seen = np.random.default_rng(5), []
+    for i in range(50):
+        half, pivot, attitude = random.uniform(0.5, 1.5, 3), random.uniform(-1.5, 1.5, 3), random.normal(size=4)
+        if i % 3 == 0:
+            half[1], pivot[:2] = half[0], 0.0       # a Lagrange top: there the closed form estimates
+        scene = kr.Scene(kr.Body.cuboid(half=half, pivot=pivot), momentum=random.normal(scale=5, size=3),
+                         attitude=attitude / np.linalg.norm(attitude))
+        path = kr.solve(scene, 5, method="taylor", **({"tol": 10.0 ** -random.integers(4, 12)} if i % 5 else {"digits": 16}))
+        true = angle(path, kr.solve(scene, 5, method="taylor", digits=30))
+        assert 1e-17 < true < 1e-2 and true / 3 < path.error < true * 3, (i, true, path.error)
+        seen.append(true)
+    assert min(seen) < 1e-13 and max(seen) > 1e-6

@@ -109,7 +109,7 @@ def test_geometric_keeps_what_is_wanted():
 def test_plan_says_what_is_used_and_left_out():
     plan = kr.plan(TOP, want=("nutation", "energy"))
     assert plan.method == "taylor" and "general" in plan.why and plan.columns == ("t", "nutation", "energy")
-    assert plan.bytes == 24 and plan.kernel in ("avx512", "avx2", "base") and 12 <= plan.order <= 28
+    assert plan.bytes == 24 and plan.kernel in ("avx512", "avx2", "base") and plan.order in (12, 16, 18, 22, 28)
     out = dict(plan.left_out)
     assert "turned about the vertical" in out["attitude"] and plan.form.startswith("(W, P)")
     text = str(plan)

@@ -1,4 +1,4 @@
-"""The Taylor method against heyoka in its best setting: python -m validation.bench_taylor [ratios long digits dense sets orders depth]
+"""The Taylor method against heyoka in its best setting: python -m validation.bench_taylor [ratios long digits dense]
 
 Everything runs in one process, in turn; times are medians, errors are of the attitude at the end, against the series of 30
 digits (checked against heyoka in 128 bit first). `must` and `stretch` are what was promised. heyoka: seven equations, not
@@ -16,7 +16,6 @@ from kreisel import _core as core
 
 from . import equations, measure, truth
 from .scenes import load
-from .taylor_kernels import Kernels
 
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))           # error; must, stretch
@@ -46,7 +45,7 @@ def error(name, t, q):
 
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
     """A call that solves, and what it returns: the attitude at the end and what that leaves out."""
-    scene, times = load(name).scene()._block, np.array([t])
+    scene, times = np.array(load(name).scene()._block), np.array([t])      # as the core takes it, made beforehand as heyoka's
 
     def run():
         status, states, low, _ = core.record(scene, method, 0.0, tol, digits, 0, times)
@@ -173,7 +172,7 @@ def truth_error(want, q):
 def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
-        block = load(name).scene()._block
+        block = np.array(load(name).scene()._block)
         system, start = equations.system(load(name))
         top = hy.taylor_adaptive(system, start, tol=EPS)
 
@@ -188,58 +187,11 @@ def dense():
         line(f"{name} dense output, per state: heyoka/ours", peer / own, 1, 3, f"{peer * 1e9:.0f} / {own * 1e9:.0f} ns")
 
 
-def sets():
-    kernels = Kernels()
-    for name in ("thesis", "asymmetric"):
-        scene = load(name).scene()._block
-        for target, kernel in ((1e-3, 0), (1e-6, 1), (0, 3)):
-            t = horizon(name, target)
-            peer, f = reaching(heyoka, name, t, target, EPS)
-            errors = [error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in range(-10, -54, -1)]
-            tol = next((-10 - k for k in range(44) if max(errors[k:]) <= target), -53)
-            runs = [kernels.run(scene, i, kernel, tol, t) for i in range(len(kernels.sets))]
-            errors = [error(name, t, run()[0, 1:5]) for run in runs]
-            *own, b = medians([*runs, peer])
-            for which, a, e in zip(kernels.sets, own, errors):
-                print(f"{name} {target or 'tightest'} {which:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, errors {f:.0e} / {e:.0e}")
-
-
-def orders():
-    """What the choice of order by tolerance rests on: time and error of each order."""
-    kernels = Kernels()
-    for name in ("thesis", "strong_gravity"):
-        scene, t = load(name).scene()._block, horizon(name, 0)
-        for log2_tol in range(-9, -54, -4):
-            runs = [kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(4)]
-            cells = (f"{1e6 * a:6.1f} us {error(name, t, run()[0, 1:5]):.0e}" for a, run in zip(medians(runs, 9), runs))
-            print(f"{name} tol 2^{log2_tol}   order 12, 16, 20, 28: " + "   ".join(cells), flush=True)
-
-
-def depth():
-    """What head, order and tolerance for 20 and 30 digits rest on: time and error of others."""
-    for head, last in ((6, 28), (7, 28), (8, 28), (10, 28), (8, 24), (8, 32)):
-        look_at(Kernels((head, last, 20, 36)), 4, f"20 digits: head {head} of {last}", (-66, -70, -74), 2e4)
-    for head, last in ((16, 36), (18, 36), (20, 36), (22, 36), (26, 36), (20, 32), (20, 40), (24, 40), (20, 44)):
-        look_at(Kernels((8, 28, head, last)), 5, f"30 digits: head {head} of {last}", (-96, -100, -104), 100.0)
-
-
-def look_at(kernels, kernel, what, tolerances, t):
-    for log2_tol in tolerances:
-        print(f"{what} tol 2^{log2_tol}", end="")
-        for name in ("thesis", "asymmetric_regular"):
-            run = kernels.run(load(name).scene()._block, 0, kernel, log2_tol, t)
-            true = real128(name, t, "1e-33")() if kernel == 5 else None
-            (high, low), seconds = run()[:, 1:5].copy(), min(measure.once(run) for _ in range(5))
-            q = np.concatenate((high, low))
-            print(f"   {name} {seconds * 1e3:.2f} ms {error(name, t, q) if true is None else truth_error(true, q):.1e}", end="")
-        print(flush=True)
-
-
 def main():
-    known = {f.__name__: f for f in (ratios, long, digits, dense, sets, orders, depth)}
+    known = {f.__name__: f for f in (ratios, long, digits, dense)}
     parser = argparse.ArgumentParser(prog="python -m validation.bench_taylor", description=__doc__)
-    parser.add_argument("what", nargs="*", choices=[*known, []], help="which figures; all but orders and depth")
-    for name in parser.parse_args().what or list(known)[:5]:
+    parser.add_argument("what", nargs="*", choices=[*known, []], help="which figures; else all")
+    for name in parser.parse_args().what or known:
         known[name]()
 
 

@@ -12,35 +12,39 @@ CSRC = HERE.parent / "csrc"
 SETS = {"avx2": ["-mavx2", "-mfma"], "avx512": ["-mavx2", "-mfma", "-mavx512f", "-mavx512vl", "-mavx512dq"]}
 
 
-def compiled(folder, terms):
-    """The library with all instruction sets; with other numbers of terms (head and last for 20 digits, for 30) with the widest alone."""
+def compiled(folder, terms, plain):
+    """The library with all instruction sets; with the portable kernel alone; with other numbers of terms (head and last for 20
+    digits, for 30) with the widest alone."""
     cc = os.environ.get("CC", "gcc")
     flags = [cc, "-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-tree-vectorize"]
     terms = [f"-D{name}={n}" for name, n in zip(("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30"), terms or ())]
     kernels, objects = [*CSRC.glob("taylor/kernel*.c")], []
-    for name, options in ({} if terms else SETS).items():
+    for name, options in ({} if terms or plain else SETS).items():
         for file in kernels:
             objects.append(folder / f"{file.stem}_{name}.o")
             subprocess.run([*flags, *options, f"-DKR_SET={name}", "-c", file, "-o", objects[-1]], check=True)
-    sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]
-    options = [*SETS["avx512"], *terms] if terms else ["-DKR_TAYLOR_X86"]
+    sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), *CSRC.glob("exact/*.c"), CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]
+    options = [*SETS["avx512"], *terms] if terms else ["-DKR_PLAIN"] if plain else ["-DKR_TAYLOR_X86"]
     library = folder / "kernels.so"
     subprocess.run([*flags, *options, f"-I{CSRC}", "-shared", *sources, *objects, "-lm", "-o", library], check=True)
     return ctypes.CDLL(str(library))
 
 
 class Kernels:
-    def __init__(self, terms=None):
+    def __init__(self, terms=None, plain=False):
         self.folder = tempfile.TemporaryDirectory()
-        self.library = compiled(Path(self.folder.name), terms)
+        self.library = compiled(Path(self.folder.name), terms, plain)
         self.library.kr_bench_set.restype = ctypes.c_char_p
         self.sets = []
         while name := self.library.kr_bench_set(len(self.sets)):
             self.sets.append(name.decode())
+        self.orders = []
+        while order := self.library.kr_bench_order(len(self.orders)):
+            self.orders.append(order)
 
-    def run(self, scene, which, kernel, log2_tol, t):
-        """A call that solves and returns the state at t, and what it leaves out."""
-        scene, out, steps = np.array(scene), np.zeros((2, 8)), ctypes.c_int64()
+    def run(self, scene, which, kernel, log2_tol, t, steps=None):
+        """A call that solves and returns the state at t, and what it leaves out; `steps` gets how many it took."""
+        scene, out, steps = np.array(scene), np.zeros((2, 8)), ctypes.c_int64() if steps is None else steps
         arguments = (ctypes.c_void_p(scene.ctypes.data), which, kernel, ctypes.c_double(log2_tol), ctypes.c_double(t),
                      ctypes.c_void_p(out.ctypes.data), ctypes.byref(steps))
 

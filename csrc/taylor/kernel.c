@@ -9,14 +9,13 @@
     static void look_##n(kr_series *s) { sum_series(s, 0, n, &s->at, s->at_x, s->at_w); }
 ORDER(12)
 ORDER(16)
-ORDER(20)
+ORDER(18)
+ORDER(22)
 ORDER(28)
-const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {
-    {12, advance_12, look_12}, {16, advance_16, look_16}, {20, advance_20, look_20}, {28, advance_28, look_28}
-};
-const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {
-    {12, headless_12, look_12}, {16, headless_16, look_16}, {20, headless_20, look_20}, {28, headless_28, look_28}
-};
+#define EACH(kind) {12, kind##_12, look_12}, {16, kind##_16, look_16}, {18, kind##_18, look_18}, \
+                   {22, kind##_22, look_22}, {28, kind##_28, look_28}
+const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {EACH(advance)};
+const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {EACH(headless)};
 
 /* What follows a head of double-doubles (kernel_dd.c). */
 #define TAIL(digits)                                                                                         \

@@ -36,7 +36,7 @@ const kr_set *kr_taylor_set(int i)
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }
-/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench_taylor.py depth. */
+/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench_kernels.py depth. */
 static double log2_tolerance(const kr_run *run)
 {
     if (run->digits > 20) return -100.0;
@@ -44,11 +44,11 @@ static double log2_tolerance(const kr_run *run)
     return run->tol > 0.0 ? log2(run->tol) : -53.0;
 }
 /* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their last term higher
- * orders leave the larger error, down to rounding. Measured by validation/bench_taylor.py orders. */
+ * orders leave the larger error, down to rounding. Measured by validation/bench_kernels.py orders. */
 static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double *log2_tol)
 {
     static const struct { double until, less; } by_order[KR_ORDERS] = {
-        {-22.0, 0.0}, {-32.0, 2.0}, {-44.0, 4.0}, {-INFINITY, 4.0}
+        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}
     };
     const double tol = *log2_tol;
     int i = 0;

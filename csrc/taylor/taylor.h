@@ -15,7 +15,7 @@
 #include "../method.h"
 
 /* For 20 and for 30 digits: the last term in double-double - all later ones are so small that doubles do - and the last
- * of all. Measured by validation/bench_taylor.py depth, which compiles others. */
+ * of all. Measured by validation/bench_kernels.py depth, which compiles others. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -46,7 +46,7 @@ typedef struct kr_tail {        /* the terms behind a head in double-double, in 
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
 } kr_tail;
 
-enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_20, KR_ORDER_28, KR_ORDERS };
+enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
 #define KR_TAYLOR_SET(set)                                      /* what kernel.c and kernel_dd.c export */ \
     extern const kr_kernel kr_kernel_##set[KR_ORDERS], kr_headless_##set[KR_ORDERS];                       \
