@@ -2,6 +2,7 @@
  * k-th state of the Bobenko-Suris map against the map. */
 #include <string.h>
 #include "check.h"
+#include "exact/set.h"
 #include "exact_truth.h"
 #include "su2.h"
 
@@ -212,6 +213,32 @@ static void batches(void)
         IS(same(out[n], guard));
     }
 }
+/* The same bits from every instruction set: plans, single states, batches, the map. */
+static void sets(void)
+{
+    enum { N = 70 };
+    double t[N];
+    kr_state base[N], out[N];
+    for (int i = 0; i < 2000; i++) {
+        kr_scene s = random_top(i);
+        if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
+        for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
+        kr_exact a = {0}, b = {0};
+        kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
+        const kr_status mapped = kr_exact_one_base.map_plan(&s, 1e-3, &c);
+        IS(kr_exact_one_base.plan(&s, 0, &a) == KR_OK);
+        kr_exact_many_base(&a, N, t, base);
+        const kr_exact_set *set;
+        for (int j = 0; (set = kr_exact_set_at(j)) != NULL; j++) {
+            if (!set->runs_here()) continue;
+            IS(set->one->plan(&s, 0, &b) == KR_OK && memcmp(&b, &a, sizeof a) == 0);
+            IS(set->one->map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
+            IS(mapped != KR_OK || same(set->one->map_state(&c, 77 + i), kr_exact_one_base.map_state(&c, 77 + i)));
+            set->many(&a, N, t, out);
+            for (int k = 0; k < N; k++) IS(same(out[k], base[k]) && same(set->one->state(&a, t[k]), base[k]));
+        }
+    }
+}
 int main(void)
 {
     truths();
@@ -221,5 +248,6 @@ int main(void)
     scaling();
     frames();
     batches();
+    sets();
     return check_result();
 }

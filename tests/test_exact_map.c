@@ -162,7 +162,7 @@ static void refusals(void)
     IS(kr_exact_plan(&bad, &plan) == KR_ERR_ARGUMENT);
     IS(kr_exact_map_plan(&s, 0.0, &closed) == KR_ERR_ARGUMENT && kr_exact_map_plan(&s, NAN, &closed) == KR_ERR_ARGUMENT);
     bad = thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0);
-    IS(kr_exact_map_plan(&bad, 3.0, &closed) == KR_ERR_STEP);           /* hangs: step^2 5.12 / I1 > 2 */
+    IS(kr_exact_map_plan(&bad, 3.0, &closed) == KR_ERR_STEP_SIZE);           /* hangs: step^2 5.12 / I1 > 2 */
     IS(kr_exact_map_plan(&bad, 1.7, &closed) == KR_OK);
 }
 int main(void)

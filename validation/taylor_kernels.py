@@ -23,7 +23,7 @@ def compiled(folder, terms):
             objects.append(folder / f"{file.stem}_{name}.o")
             subprocess.run([*flags, *options, f"-DKR_SET={name}", "-c", file, "-o", objects[-1]], check=True)
     sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]
-    options = [*SETS["avx512"], *terms] if terms else ["-DKR_TAYLOR_X86"]
+    options = [*SETS["avx512"], *terms] if terms else ["-DKR_X86"]
     library = folder / "kernels.so"
     subprocess.run([*flags, *options, f"-I{CSRC}", "-shared", *sources, *objects, "-lm", "-o", library], check=True)
     return ctypes.CDLL(str(library))

@@ -105,7 +105,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
         raise ValueError("step must not be zero")
     fitting(_MAP, scene)
     status, plan = _core.exact_map_plan(scene._block, h)
-    if status == "ERR_STEP":
+    if status == "ERR_STEP_SIZE":
         raise ValueError(f"the map has no closed form at the step {h!r} from this start: 1 + step^2 U / (4 I1) must be "
                          "positive, U the sum of the potential energies before and after a step, and the start not "
                          "within k'^2 = 1e-26 of a separatrix; take another step")
