@@ -8,51 +8,50 @@ typedef struct block {
     double t[BLOCK], w[BLOCK], x[BLOCK], y[BLOCK], z[BLOCK], mx[BLOCK], my[BLOCK], mz[BLOCK];
 } block;
 
-INLINE void fill(const kr_exact *e, int dual, int euler, block *b)
+INLINE void fill(const kr_exact *e, int dual, int euler, block *b, int n)
 {
-    for (int i = 0; i < BLOCK; i++) {
+    for (int i = 0; i < n; i++) {
         const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
         b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void frame(const kr_exact *e, block *b)
+INLINE void frame(const kr_exact *e, block *b, int n)
 {
-    for (int i = 0; i < BLOCK; i++) {
+    for (int i = 0; i < n; i++) {
         const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-static void states(const kr_exact *plan, block *b)
-{
-    const kr_exact e = *plan;                           /* a copy that no store can change */
-    switch (e.curve) {
-    case LAGRANGE: fill(&e, 0, 0, b); break;
-    case EULER: fill(&e, 0, 1, b); break;
-    case LAGRANGE_DUAL: fill(&e, 1, 0, b); break;
-    default: fill(&e, 1, 1, b); break;
-    }
-    if (e.framed) frame(&e, b);
-}
 /* Eight arrays into states: a transposition. */
-static void write(const block *restrict b, kr_state out[restrict BLOCK])
+INLINE void write(const block *restrict b, int n, kr_state *restrict out)
 {
-    for (int i = 0; i < BLOCK; i++) {
+    for (int i = 0; i < n; i++) {
         out[i].t = b->t[i];
         out[i].q.w = b->w[i], out[i].q.x = b->x[i], out[i].q.y = b->y[i], out[i].q.z = b->z[i];
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* Whole blocks, so that the loops above have a fixed length; what lies beyond n is computed and dropped. */
+/* At most a block. Rounded up to eights, so that compilers need no loop for a rest. */
+static void states(const kr_exact *plan, block *b, int count)
+{
+    const kr_exact e = *plan;                           /* a copy that no store can change */
+    const int n = (count + 7) & ~7;
+    switch (e.curve) {
+    case LAGRANGE: fill(&e, 0, 0, b, n); break;
+    case EULER: fill(&e, 0, 1, b, n); break;
+    case LAGRANGE_DUAL: fill(&e, 1, 0, b, n); break;
+    default: fill(&e, 1, 1, b, n); break;
+    }
+    if (e.framed) frame(&e, b, n);
+}
 void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_state out[])
 {
     block b = {.t = {0.0}};
-    kr_state last[BLOCK];
     for (size_t from = 0; from < n; from += BLOCK) {
-        const size_t count = n - from < BLOCK ? n - from : BLOCK;
-        memcpy(b.t, t + from, count * sizeof b.t[0]);
-        states(e, &b);
-        write(&b, count < BLOCK ? last : out + from);
-        if (count < BLOCK) memcpy(out + from, last, count * sizeof *last);
+        const int count = n - from < BLOCK ? (int)(n - from) : BLOCK;
+        memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
+        states(e, &b, count);
+        write(&b, count, out + from);
     }
 }
