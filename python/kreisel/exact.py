@@ -121,9 +121,7 @@ def exact(scene: Scene) -> Exact: ...
 def exact(scene: Sequence[Scene]) -> ExactEnsemble: ...
 @overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
-def exact(
-    scene: Scene | Sequence[Scene], *, map: str | None = None, step: float | None = None
-) -> Exact | ExactEnsemble | ExactMap:
+def exact(scene: Any, *, map: str | None = None, step: float | None = None) -> Exact | ExactEnsemble | ExactMap:
     """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no torque acts.
 
     scene  or a list of scenes: of all of them at once
