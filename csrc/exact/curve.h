@@ -3,7 +3,8 @@
  * X = 2 (1 + c^2)/(1 + E), y = X (1 + b s) = 1 + a.a'. Then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   N+- = y +- s + i(l y - c s),
  *     (u' - u)^2 (1 + b s) = P(s), a cubic with roots s1 <= s <= s2 <= s3:
- * s and u are elliptic functions of a phase that grows by eta a step. */
+ * s and u are elliptic functions of a phase that grows by eta a step. Steps so large that 1 + b s < 0 are the same with
+ * both sides' signs changed, hence with b < 0: that of the top seen from below. */
 #ifndef KR_CURVE_H
 #define KR_CURVE_H
 #include "ddmath.h"
@@ -11,11 +12,11 @@
 #include "theta.h"
 
 typedef struct map_link {       /* of the first step */
-    dd l, c, b, energy, x;      /* constants of the map */
+    dd l, c, b, energy, x;      /* constants of the map; b and x times `sign` */
     dd s, climb;                /* u + u', u' - u */
     dd w[3], p[4];              /* its momentum; the cubic's coefficients */
     dd s1, s2, s3, below, above;            /* roots; s - s1, s2 - s */
-    double unit;                /* m = unit w */
+    double unit, sign;          /* m = unit w; of 1 + b s */
 } map_link;
 typedef struct map_curve {      /* phases with half period pi */
     dd k2, kp2, mean, ratio;    /* k^2, k'^2, agm(1, k'), K'/K */
@@ -23,7 +24,8 @@ typedef struct map_curve {      /* phases with half period pi */
     double plus2, minus1, start;            /* 1 + u2, 1 - u1, phase of the first link's middle */
 } map_curve;
 
-static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(1.0), dd_mul(k->b, s)); }      /* 1 + b s */
+/* sign (1 + b s) > 0 */
+static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(k->sign), dd_mul(k->b, s)); }
 
 static void cross(const dd a[3], const dd b[3], dd r[3])
 {
@@ -32,14 +34,16 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-static map_link map_link_of(const exact_top *top, dd i1, double step)
+static dd equal_moment(const exact_top *top) { return dd_half(two_sum(top->inertia.x, top->inertia.y)); }
+static map_link map_link_of(const exact_top *top, double step)
 {
-    const dd one = dd_of(1.0), scale = dd_div(dd_of(0.5 * step), i1);
+    const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
     const kr_vec3 m = top->m;
     dd a[3], sum[3], turn[3], plus, n;
     map_link k;
     axis_of(top->q, a, &plus);
     k.unit = 2.0 * i1.hi / step;
+    k.sign = 1.0;
     k.b = dd_mul(top->lever, dd_times(0.5 * step, scale));
     k.w[0] = dd_sub(dd_times(m.x, scale), dd_twice(dd_mul(k.b, a[1])));
     k.w[1] = dd_add(dd_times(m.y, scale), dd_twice(dd_mul(k.b, a[0])));
@@ -54,19 +58,21 @@ static map_link map_link_of(const exact_top *top, dd i1, double step)
     k.climb = turn[2];                  /* a' - a = W x (a + a') */
     k.energy = dd_add(dd_mul(n, map_height(&k, k.s)), dd_mul(k.b, k.s));
     k.x = dd_div(dd_twice(dd_add(one, dd_square(k.c))), dd_add(one, k.energy));
+    if (k.x.hi < 0.0) k.sign = -1.0, k.b = dd_neg(k.b), k.x = dd_neg(k.x);
     return k;
 }
 /* P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s) - 2/X (l X (1 + b s) - c s)^2,  D = E - c^2:
- * so written, nothing of the size 1/h^2 cancels. */
+ * so written, nothing of the size 1/h^2 cancels. Times sign. */
 static void fill_cubic(map_link *k)
 {
     const dd one = dd_of(1.0), cc = dd_square(k->c), d = dd_sub(k->energy, cc), lx = dd_mul(k->l, k->x);
     const dd level = dd_div(dd_times(4.0, d), dd_add(one, k->energy)), xb = dd_twice(dd_mul(k->x, k->b));
     const dd e = dd_sub(dd_mul(lx, k->b), k->c), two = dd_div(dd_of(2.0), k->x);
     k->p[3] = k->b;
-    k->p[2] = dd_neg(dd_add(dd_add(dd_div(d, dd_add(one, cc)), dd_mul(k->b, xb)), dd_mul(two, dd_square(e))));
-    k->p[1] = dd_sub(dd_mul(level, k->b), dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx))));
-    k->p[0] = dd_sub(level, dd_mul(two, dd_square(lx)));
+    const dd flat = dd_scale(k->sign, dd_div(d, dd_add(one, cc)));
+    k->p[2] = dd_neg(dd_add(dd_add(flat, dd_mul(k->b, xb)), dd_mul(two, dd_square(e))));
+    k->p[1] = dd_sub(dd_mul(level, k->b), dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
+    k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
 /* The roots about the first link's s0, in v = s - s0: the lone one by Newton, the two others without cancellation. */
 static void find_roots(map_link *k)
@@ -165,8 +171,8 @@ static map_curve map_curve_of(map_link *k)
         cd = dd_div(dd_mul(kc, gap), dd_mul(r.kp2, dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh))));
     }
     r.y2 = dd_mul(dd_mul(r.mean, dd_sqrt(dd_div(rho, r.kp2))), dd_rf(cd, one, dd_add(one, rho)));
-    if (dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
-    if (dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
+    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
+    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
     r.plus2 = plus2.hi;
     r.minus1 = minus1.hi;
     const dd low = dd_mul(k->below, h2), high = dd_mul(k->above, h1), all = dd_add(low, high);

@@ -80,14 +80,15 @@ static double pole_at(const kr_exact_map *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* The momentum's scale: its size at one of the two symmetric links, its sign from W ~ alpha beta' - beta alpha'. */
-static void set_momentum(kr_exact_map *map, const map_link *k)
+/* The momentum's scale: its size at one of the two symmetric links, its sign from W ~ alpha beta' - beta alpha'.
+ * Returns the largest |W|^2. */
+static double set_momentum(kr_exact_map *map, const map_link *k)
 {
     double size[2], f[6], g[6], h[6];
     kr_exact *plan = &map->curve;
     for (int i = 0; i < 2; i++) {
-        const dd s = i == 0 ? k->s1 : k->s2, w2 = dd_div(dd_sub(k->energy, dd_mul(k->b, s)), map_height(k, s));
-        size[i] = dd_sub(w2, dd_square(k->l)).hi;
+        const dd s = i == 0 ? k->s1 : k->s2, above = dd_sub(dd_scale(k->sign, k->energy), dd_mul(k->b, s));
+        size[i] = dd_sub(dd_div(above, map_height(k, s)), dd_square(k->l)).hi;
     }
     const int high = size[1] > size[0];
     phase_start(&plan->nutation, dd_of(high ? 0.25 : 0.0));
@@ -97,12 +98,12 @@ static void set_momentum(kr_exact_map *map, const map_link *k)
     const double re = (f[0] * g[2] - f[1] * g[3]) - (f[2] * g[0] - f[3] * g[1]);
     plan->momentum = k->unit * sqrt(fmax(size[high], 0.0)) * pole_at(map, 0.0) / length(h[4], h[5]);
     if (re * h[4] < 0.0) plan->momentum = -plan->momentum;
+    return fmax(size[high], 0.0) + k->l.hi * k->l.hi;
 }
-static void set_phases(kr_exact *plan, const map_link *k, const map_curve *r, const dd p[4])
+static void set_phases(kr_exact *plan, const map_link *k, const map_curve *r, double most, const dd p[4])
 {
     const kr_quat q = rounded(p);
     const double ra = length(q.w, q.z) / sqrt(0.5 * r->plus2), rb = length(q.x, q.y) / sqrt(0.5 * r->minus1);
-    const double most = fmax(k->energy.hi, 0.0) + fabs(k->b.hi);
     const double rm = length(k->w[0].hi, k->w[1].hi) / sqrt(most > 0.0 ? most : 1.0);
     double f[6], h[6];
     phase_start(&plan->nutation, dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
@@ -123,12 +124,11 @@ static int stands_still(const map_link *k, dd plus, dd minus)
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi, w = wh + k->l.hi * k->l.hi;
     return wh <= least * (w + fabs(k->b.hi)) && (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* In own units, a step at a time; 0 if 1 + b s <= 0, or so near a separatrix that the roots are not known well enough. */
-static int own_map(const exact_top *top, double step, kr_exact_map *map)
+/* In own units, a step at a time; 0 if 1 + b s = 0, or so near a separatrix that the roots are not known well enough. */
+static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
 {
-    const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
+    const dd i1 = equal_moment(top);
     kr_exact *plan = &map->curve;
-    map_link k = map_link_of(top, i1, step);
     dd a[3], plus;
     const dd minus = axis_of(top->q, a, &plus), angle = dd_atan2(k.c, dd_of(1.0));
     const dd spin = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z));     /* half of step c / I3 */
@@ -148,10 +148,10 @@ static int own_map(const exact_top *top, double step, kr_exact_map *map)
     plan->nutation = phase_of(r.eta);
     plan->first = phase_of(dd_add(k1, angle));  /* the turn without further spin */
     plan->second = phase_of(dd_sub(k2, angle));
-    set_momentum(map, &k);
+    const double most = set_momentum(map, &k);
     plan->first = phase_of(first);
     plan->second = phase_of(second);
-    set_phases(plan, &k, &r, top->q);
+    set_phases(plan, &k, &r, most, top->q);
     set_rates(plan, r.eta.hi, first.hi, second.hi, 0);
     return isfinite(plan->momentum + plan->first.start + plan->second.start);
 }
@@ -165,9 +165,15 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     if (status == KR_OK) status = read_top(scene, KR_LAGRANGE, &top);
     if (status != KR_OK) return status;
     kr_exact_map r = empty;
-    const int below = top.lever.hi < 0.0;
-    const exact_top seen = below ? seen_from_below(&top) : top;
-    if (!own_map(&seen, step / top.units.time, &r)) return KR_ERR_STEP_SIZE;
+    exact_top seen;
+    map_link k;
+    int below = top.lever.hi < 0.0;
+    for (int i = 0; i < 2; i++) {       /* where 1 + b s < 0 the other view has b > 0 */
+        seen = below ? seen_from_below(&top) : top;
+        k = map_link_of(&seen, step / top.units.time);
+        if (k.b.hi < 0.0) below = !below;
+    }
+    if (!own_map(&seen, k, &r)) return KR_ERR_STEP_SIZE;
     if (below) turn_over(&r.curve);
     to_user(&r.curve, &top, scene->start.t, 1.0);
     r.curve.period *= fabs(step);

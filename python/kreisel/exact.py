@@ -177,9 +177,8 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     fitting(_MAP, scene)
     status, period, precession, spin, plan = _core.exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
-        raise ValueError(f"the map has no closed form at the step {h!r} from this start: 1 + step^2 U / (4 I1) must be "
-                         "positive, U the sum of the potential energies before and after a step, and the start not "
-                         "within k'^2 = 1e-26 of a separatrix; take another step")
+        raise ValueError(f"no closed form is known for the map at the step {h!r} from this start, which lies within k'^2 = "
+                         "1e-26 of a separatrix: take another step")
     if status != "OK":
         raise ValueError(f"{_core.statuses[status][1]}: step {h!r}, {scene!r}")
     return ExactMap(scene, period, precession, spin, plan, h)
