@@ -187,10 +187,12 @@ static kr_state map_state(const kr_exact_map *map, int64_t k)
 {
     const kr_exact *plan = &map->curve;
     const double at = (double)k, half = at - 0.5, scale = plan->momentum / pole_at(map, half);
-    kr_state r = state_after(plan, plan->begin + at * map->step, dd_of(at));
-    double f[6];
-    factors_at(plan, half, f);
-    r.m = v3(scale * f[4], plan->side * scale * f[5], plan->constant.z);
+    double f[6], h[6];
+    factors_at(plan, at, f);
+    factors_at(plan, half, h);
+    const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
+    const kr_state r = {plan->begin + at * map->step, plan->framed ? framed(plan->frame, q) : q,
+                        {scale * h[4], plan->side * scale * h[5], plan->constant.z}};
     return r;
 }
 #endif

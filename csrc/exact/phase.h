@@ -3,8 +3,9 @@
 #define KR_PHASE_H
 #include "state.h"
 
-INLINE kr_state state_after(const kr_exact *e, double t, dd span)
+static kr_state state_at(const kr_exact *e, double t)
 {
+    const dd span = two_sum(t, -e->begin);
     kr_state r;
     switch (e->curve) {
     case LAGRANGE: r = kernel(e, 0, 0, t, span); break;
@@ -15,7 +16,6 @@ INLINE kr_state state_after(const kr_exact *e, double t, dd span)
     if (e->framed) r.q = framed(e->frame, r.q);
     return r;
 }
-static kr_state state_at(const kr_exact *e, double t) { return state_after(e, t, two_sum(t, -e->begin)); }
 /* alpha, beta and momentum, q not yet of length 1 and without frame. */
 static void factors_at(const kr_exact *e, double span, double out[6])
 {
