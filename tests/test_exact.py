@@ -1,6 +1,7 @@
 """kreisel.exact from Python: what it gives, what it refuses, what auto makes of it. The figures are in validation/."""
 
 import copy
+import dataclasses
 import math
 import pickle
 
@@ -64,6 +65,15 @@ def test_rates(name):
     azimuth = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     assert abs(axis[-1, 2] - axis[0, 2]) < 1e-13
     assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
+
+
+def test_a_path_is_as_its_constructor_makes_it():
+    for path in (kr.exact(TILTED)(2.0), kr.exact(TILTED, map="bobenko_suris", step=0.1)([1, 2])):
+        made = kr.Path(path.scene, path.states, path.method, path.step, None, path.stats)
+        for field in dataclasses.fields(kr.Path):
+            assert getattr(path, field.name) is getattr(made, field.name) or field.name == "_columns"
+        assert path._columns == made._columns == {} and not path.states.flags.writeable
+        assert repr(path) == repr(made) and path.plan == made.plan and path.energy_error == made.energy_error
 
 
 def test_many_scenes_at_once():
