@@ -200,7 +200,7 @@ typedef struct kr_exact {
     kr_theta alpha, beta, horizontal;
     double momentum, side;
     kr_vec3 constant;
-    kr_quat left, right;
+    kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan);
 KR_API kr_state  kr_exact_state(const kr_exact *plan, double t);
@@ -208,8 +208,8 @@ KR_API kr_state  kr_exact_state(const kr_exact *plan, double t);
 KR_API void      kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
 
 /* The k-th state of bobenko_suris, at once, k of either sign; its own period, precession and spin are in `curve`.
- * For Lagrange tops; KR_ERR_STEP where the step is too large for a closed form, which takes step^2 mass gravity |com|
- * > 2 I1, and for starts nearer than k'^2 = 1e-26 to a separatrix, where double-double does not suffice. */
+ * For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26 to a separatrix of the map at this step, where
+ * double-double does not suffice. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;

@@ -2,6 +2,7 @@
  * k-th state of the Bobenko-Suris map against the map. */
 #include <string.h>
 #include "check.h"
+#include "exact/set.h"
 #include "exact_truth.h"
 #include "su2.h"
 
@@ -131,12 +132,10 @@ static void stillness(void)
     kr_scene s = top_of(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
     kr_exact plan = plan_of(&s);
     NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 1e-15);
-    s.start.m = v3(0.0, 3.0, 0.0);
-    plan = plan_of(&s);
+    s.start.m = v3(0.0, 3.0, 0.0), plan = plan_of(&s);
     NEAR(kr_attitude_error(kr_exact_state(&plan, 10.0).q, q_mul(q_exp(v3(0, 15.0, 0)), s.start.q)), 0.0, 2e-15);
     NEAR(plan.precession, 1.5, 1e-15);
-    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0));      /* hangs at rest */
-    plan = plan_of(&s);
+    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), plan = plan_of(&s);          /* hangs at rest */
     NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 0.0);
     IS(isnan(kr_exact_state(&plan, NAN).q.w) && isnan(kr_exact_state(&plan, INFINITY).q.w));
 }
@@ -212,6 +211,31 @@ static void batches(void)
         IS(same(out[n], guard));
     }
 }
+/* The same bits from every instruction set: plans, single states, batches, the map. */
+static void sets(void)
+{
+    enum { N = 70 };
+    double t[N];
+    kr_state base[N], out[N];
+    for (int i = 0; i < 2000; i++) {
+        kr_scene s = random_top(i);
+        if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
+        for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
+        kr_exact a = {0}, b = {0};
+        kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
+        const kr_status made = kr_exact_one_base.plan(&s, 0, &a), mapped = kr_exact_one_base.map_plan(&s, 1e-3, &c);
+        kr_exact_many_base(&a, N, t, base);
+        for (int j = 0; kr_exact_set_at(j); j++) {
+            const kr_exact_set *set = kr_exact_set_at(j);
+            if (!set->runs_here()) continue;
+            IS(made == KR_OK && set->one->plan(&s, 0, &b) == KR_OK && memcmp(&b, &a, sizeof a) == 0);
+            IS(set->one->map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
+            IS(mapped != KR_OK || same(set->one->map_state(&c, 77 + i), kr_exact_one_base.map_state(&c, 77 + i)));
+            set->many(&a, N, t, out);
+            for (int k = 0; k < N; k++) IS(same(out[k], base[k]) && same(set->one->state(&a, t[k]), base[k]));
+        }
+    }
+}
 int main(void)
 {
     truths();
@@ -221,5 +245,6 @@ int main(void)
     scaling();
     frames();
     batches();
+    sets();
     return check_result();
 }

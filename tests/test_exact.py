@@ -1,6 +1,7 @@
 """kreisel.exact from Python: what it gives, what it refuses, what auto makes of it. The figures are in validation/."""
 
 import copy
+import dataclasses
 import math
 import pickle
 
@@ -48,6 +49,8 @@ def test_auto_takes_it(name):
 def test_a_number_gives_one_state_with_the_same_bits():
     top = kr.exact(TILTED)
     many = top(np.linspace(-50.0, 1e5, 200))
+    for t in (np.linspace(-50.0, 1e5, 600)[::3], np.linspace(-50, 1e5, 200).tolist(), np.array([7], dtype=int)):
+        assert np.array_equal(top(t).t, t) and np.array_equal(top(t).states, np.vstack([top(float(x)).states for x in t]))
     for i in (0, 3, 199):
         assert np.array_equal(top(many.t[i]).states[0], many.states[i])
     assert len(top([])) == 0
@@ -62,6 +65,27 @@ def test_rates(name):
     azimuth = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     assert abs(axis[-1, 2] - axis[0, 2]) < 1e-13
     assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
+
+
+def test_a_path_is_as_its_constructor_makes_it():
+    for path in (kr.exact(TILTED)(2.0), kr.exact(TILTED, map="bobenko_suris", step=0.1)([1, 2])):
+        made = kr.Path(path.scene, path.states, path.method, path.step, None, path.stats)
+        for field in dataclasses.fields(kr.Path):
+            assert getattr(path, field.name) is getattr(made, field.name) or field.name == "_columns"
+        assert path._columns == made._columns == {} and not path.states.flags.writeable
+        assert repr(path) == repr(made) and path.plan == made.plan and path.energy_error == made.energy_error
+
+
+def test_many_scenes_at_once():
+    scenes = list(SCENES.values())
+    many, alone = kr.exact(scenes), [kr.exact(scene) for scene in scenes]
+    times = [0.0, -7.5, 1e5]
+    assert len(many) == len(scenes) and many.scenes == tuple(scenes)
+    for name in ("period", "precession", "spin"):
+        assert np.array_equal(getattr(many, name), [getattr(top, name) for top in alone])
+    assert np.array_equal(many(times), [top(times).states for top in alone])
+    assert np.array_equal(many(3.0), [top(3.0).states[0] for top in alone])
+    assert many([]).shape == (len(scenes), 0, 8)
 
 
 def test_rates_of_the_map_tend_to_the_tops():
@@ -97,8 +121,8 @@ def test_refusals():
     with pytest.raises(ValueError, match="'exact' does not apply to this body of kind 'kowalewski'.*without torque; these"):
         kr.solve(kr.scenes.kowalewski, 1, method="exact")
     assert kr.exact(kr.scenes.kowalewski.replace(gravity=0.0))(1e6).q.shape == (1, 4)
-    with pytest.raises(ValueError, match="no closed form at the step 3.0"):
-        kr.exact(THESIS.replace(attitude=(0, 1, 0, 0), momentum=(0.1, 0.2, 0.3)), map="bobenko_suris", step=3.0)
+    with pytest.raises(ValueError, match="no closed form is known for the map at the step 0.1 .* of a separatrix"):
+        kr.exact(THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)), map="bobenko_suris", step=0.1)
     with pytest.raises(ValueError, match="'bobenko_suris' does not apply"):
         kr.exact(SCENES["free"], map="bobenko_suris", step=0.1)
 
@@ -114,6 +138,14 @@ def test_refusals():
         (lambda: kr.exact(THESIS)(math.nan), ValueError, "t must be finite"),
         (lambda: kr.exact(THESIS)(1e300), ValueError, "cannot tell"),
         (lambda: kr.exact(THESIS)([[1.0]]), ValueError, "shape"),
+        (lambda: kr.exact(THESIS)(np.ones((2, 2))), ValueError, "shape"),
+        (lambda: kr.exact(THESIS)("1"), TypeError, "t must be a number or a list of times"),
+        (lambda: kr.exact([]), ValueError, "must not be empty"),
+        (lambda: kr.exact([THESIS, 3]), TypeError, r"scene\[1\] must be a kreisel.Scene, not 3"),
+        (lambda: kr.exact([THESIS, kr.scenes.kowalewski]), ValueError, r"scene\[1\]: no closed form is known for this body"),
+        (lambda: kr.exact([THESIS], step=0.1), TypeError, "scene must be a kreisel.Scene"),
+        (lambda: kr.exact([THESIS])([math.inf]), ValueError, "t must be finite"),
+        (lambda: kr.exact([THESIS])([1e300]), ValueError, "cannot tell"),
         (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(0.5), ValueError, "k must be whole"),
         (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(2**60), ValueError, "below 2"),
         (lambda: kr.solve(THESIS, 1, method="exact", every=2), ValueError, "exact has none"),

@@ -1,12 +1,13 @@
-/* What bench_exact.py times beside heyoka: loops in C, with their own clock. It includes states.c to reach its variants. */
+/* What bench_exact.py times beside heyoka: loops in C, with their own clock; as called, or by an instruction set. */
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>
-#include "exact/states.c"
+#include "exact/set.h"
 
+const char *bench_set(int set);
 double bench_plan(const kr_scene *scene, int n);
 double bench_plan_and_state(const kr_scene *scene, double t, int n);
-double bench_states(const kr_scene *scene, int n, const double t[], kr_state out[]);
-double bench_batch(const kr_scene *scene, int width, int n, const double t[], kr_state out[]);
+double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[]);
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[], kr_state out[]);
 double bench_map_state(const kr_scene *scene, double step, int n);
 
 static double now(void)
@@ -31,31 +32,30 @@ double bench_plan_and_state(const kr_scene *scene, double t, int n)
     for (int i = 0; i < n; i++) keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
     return (now() - begin) / n;
 }
-double bench_states(const kr_scene *scene, int n, const double t[], kr_state out[])
+const char *bench_set(int set)                          /* NULL: beyond the last */
 {
+    const kr_exact_set *found = kr_exact_set_at(set);
+    return found ? found->runs_here() ? found->name : "" : NULL;
+}
+/* set: of kr_exact_set_at, -1 for what kr_exact_state chooses. */
+double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[])
+{
+    kr_state (*const state)(const kr_exact *, double) = set < 0 ? kr_exact_state : kr_exact_set_at(set)->one->state;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();
-    for (int i = 0; i < n; i++) out[i] = kr_exact_state(&plan, t[i]);
+    for (int i = 0; i < n; i++) out[i] = state(&plan, t[i]);
     return (now() - begin) / n;
 }
-/* width: 2, 4, 8 doubles; -1 if this processor has not got it. n whole blocks. */
-double bench_batch(const kr_scene *scene, int width, int n, const double t[], kr_state out[])
+/* n times, so many at once. */
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[], kr_state out[])
 {
-    kernel_of *const kernel = width == 8 ? __builtin_cpu_supports("avx512f") ? avx512 : NULL
-                              : width == 4 ? __builtin_cpu_supports("avx2") ? avx2 : NULL : plain;
+    kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_set_at(set)->many;
     kr_exact plan;
-    block b;
-    if (!kernel || kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
+    if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();
-    for (int from = 0; from < n; from += BLOCK) {
-        memcpy(b.t, t + from, sizeof b.t);
-        kernel(&plan, &b);
-        for (int i = 0; i < BLOCK; i++) {
-            const kr_state s = {b.t[i], {b.w[i], b.x[i], b.y[i], b.z[i]}, {b.mx[i], b.my[i], b.mz[i]}};
-            out[from + i] = s;
-        }
-    }
+    for (int from = 0; from < n; from += batch)
+        states(&plan, (size_t)(n - from < batch ? n - from : batch), t + from, out + from);
     return (now() - begin) / n;
 }
 double bench_map_state(const kr_scene *scene, double step, int n)

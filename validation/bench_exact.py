@@ -18,30 +18,47 @@ import kreisel as kr
 
 from . import equations, exact_cases
 from .scenes import Problem
+from .taylor_kernels import SETS
 
 CSRC = Path(__file__).parent.parent / "csrc"
-FLAGS = "-std=c99 -O3 -ffp-contract=off -fno-tree-slp-vectorize -fno-math-errno -fPIC -shared".split()
-END, OUTPUTS, BATCH = 600.0, 60001, 4096
+FLAGS = "-std=c99 -O3 -ffp-contract=off -fno-tree-vectorize -fno-tree-slp-vectorize -fno-math-errno -fPIC".split()
+END, OUTPUTS, BATCH, STREAM, TOPS = 600.0, 60001, 4096, 100_000, 1000
 SCENES = {"thesis": "the thesis' top", "tilted": "tilted", "upside down": "upside down", "free": "free"}
+AS_CALLED = -1
+TO_END, A_STATE = "heyoka, to t = 600", "heyoka, a state of 60001"
+TARGETS = {"set-up and a state": (800, 1500), "a state": (2, 3), "a state of 4096": (10, 20),
+           f"a state of {STREAM}": (10, 20)}           # times faster: must, stretch
 
 
-def library():
-    """The core, and the loops that time it."""
-    compiler = shutil.which("gcc") or exit("needs gcc")
-    apart = {"states.c", "wasm.c"}      # that is built by the other file; and for the page
+def library(compiler="gcc"):
+    """The core with all its instruction sets, and the loops that time it."""
+    compiler = shutil.which(compiler) or exit(f"needs {compiler}")
     folders = [CSRC / folder for folder in ("", "methods", "exact", "taylor")]
-    plain = [file for folder in folders for file in folder.glob("*.c") if file.name not in apart]
+    plain = [file for folder in folders for file in folder.glob("*.c") if file.name != "wasm.c"]
+    kernels = [*CSRC.glob("taylor/kernel*.c"), *(CSRC / "exact" / name for name in ("states.c", "plans.c"))]
+    jobs = [(file, ["-DKR_X86"]) for file in [*plain, Path(__file__).with_suffix(".c")]]
+    jobs += [(file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in kernels]
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "bench_exact.so"
-        objects = [Path(folder) / f"{i}.o" for i in range(len(plain))]
-        common = [compiler, *FLAGS[:-1], f"-I{CSRC}"]
-        for source, to in zip(plain, objects):
-            subprocess.run([*common, "-fno-tree-vectorize", "-c", source, "-o", to], check=True)
-        subprocess.run([*common, "-shared", Path(__file__).with_suffix(".c"), *objects, "-lm", "-o", made], check=True)
+        objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
+        for (source, options), to in zip(jobs, objects):
+            loops = ["-ftree-vectorize"] if source.name == "states.c" else []
+            subprocess.run([compiler, *FLAGS, *loops, *options, f"-I{CSRC}", "-c", source, "-o", to], check=True)
+        subprocess.run([compiler, "-shared", *objects, "-lm", "-o", made], check=True)
         core = ctypes.CDLL(made)
     for name in ("plan", "plan_and_state", "states", "batch", "map_state"):
         getattr(core, f"bench_{name}").restype = ctypes.c_double
+    core.bench_set.restype = ctypes.c_char_p
     return core
+
+
+def sets(core):
+    """The number of each instruction set that runs here, by name."""
+    found, i = {}, 0
+    while (name := core.bench_set(i)) is not None:
+        found |= {name.decode(): i} if name else {}
+        i += 1
+    return found
 
 
 class Ours:
@@ -49,9 +66,9 @@ class Ours:
         self.core = core
         self.block = np.array(scene._block)
         self.scene = self.block.ctypes.data_as(ctypes.c_void_p)
-        self.t = np.random.default_rng(1).uniform(0, END, BATCH)
-        self.out = np.empty((BATCH, 8))
-        self.arrays = ctypes.c_int(BATCH), *(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
+        self.t = np.random.default_rng(1).uniform(0, END, STREAM)
+        self.out = np.empty((STREAM, 8))
+        self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
 
     def plan(self):
         return self.core.bench_plan(self.scene, 200)
@@ -59,20 +76,21 @@ class Ours:
     def plan_and_state(self):
         return self.core.bench_plan_and_state(self.scene, ctypes.c_double(END), 200)
 
-    def state(self):
-        return self.core.bench_states(self.scene, *self.arrays)
+    def state(self, by=AS_CALLED):
+        return self.core.bench_states(self.scene, by, BATCH, *self.arrays)
 
-    def batch(self, width):
-        return self.core.bench_batch(self.scene, width, *self.arrays)
+    def batch(self, by=AS_CALLED, width=BATCH, n=BATCH):
+        return self.core.bench_batch(self.scene, by, width, n, *self.arrays)
 
     def map_state(self):
         return self.core.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def same_bits(self):
-        """Of single states and of every width that there is."""
-        def bits(call, *words):
-            return self.out.tobytes() if call(*words) > 0 else None
-        return len({bits(self.state), *(bits(self.batch, width) for width in (2, 4, 8))} - {None}) == 1
+        """Of single states and batches of every instruction set."""
+        def bits(call, by):
+            assert call(by) > 0
+            return self.out[:BATCH].tobytes()
+        return len({bits(call, by) for by in sets(self.core).values() for call in (self.state, self.batch)}) == 1
 
 
 class Heyoka:
@@ -104,33 +122,60 @@ def bench(core, name, rounds):
     inertia, lever = ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
     problem = Problem(name, inertia, (0.0, 0.0, lever), scene.attitude, scene.momentum)
     ours, heyoka = Ours(core, scene), Heyoka(problem)
-    calls = {"heyoka, to t = 600": heyoka.steps, "heyoka, a state of 60001": heyoka.outputs,
-             "set-up": ours.plan, "set-up and a state": ours.plan_and_state, "a state": ours.state,
-             **{f"a state, {width} at once": lambda width=width: ours.batch(width) for width in (2, 4, 8)}}
+    calls = {TO_END: heyoka.steps, A_STATE: heyoka.outputs,
+             "set-up": ours.plan, "set-up and a state": ours.plan_and_state,
+             "a state": ours.state, "a state of 8": lambda: ours.batch(width=8), "a state of 4096": ours.batch,
+             f"a state of {STREAM}": lambda: ours.batch(width=STREAM, n=STREAM)}
+    for set_name, by in sets(core).items():
+        calls |= {f"a state, {set_name}": lambda by=by: ours.state(by),
+                  f"a state of 4096, {set_name}": lambda by=by: ours.batch(by)}
     if len(case) == 5:
         calls["a state of the map"] = ours.map_state
+    seconds = interleaved(calls, rounds)
+    print(f"\n{name}: medians of {rounds} rounds; same bits from every instruction set: {ours.same_bits()}")
+    for word, found in seconds.items():
+        ratio = median(a / b for a, b in zip(seconds[TO_END if word.startswith("set-up") else A_STATE], found))
+        line(word, found, None if word.startswith("heyoka") else ratio)
+    from_python(scene, rounds)
+
+
+def interleaved(calls, rounds):
     seconds = {word: [] for word in calls}
     for _ in range(rounds):
         for word, call in calls.items():
             seconds[word].append(call())
-    print(f"\n{name}: medians of {rounds} rounds; same bits at every width: {ours.same_bits()}")
-    for word, found in seconds.items():
-        peer = "heyoka, to t = 600" if word.startswith("set-up") else "heyoka, a state of 60001"
-        if median(found) < 0:
-            print(f"  {word:26} not on this processor")
-            continue
-        ratio = median(a / b for a, b in zip(seconds[peer], found))
-        print(f"  {word:26} {1e9 * median(found):12.1f} ns" + ("" if word.startswith("heyoka") else f"   {ratio:8.1f} x faster"))
-    top = kr.exact(scene)
-    times = np.linspace(0, END, OUTPUTS)
-    for word, call, each in (("from Python: set-up", lambda: kr.exact(scene), 1), ("from Python: a state", lambda: top(END), 1),
-                             ("from Python: of 60001", lambda: top(times), OUTPUTS)):
-        took = []
-        for _ in range(rounds):
-            begin = time.perf_counter()
-            call()
-            took.append((time.perf_counter() - begin) / each)
-        print(f"  {word:26} {1e9 * median(took):12.1f} ns")
+    return seconds
+
+
+def line(word, found, ratio=None):
+    text = f"  {word:28} {1e9 * median(found):12.1f} ns"
+    if ratio is not None:
+        text += f"   {ratio:8.1f} x faster"
+    if ratio is not None and word in TARGETS:
+        must, stretch = TARGETS[word]
+        grade = "MISSED" if ratio < must else "PASS" if ratio < stretch else "PASS, stretch"
+        text += f"   must {must} stretch {stretch}: {grade}"
+    print(text, flush=True)
+
+
+def timed(call, each, rounds):
+    took = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        call()
+        took.append((time.perf_counter() - begin) / each)
+    return took
+
+
+def from_python(scene, rounds):
+    top, times, some = kr.exact(scene), np.linspace(0, END, OUTPUTS), range(100)
+    tops = [scene.replace(momentum=m) for m in np.random.default_rng(2).normal(scene.momentum, 0.1, (TOPS, 3))]
+    many = kr.exact(tops)
+    line("from Python: set-up", timed(lambda: [kr.exact(scene) for _ in some], len(some), rounds))
+    line("from Python: a state", timed(lambda: [top(END) for _ in some], len(some), rounds))
+    line(f"from Python: of {OUTPUTS}", timed(lambda: top(times), OUTPUTS, rounds))
+    line(f"from Python: set-up of {TOPS}", timed(lambda: kr.exact(tops), TOPS, rounds))
+    line(f"from Python: a state of {TOPS}", timed(lambda: many(END), TOPS, rounds))
 
 
 def main(argv=None):

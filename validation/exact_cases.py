@@ -116,7 +116,7 @@ def scene(kr, case):
 MAPS = [            # named tops, and steps of the Bobenko-Suris map
     ("the thesis' top", 0.1), ("no axial momentum", 0.1), ("1e-9 from the upper pole", 0.05), ("tumbling 1e4", 1e-4),
     ("through the lower pole", 0.1), ("upside down", 0.1), ("tilted", -0.1), ("tilted", 3.0), ("planar, over both poles", 0.05),
-    ("unstable sleep, leaning 1e-2", 0.1),
+    ("unstable sleep, leaning 1e-2", 0.1), ("through the lower pole", 4.0), ("hanging, leaning 1e-5", 4.0), ("upside down", -5.0),
 ]
 
 

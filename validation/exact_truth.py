@@ -94,7 +94,7 @@ def by_heyoka():
         inertia, lever = ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
         q, m = cases.unit(case[-2]), tuple(map(float, case[-1]))
         problem = Problem(name, inertia, (0.0, 0.0, lever), q, m)
-        stepped = truth.integrator(problem)(truth.equations.start(problem), [7.0])[0]
+        stepped = truth.states(problem, [7.0])[0][:4]
         print(f"  {name:34} {truth.angle(reference(case)[0](7)[0], stepped):.1e}", flush=True)
 
 
@@ -125,7 +125,7 @@ def map_errors(job, states):
     try:
         path = kr.exact(cases.scene(kr, case), map="bobenko_suris", step=step)(ks)
     except ValueError:
-        return None                     # 1 + b s <= 0
+        return None                     # next to a separatrix
     scale = reference_scale(case)
     return [(attitude_error(truth[:4], q), momentum_error(truth[4:], m, scale))
             for truth, q, m in zip(states, path.q, path.m)]
@@ -148,7 +148,7 @@ def maps(tops, most):
     jobs = [cases.random_map(np.random.default_rng((5, number)), number) for number in range(tops)]
     found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs))]
     attitude = np.array([max(error for error, _ in rows) for rows in found if rows])
-    print(f"the map, {tops} random tops, k = 1, 10, 1000 ({sum(rows is None for rows in found)} refused, 1 + b s <= 0):")
+    print(f"the map, {tops} random tops, k = 1, 10, 1000 ({sum(rows is None for rows in found)} refused, next to a separatrix):")
     print(f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  worst {attitude.max():.1e}")
 
 

@@ -18,13 +18,13 @@ def compiled(folder, terms, plain):
     cc = os.environ.get("CC", "gcc")
     flags = [cc, "-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-tree-vectorize"]
     terms = [f"-D{name}={n}" for name, n in zip(("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30"), terms or ())]
-    kernels, objects = [*CSRC.glob("taylor/kernel*.c")], []
+    kernels, closed, objects = [*CSRC.glob("taylor/kernel*.c")], [*CSRC.glob("exact/*.c")], []
     for name, options in ({} if terms or plain else SETS).items():
-        for file in kernels:
+        for file in (*kernels, CSRC / "exact/states.c", *[CSRC / "exact/plans.c"] * (name == "avx2")):
             objects.append(folder / f"{file.stem}_{name}.o")
             subprocess.run([*flags, *options, f"-DKR_SET={name}", "-c", file, "-o", objects[-1]], check=True)
-    sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), *CSRC.glob("exact/*.c"), CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]
-    options = [*SETS["avx512"], *terms] if terms else ["-DKR_PLAIN"] if plain else ["-DKR_TAYLOR_X86"]
+    sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), *closed, CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]
+    options = [*SETS["avx512"], *terms] if terms else ["-DKR_PLAIN"] if plain else ["-DKR_X86"]
     library = folder / "kernels.so"
     subprocess.run([*flags, *options, f"-I{CSRC}", "-shared", *sources, *objects, "-lm", "-o", library], check=True)
     return ctypes.CDLL(str(library))

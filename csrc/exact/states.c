@@ -1,65 +1,57 @@
-/* Many states of a plan: blocks of times, as wide as the processor is. Floor 3. Compiled with the tree vectorizer; no
- * variant may fuse a product and a sum, hence none asks for FMA. */
-#include "kernel.h"
+/* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with the vectorizer of
+ * loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
+#include "set.h"
+#include "state.h"
 
 enum { BLOCK = 64 };
 typedef struct block {
     double t[BLOCK], w[BLOCK], x[BLOCK], y[BLOCK], z[BLOCK], mx[BLOCK], my[BLOCK], mz[BLOCK];
 } block;
 
-INLINE void fill(const kr_exact *e, int hyperbolic, int even, block *b)
+INLINE void fill(const kr_exact *e, int dual, int euler, block *b, int n)
 {
-    for (int i = 0; i < BLOCK; i++) {
-        const kr_state s = kernel(e, hyperbolic, even, two_sum(b->t[i], -e->begin));
+    for (int i = 0; i < n; i++) {
+        const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
         b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void frame(const kr_exact *e, block *b)
+INLINE void frame(const kr_exact *e, block *b, int n)
 {
-    for (int i = 0; i < BLOCK; i++) {
-        const kr_quat q = {b->w[i], b->x[i], b->y[i], b->z[i]}, r = q_mul(q_mul(e->left, q), e->right);
+    for (int i = 0; i < n; i++) {
+        const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-INLINE void any(const kr_exact *plan, block *b)
+/* Eight arrays into states: a transposition. */
+INLINE void write(const block *restrict b, int n, kr_state *restrict out)
+{
+    for (int i = 0; i < n; i++) {
+        out[i].t = b->t[i];
+        out[i].q.w = b->w[i], out[i].q.x = b->x[i], out[i].q.y = b->y[i], out[i].q.z = b->z[i];
+        out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
+    }
+}
+/* At most a block. Rounded up to eights, so that compilers need no loop for a rest. */
+static void states(const kr_exact *plan, block *b, int count)
 {
     const kr_exact e = *plan;                           /* a copy that no store can change */
+    const int n = (count + 7) & ~7;
     switch (e.curve) {
-    case CIRCULAR_COSINE: fill(&e, 0, 0, b); break;
-    case CIRCULAR_EVEN: fill(&e, 0, 1, b); break;
-    case HYPERBOLIC_COSINE: fill(&e, 1, 0, b); break;
-    default: fill(&e, 1, 1, b); break;
+    case LAGRANGE: fill(&e, 0, 0, b, n); break;
+    case EULER: fill(&e, 0, 1, b, n); break;
+    case LAGRANGE_DUAL: fill(&e, 1, 0, b, n); break;
+    default: fill(&e, 1, 1, b, n); break;
     }
-    if (e.framed) frame(&e, b);
+    if (e.framed) frame(&e, b, n);
 }
-static void plain(const kr_exact *e, block *b) { any(e, b); }
-
-#if defined __x86_64__ && defined __GNUC__
-__attribute__((target("avx2"))) static void avx2(const kr_exact *e, block *b) { any(e, b); }
-__attribute__((target("avx512f"))) static void avx512(const kr_exact *e, block *b) { any(e, b); }
-
-typedef void kernel_of(const kr_exact *, block *);
-static kernel_of *widest(void)
-{
-    if (__builtin_cpu_supports("avx512f")) return avx512;
-    return __builtin_cpu_supports("avx2") ? avx2 : plain;
-}
-#else
-#  define widest() plain
-#endif
-
-/* Whole blocks, so that the loops above have a fixed length; what lies beyond n is computed and dropped. */
-void kr_exact_states(const kr_exact *e, size_t n, const double t[], kr_state out[])
+void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_state out[])
 {
     block b = {.t = {0.0}};
     for (size_t from = 0; from < n; from += BLOCK) {
-        const size_t count = n - from < BLOCK ? n - from : BLOCK;
-        memcpy(b.t, t + from, count * sizeof b.t[0]);
-        widest()(e, &b);
-        for (size_t i = 0; i < count; i++) {
-            const kr_state s = {b.t[i], {b.w[i], b.x[i], b.y[i], b.z[i]}, {b.mx[i], b.my[i], b.mz[i]}};
-            out[from + i] = s;
-        }
+        const int count = n - from < BLOCK ? (int)(n - from) : BLOCK;
+        memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
+        states(e, &b, count);
+        write(&b, count, out + from);
     }
 }

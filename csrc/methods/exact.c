@@ -1,16 +1,15 @@
 /* The closed form of the Lagrange top, and of any body on which no torque acts: no steps, and no error that grows.
  * A step goes wherever it is asked to; one without an end is a nutation's.
  * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi 1849 for the free body.) Keeps everything. */
-#include "../exact/plan.h"
+#include "../exact/set.h"
 #include "../method.h"
 
 static const kr_exact *plan_of(const kr_run *run) { return (const kr_exact *)run->work; }
 
 static kr_status reset(kr_run *run, const kr_state *start)
 {
-    exact_top top;
     (void)start;                /* rounded on its way to working axes */
-    return kr_exact_own(run->scene, &top, (kr_exact *)run->work);
+    return kr_exact_own(run->scene, (kr_exact *)run->work);
 }
 static kr_status step(kr_run *run, double until)
 {
@@ -19,8 +18,8 @@ static kr_status step(kr_run *run, double until)
     run->stats.evaluations++;
     return KR_OK;
 }
-static void at(kr_run *run, double clock, kr_state *s) { *s = kr_exact_after(plan_of(run), dd_of(clock)); }
-static void read(const kr_run *run, kr_state *s) { *s = kr_exact_after(plan_of(run), dd_of(run->clock)); }
+static void at(kr_run *run, double clock, kr_state *s) { *s = kr_exact_state(plan_of(run), clock); }
+static void read(const kr_run *run, kr_state *s) { *s = kr_exact_state(plan_of(run), run->clock); }
 
 const kr_method kr_method_exact = {
     .name = "exact",

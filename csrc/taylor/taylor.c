@@ -16,23 +16,14 @@ static path *path_of(const kr_run *run) { return (path *)run->work; }
 static const kr_kernel *kernel_of(const kr_run *run) { return run->aux; }
 
 /* Which kernel. */
-static int always(void) { return 1; }
-#if defined KR_TAYLOR_X86
-static int has_avx2(void) { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
-static int has_avx512(void)
-{
-    return has_avx2() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-           __builtin_cpu_supports("avx512dq");
-}
-#endif
 const kr_set *kr_taylor_set(int i)
 {
     static const kr_set sets[] = {
-#if defined KR_TAYLOR_X86
-        {"avx512", has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512},
-        {"avx2", has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2},
+#if defined KR_X86
+        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512},
+        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2},
 #endif
-        {"base", always, kr_kernel_base, kr_headless_base, kr_kernel_dd_base},
+        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base},
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }

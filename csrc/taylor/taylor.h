@@ -13,6 +13,7 @@
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "../method.h"
+#include "../sets.h"
 
 /* For 20 and for 30 digits: the last term in double-double - all later ones are so small that doubles do - and the last
  * of all. Measured by validation/bench_kernels.py depth, which compiles others. */
@@ -61,12 +62,6 @@ typedef struct kr_set {
     int (*runs_here)(void);
     const kr_kernel *plain, *headless, *deep;
 } kr_set;
-#if !defined KR_SET
-#  define KR_SET base
-#endif
-#define KR_PASTE(a, b) a##_##b
-#define KR_PASTED(a, b) KR_PASTE(a, b)
-#define KR_NAME(thing) KR_PASTED(thing, KR_SET)
 
 /* The i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_set *kr_taylor_set(int i);

@@ -15,7 +15,7 @@ from .apex import Apex, Nutation, apex
 from .body import Body
 from .compare import Row, Table, compare
 from .errors import Error, Interrupted
-from .exact import Exact, ExactMap, exact
+from .exact import Exact, ExactEnsemble, ExactMap, exact
 from .methods import Method, methods
 from .path import Path
 from .plan import Choice, Plan, plan
@@ -34,6 +34,7 @@ __all__ = [
     "Choice",
     "Error",
     "Exact",
+    "ExactEnsemble",
     "ExactMap",
     "Interrupted",
     "Method",

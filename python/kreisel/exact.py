@@ -1,7 +1,10 @@
 """kreisel.exact: the closed form of a scene, and of the Bobenko-Suris map; any state at once."""
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -12,7 +15,7 @@ from .methods import EXACT, fitting, methods
 from .path import Path
 from .states import Stats
 from .scene import Scene
-from .times import refuse_endless
+from .times import fastest, refuse_endless
 
 _MAP = "bobenko_suris"
 _COUNTABLE = 2.0**53
@@ -44,11 +47,53 @@ class Exact(_Rates):
     """
 
     def __call__(self, t: float | Any) -> Path:
-        times = check.array("t", t, "a number or a list of times")
-        if times.ndim > 1:
-            raise ValueError(f"t must be a number or a list of times, not an array of shape {times.shape}")
+        states = _core.exact_states(self._plan, t, self._most)
+        if states is None:
+            states = _core.exact_states(self._plan, self._times(t), math.inf)
+        assert states is not None
+        return _path(self.scene, states, EXACT, None)
+
+    @cached_property
+    def _most(self) -> float:
+        """Times below this need no second look."""
+        rate = fastest(self.scene)
+        return 0.5 * _COUNTABLE / rate if rate > 0.0 else math.inf
+
+    def _times(self, t: Any) -> Array:
+        times = _row(t)
         refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
-        return Path(self.scene, _core.exact_states(self._plan, times), EXACT, None, None, _NO_STEPS)
+        return times.reshape(-1)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactEnsemble:
+    """The motions of n scenes in closed form; call it with a time for the states of all, an array (n, 8) with rows t,
+    q (w, x, y, z), m as in kreisel.Path; with k times for an array (n, k, 8).
+
+    period, precession and spin are arrays (n,), each as of one scene alone; so are the states, bit for bit.
+    """
+
+    scenes: tuple[Scene, ...]
+    period: Array
+    precession: Array
+    spin: Array
+    _plans: Array = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.scenes)
+
+    def __call__(self, t: float | Any) -> Array:
+        times = _row(t)
+        end = float(np.abs(times).max(initial=0.0))
+        if end * self._fastest >= 0.5 * _COUNTABLE:
+            for scene in self.scenes:
+                refuse_endless(scene, end, None)
+        states = _core.exact_plans_states(self._plans, times.reshape(-1))
+        return states if times.ndim else states[:, 0]
+
+    @cached_property
+    def _fastest(self) -> float:
+        return max(map(fastest, self.scenes), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -67,34 +112,68 @@ class ExactMap(_Rates):
         if not (np.rint(numbers) == numbers).all() or np.abs(numbers).max(initial=0.0) >= _COUNTABLE:
             raise ValueError(f"k must be whole and below 2**53, not {k!r}")
         states = _core.exact_map_states(self._plan, numbers.astype(np.int64))
-        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS)
+        return _path(self.scene, states, _MAP, self.step)
 
 
 @overload
 def exact(scene: Scene) -> Exact: ...
 @overload
+def exact(scene: Sequence[Scene]) -> ExactEnsemble: ...
+@overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
-def exact(scene: Scene, *, map: str | None = None, step: float | None = None) -> Exact | ExactMap:
+def exact(scene: Any, *, map: str | None = None, step: float | None = None) -> Exact | ExactEnsemble | ExactMap:
     """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no torque acts.
 
-    map   "bobenko_suris": that of the integrable map instead, for Lagrange tops
-    step  the map's, of either sign [T]
+    scene  or a list of scenes: of all of them at once
+    map    "bobenko_suris": that of the integrable map instead, for Lagrange tops
+    step   the map's, of either sign [T]
 
     Raises ValueError, with the reason, for a scene without closed form.
     """
+    if isinstance(scene, (list, tuple)) and map is None and step is None:
+        return _ensemble(scene)
     check.kind("scene", scene, Scene)
     if map is not None:
         return _exact_map(scene, map, step)
     if step is not None:
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
-    if not methods[EXACT].suits(scene):
-        raise ValueError(
-            f"no closed form is known for this body of kind {scene.body.kind!r} under gravity: it is for {methods[EXACT].tops}"
-        )
-    status, plan = _core.exact_plan(scene._block)
+    status, period, precession, spin, plan = _core.exact_plan(scene._block)
     if status != "OK":
-        raise ValueError(f"{_core.statuses[status][1]}: {scene!r}")
-    return Exact(scene, *_rates(plan), plan)
+        raise _refusal(status, scene)
+    return Exact(scene, period, precession, spin, plan)
+
+
+def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
+    if status != "ERR_METHOD":
+        return ValueError(f"{where}{_core.statuses[status][1]}: {scene!r}")
+    return ValueError(f"{where}no closed form is known for this body of kind {scene.body.kind!r} under gravity: it is "
+                      f"for {methods[EXACT].tops}")
+
+
+def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:
+    for i, scene in enumerate(scenes):
+        check.kind(f"scene[{i}]", scene, Scene)
+    if not scenes:
+        raise ValueError("a list of scenes must not be empty")
+    status, done, plans = _core.exact_plans([scene._block for scene in scenes])
+    if status != "OK":
+        raise _refusal(status, scenes[done], f"scene[{done}]: ")
+    return ExactEnsemble(tuple(scenes), plans[:, 0].copy(), plans[:, 1].copy(), plans[:, 2].copy(), plans)
+
+
+def _path(scene: Scene, states: Array, method: str, step: float | None) -> Path:
+    """What Path's constructor makes of these, in a tenth of the time: it would take longer than all else of a call."""
+    states.flags.writeable = False
+    path = object.__new__(Path)
+    vars(path).update(scene=scene, _states=states, method=method, step=step, tol=None, stats=_NO_STEPS, _columns={})
+    return path
+
+
+def _row(t: Any) -> Array:
+    times = check.array("t", t, "a number or a list of times")
+    if times.ndim > 1:
+        raise ValueError(f"t must be a number or a list of times, not an array of shape {times.shape}")
+    return times
 
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
@@ -104,16 +183,10 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if h == 0.0:
         raise ValueError("step must not be zero")
     fitting(_MAP, scene)
-    status, plan = _core.exact_map_plan(scene._block, h)
-    if status == "ERR_STEP":
-        raise ValueError(f"the map has no closed form at the step {h!r} from this start: 1 + step^2 U / (4 I1) must be "
-                         "positive, U the sum of the potential energies before and after a step, and the start not "
-                         "within k'^2 = 1e-26 of a separatrix; take another step")
+    status, period, precession, spin, plan = _core.exact_map_plan(scene._block, h)
+    if status == "ERR_STEP_SIZE":
+        raise ValueError(f"no closed form is known for the map at the step {h!r} from this start, which lies within k'^2 = "
+                         "1e-26 of a separatrix: take another step")
     if status != "OK":
         raise ValueError(f"{_core.statuses[status][1]}: step {h!r}, {scene!r}")
-    return ExactMap(scene, *_rates(plan), plan, h)
-
-
-def _rates(plan: Array) -> tuple[float, float, float]:
-    """The first three numbers of kr_exact, with which kr_exact_map begins."""
-    return float(plan[0]), float(plan[1]), float(plan[2])
+    return ExactMap(scene, period, precession, spin, plan, h)

@@ -127,9 +127,13 @@ def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
     if step is not None and not abs(end / step) < _EXACT:
         raise ValueError(_too_many_steps(end, abs(step)))
-    largest = max(scene.body.moments)
-    torque = scene.body.mass * abs(scene.gravity) * math.hypot(*scene.body.com)
-    rate = max(math.hypot(*scene.momentum) / largest, math.sqrt(torque / largest))
-    angle = rate * abs(end)
+    angle = fastest(scene) * abs(end)
     if angle >= _EXACT:
         raise ValueError(f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell where it is")
+
+
+def fastest(scene: Scene) -> float:
+    """About how fast a top can turn: by its momentum, or as a pendulum [T^-1]."""
+    largest = max(scene.body.moments)
+    torque = scene.body.mass * abs(scene.gravity) * math.hypot(*scene.body.com)
+    return max(math.hypot(*scene.momentum) / largest, math.sqrt(torque / largest))

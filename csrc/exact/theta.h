@@ -1,11 +1,15 @@
 /* Elliptic means by the arithmetic-geometric mean (DLMF 19.8.6: the complete integral of the third kind is
  * pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n)), Carlson's R_F by duplication, theta functions as polynomials. */
+#ifndef KR_THETA_H
+#define KR_THETA_H
 #include "plan.h"
+
+enum theta { THETA1, THETA2, THETA3, THETA4 };
 
 /* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n: with e = (p^2 - a g)/(p^2 + a g)
  *     a' = (a + g)/2,  g' = sqrt(a g),  p' = (p^2 + a g)/2p,  Q' = Q e/2.
  * Every step squares the distances, so the one after they fall below 1e-8 needs doubles only, and is the last. */
-dd kr_elliptic_mean(dd kp, int n, const dd start[], dd sum[])
+static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const double enough = 1e-8;
     dd a = dd_of(1.0), g = kp, p[2], q[2];
@@ -37,7 +41,7 @@ dd kr_elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
-double kr_elliptic_agm(double a, double b)
+static double elliptic_agm(double a, double b)
 {
     for (int i = 0; i < 40 && fabs(a - b) > 1e-8 * a; i++) {
         const double mean = 0.5 * (a + b);
@@ -47,17 +51,17 @@ double kr_elliptic_agm(double a, double b)
     return 0.5 * (a + b);
 }
 /* T = K'/K or its double, whose numerator is given; the dual series need pi / T in full. */
-double kr_exact_stretch(kr_exact *plan, dd numerator, dd k2)
+static double theta_stretch(kr_exact *plan, dd numerator, dd k2)
 {
-    const double T = numerator.hi / kr_elliptic_agm(1.0, sqrt(k2.hi));
+    const double T = numerator.hi / elliptic_agm(1.0, sqrt(k2.hi));
     if (T < 1.0) {
-        const dd stretch = dd_div(dd_mul(dd_pi(), kr_elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+        const dd stretch = dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
         plan->stretch = stretch.hi;
         plan->stretch_rest = stretch.lo;
     }
     return T;
 }
-double kr_elliptic_rf(double x, double y, double z)            /* DLMF 19.36.1 */
+static double elliptic_rf(double x, double y, double z)            /* DLMF 19.36.1 */
 {
     double mean = (x + y + z) / 3.0, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
@@ -74,7 +78,7 @@ double kr_elliptic_rf(double x, double y, double z)            /* DLMF 19.36.1 *
 }
 
 /* The root of x^3 + c2 x^2 + c1 x + c0 (all real) that lies farthest from the others: at the top or at the bottom. */
-double kr_lone_root(double c2, double c1, double c0, int *top)
+static double lone_root(double c2, double c1, double c0, int *top)
 {
     const double square = c2 * c2 - 3.0 * c1, d = square > 0.0 ? sqrt(square) : 0.0;
     const double r = d > 0.0 ? (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d) : 1.0;
@@ -82,7 +86,7 @@ double kr_lone_root(double c2, double c1, double c0, int *top)
     return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
 }
 /* Newton's method for lead x^3 + c[2] x^2 + c[1] x + c[0]; the slope need not be better than the start. */
-dd kr_polish(dd lead, const dd c[3], double start)
+static dd polish(dd lead, const dd c[3], double start)
 {
     const double slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi;
     dd x = dd_of(start);
@@ -105,7 +109,7 @@ static void accumulate(double sum[], double weight, const double term[])
     for (int i = 0; i < KR_THETA_TERMS; i++) sum[i] += weight * term[i];
 }
 /* theta(x + i y); dual: theta(y + i x), times i for theta1. Without the common factor 2 q^{1/4} of theta1, theta2. */
-kr_theta kr_theta_series(enum theta which, double nome, double y, int dual)
+static kr_theta theta_series(enum theta which, double nome, double y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
     const double sign = which == THETA1 || which == THETA4 ? -1.0 : 1.0, way = dual ? -1.0 : 1.0;
@@ -136,16 +140,17 @@ kr_theta kr_theta_series(enum theta which, double nome, double y, int dual)
     }
     return r;
 }
-double kr_theta_at(const double poly[KR_THETA_TERMS], double s)
+static double theta_at(const double poly[KR_THETA_TERMS], double s)
 {
     double r = poly[KR_THETA_TERMS - 1];
     for (int i = KR_THETA_TERMS - 2; i >= 0; i--) r = r * s + poly[i];
     return r;
 }
-void kr_theta_scale(kr_theta *series, double factor)
+static void theta_scale(kr_theta *series, double factor)
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) {
         series->even[i] *= factor;
         series->odd[i] *= factor;
     }
 }
+#endif

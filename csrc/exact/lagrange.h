@@ -2,7 +2,10 @@
  * Nutation: (du/dt)^2 = g (u - u1)(u - u2)(u - u3), u1 <= u <= u2 <= 1 <= u3. Whatever grows with time - nu = pi n / 2K
  * and the rates k1, k2 - and the roots for it are computed in double-double from differences that do not cancel; the
  * inertia about the axis adds a constant spin only. */
-#include "plan.h"
+#ifndef KR_EXACT_LAGRANGE_H
+#define KR_EXACT_LAGRANGE_H
+#include "phase.h"
+#include "theta.h"
 
 typedef struct motion {         /* of the start; [T^-1] and [T^-2] */
     dd w[3], g, w_square;
@@ -24,7 +27,7 @@ static motion motion_of(const exact_top *top, dd i1)
 {
     const dd i = dd_div(dd_of(1.0), i1);
     motion s;
-    s.minus = kr_exact_axis(top->q, s.a, &s.plus);
+    s.minus = axis_of(top->q, s.a, &s.plus);
     s.w[0] = dd_times(top->m.x, i);
     s.w[1] = dd_times(top->m.y, i);
     s.w[2] = dd_times(top->m.z, i);
@@ -37,53 +40,49 @@ static motion motion_of(const exact_top *top, dd i1)
     return s;
 }
 /* u3 stands alone: the cubic about the start, in v = u - u0 and V = g v, where u1 and u2 may be close to u0. */
-static turning about_start(const motion *s, const dd c[3], double guess)
+static void about_start(const motion *s, const dd c[3], double guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
-    turning r;
-    r.third = kr_polish(dd_of(1.0), scaled, guess);
-    const dd product = dd_div(c[0], r.third), b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r.third);
-    r.span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));     /* v^2 - b v - product = 0, product >= 0 */
+    r->third = polish(dd_of(1.0), scaled, guess);
+    const dd product = dd_div(c[0], r->third), b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));     /* v^2 - b v - product = 0, product >= 0 */
     if (b.hi > 0.0) {
-        r.up = dd_half(dd_add(r.span, b));
-        r.down = r.up.hi > 0.0 ? dd_div(product, r.up) : dd_of(0.0);
+        r->up = dd_half(dd_add(r->span, b));
+        r->down = r->up.hi > 0.0 ? dd_div(product, r->up) : dd_of(0.0);
     } else {
-        r.down = dd_half(dd_sub(r.span, b));
-        r.up = r.down.hi > 0.0 ? dd_div(product, r.down) : dd_of(0.0);
+        r->down = dd_half(dd_sub(r->span, b));
+        r->up = r->down.hi > 0.0 ? dd_div(product, r->down) : dd_of(0.0);
     }
-    r.g31 = dd_add(r.third, dd_mul(s->g, r.down));
-    r.g32 = dd_sub(r.third, dd_mul(s->g, r.up));
-    r.minus2 = dd_sub(s->minus, r.up);
-    r.minus3 = dd_sub(r.third, dd_mul(s->g, s->minus));
-    r.minus1 = dd_add(s->minus, r.down);
-    return r;
+    r->g31 = dd_add(r->third, dd_mul(s->g, r->down));
+    r->g32 = dd_sub(r->third, dd_mul(s->g, r->up));
+    r->minus2 = dd_sub(s->minus, r->up);
+    r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
+    r->minus1 = dd_add(s->minus, r->down);
 }
 /* u1 stands alone: the cubic about the upper pole, the only height where u2 and u3 can meet. */
-static turning about_top(const motion *s, double guess)
+static void about_top(const motion *s, double guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
     const dd tilt = dd_sub(dd_mul(s->minus, dd_sub(dd_square(s->w[2]), s->g)), dd_mul(s->w[2], wa));
     const dd c[3] = {dd_neg(dd_square(s->difference)), dd_times(-2.0, dd_add(wh, tilt)),
                      dd_sub(dd_mul(s->g, dd_add(dd_of(2.0), s->minus)), s->w_square)};
-    turning r;
-    r.minus1 = dd_neg(kr_polish(s->g, c, guess - s->minus.hi));
-    const dd e0 = dd_div(c[0], r.minus1), e1 = dd_div(dd_sub(c[1], e0), r.minus1);  /* g s^2 + e1 s + e0, e0 <= 0 */
-    r.g32 = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(s->g, e0))));
+    r->minus1 = dd_neg(polish(s->g, c, guess - s->minus.hi));
+    const dd e0 = dd_div(c[0], r->minus1), e1 = dd_div(dd_sub(c[1], e0), r->minus1);  /* g s^2 + e1 s + e0, e0 <= 0 */
+    r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(s->g, e0))));
     if (e1.hi <= 0.0) {
-        r.minus3 = dd_half(dd_sub(r.g32, e1));
-        r.minus2 = r.minus3.hi > 0.0 ? dd_neg(dd_div(e0, r.minus3)) : dd_of(0.0);
+        r->minus3 = dd_half(dd_sub(r->g32, e1));
+        r->minus2 = r->minus3.hi > 0.0 ? dd_neg(dd_div(e0, r->minus3)) : dd_of(0.0);
     } else {
-        const dd t = dd_half(dd_add(r.g32, e1));
-        r.minus2 = dd_div(t, s->g);
-        r.minus3 = dd_neg(dd_mul(s->g, dd_div(e0, t)));
+        const dd t = dd_half(dd_add(r->g32, e1));
+        r->minus2 = dd_div(t, s->g);
+        r->minus3 = dd_neg(dd_mul(s->g, dd_div(e0, t)));
     }
-    r.third = dd_add(r.minus3, dd_mul(s->g, s->minus));
-    r.down = dd_max(dd_sub(r.minus1, s->minus), dd_of(0.0));
-    r.up = dd_max(dd_sub(s->minus, r.minus2), dd_of(0.0));
-    r.span = dd_sub(r.minus1, r.minus2);
-    r.g31 = dd_add(r.minus3, dd_mul(s->g, r.minus1));
-    return r;
+    r->third = dd_add(r->minus3, dd_mul(s->g, s->minus));
+    r->down = dd_max(dd_sub(r->minus1, s->minus), dd_of(0.0));
+    r->up = dd_max(dd_sub(s->minus, r->minus2), dd_of(0.0));
+    r->span = dd_sub(r->minus1, r->minus2);
+    r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
 /* Small distances from exact products: (W.e3 + W.a)^2 = (1+u1)(1+u2) g(1+u3), (du/dt)^2 = down up third, ... */
 static void sharpen(const motion *s, turning *r, int top)
@@ -114,20 +113,21 @@ static turning turning_heights(const motion *s)
     const dd c[3] = {dd_square(s->climb), dd_neg(dd_add(dd_mul(s->g, flat), dd_twice(twist))),
                      dd_sub(dd_twice(dd_mul(s->g, s->a[2])), s->w_square)};
     int top;
-    const double guess = kr_lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
+    const double guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning r;
-    r = top ? about_start(s, c, guess) : about_top(s, guess / s->g.hi);
+    if (top) about_start(s, c, guess, &r);
+    else about_top(s, guess / s->g.hi, &r);
     sharpen(s, &r, top);
     return r;
 }
 /* nu, k1, k2. k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n with p0^2 = (1 + u3)/(u3 - u1), and for the upper pole
  * likewise with 1 - u; where u3 is nearer to that pole than u2, or the other way round, the larger p0 is taken. */
-static dd rates(const motion *s, const turning *r, dd *nu, dd *k1, dd *k2)
+static dd lagrange_rates(const motion *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_div(r->g32, r->g31));
     const int far = r->minus3.hi >= s->g.hi * r->minus2.hi;
     const dd p[2] = {dd_div(r->plus3, r->g31), far ? dd_div(r->minus3, r->g31) : dd_div(r->minus2, r->minus1)};
-    dd sum[2], mean = kr_elliptic_mean(kp, 2, p, sum);
+    dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
     *k1 = dd_div(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_times(4.0, r->plus3));
     if (far) {
@@ -141,16 +141,16 @@ static dd rates(const motion *s, const turning *r, dd *nu, dd *k1, dd *k2)
     return mean;
 }
 /* Theta series of alpha, beta and the horizontal momentum; sizes by |alpha|^2 = (1 + u)/2, |beta|^2 = (1 - u)/2. */
-static void series(kr_exact *plan, const motion *s, const turning *r, double i1, dd average)
+static void lagrange_series(kr_exact *plan, const motion *s, const turning *r, double i1, dd average)
 {
     const double pi = 3.14159265358979323846, kp = sqrt(r->g32.hi / r->g31.hi), third = r->g31.hi, mean = average.hi;
     const dd k2 = dd_max(dd_div(dd_mul(s->g, r->span), r->g31), dd_of(1e-36));
-    const double T = kr_exact_stretch(plan, average, k2);
+    const double T = theta_stretch(plan, average, k2);
     const double d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi, m2 = r->minus2.hi;
     const double m32 = m1 * r->g32.hi, limit = 0.5 * pi * T, up = s->sum.hi < 0.0 ? -1.0 : 1.0;
     const double down = s->difference.hi < 0.0 ? -1.0 : 1.0;
-    const double b1 = sqrt(p1) * kr_elliptic_rf(d, d * r->plus3.hi / third, p2);
-    const double b2 = sqrt(m2 * third / m32) * kr_elliptic_rf(d * r->minus3.hi / m32, d / m1, 1.0);
+    const double b1 = sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
+    const double b2 = sqrt(m2 * third / m32) * elliptic_rf(d * r->minus3.hi / m32, d / m1, 1.0);
     const double y1 = -up * fmin(mean * b1, limit), y2 = -down * fmin(mean * b2, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0, quarter = sqrt(sqrt(nome));
@@ -158,20 +158,20 @@ static void series(kr_exact *plan, const motion *s, const turning *r, double i1,
     const double at1 = -0.5 * (sqrt(p2 * m1 * r->minus3.hi) - up * down * sqrt(m2 * p1 * r->plus3.hi));
     const int low = fabs(at0) >= fabs(at1);
     double f[6];
-    plan->curve = dual ? HYPERBOLIC_EVEN : CIRCULAR_COSINE;
+    plan->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
     plan->slope[0] = -y1 * shrink / pi;
     plan->slope[1] = -y2 * shrink / pi;
-    plan->alpha = kr_theta_series(THETA1, nome, y1 * shrink, dual);
-    plan->beta = kr_theta_series(dual ? THETA4 : THETA2, nome, y2 * shrink, dual);
-    plan->horizontal = kr_theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
+    plan->alpha = theta_series(THETA1, nome, y1 * shrink, dual);
+    plan->beta = theta_series(dual ? THETA4 : THETA2, nome, y2 * shrink, dual);
+    plan->horizontal = theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
     if (dual) {
-        const kr_theta pole = kr_theta_series(THETA4, nome, y1 * shrink, 1);
-        kr_theta_scale(&plan->alpha, sqrt(0.5 * p2) * 2.0 * quarter / sqrt(kp) / kr_theta_at(pole.even, 0.0));
+        const kr_theta pole = theta_series(THETA4, nome, y1 * shrink, 1);
+        theta_scale(&plan->alpha, sqrt(0.5 * p2) * 2.0 * quarter / sqrt(kp) / theta_at(pole.even, 0.0));
     } else
-        kr_theta_scale(&plan->alpha, sqrt(0.5 * p2) / kr_theta_at(plan->alpha.even, 1.0));
-    kr_theta_scale(&plan->beta, sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / kr_theta_at(plan->beta.even, 0.0));
-    plan->nutation.start = low ? 0.0 : 0.25;                 /* the momentum's size where it is largest */
-    kr_exact_factors(plan, 0.0, f);
+        theta_scale(&plan->alpha, sqrt(0.5 * p2) / theta_at(plan->alpha.even, 1.0));
+    theta_scale(&plan->beta, sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / theta_at(plan->beta.even, 0.0));
+    phase_start(&plan->nutation, dd_of(low ? 0.0 : 0.25));   /* the momentum's size where it is largest */
+    factors_at(plan, 0.0, f);
     const double norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     plan->momentum = i1 * (low ? at0 : at1) * sqrt(norm) / length(f[4], f[5]);
     if (f[4] < 0.0) plan->momentum = -plan->momentum;
@@ -181,31 +181,31 @@ static dd place(const turning *r, double mean)
 {
     const double low = r->down.hi / r->span.hi, high = fmax(r->up.hi / r->span.hi, r->down.hi > 0.0 ? 0.0 : 1.0);
     const double dn = r->third.hi / r->g31.hi, kp = r->g32.hi / r->g31.hi, turn = mean / 6.283185307179586477;
-    if (low * dn <= high) return dd_of(turn * sqrt(low) * kr_elliptic_rf(high, dn, 1.0));
-    return two_sum(0.25, -turn * sqrt(high / dn) * kr_elliptic_rf(kp * low / dn, kp / dn, 1.0));
+    if (low * dn <= high) return dd_of(turn * sqrt(low) * elliptic_rf(high, dn, 1.0));
+    return two_sum(0.25, -turn * sqrt(high / dn) * elliptic_rf(kp * low / dn, kp / dn, 1.0));
 }
 /* Where on the curve the start lies, and the two phases there. alpha, beta and the horizontal momentum have three
  * phases, one the sum of the others; each is poorly known where its size is near zero, so the two largest are used,
  * but the momentum's, which is known less well where it is nearly vertical, only if it is larger by far. */
-static void start(kr_exact *plan, const motion *s, const turning *r, double i1, double mean, const exact_top *top)
+static void lagrange_start(kr_exact *plan, const motion *s, const turning *r, double i1, double mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
-    const kr_quat q = kr_exact_rounded(p);
+    const kr_quat q = rounded(p);
     const double mh = length(top->m.x, top->m.y);
     const double top_square = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
     const double size[3] = {length(q.w, q.z) / sqrt(0.5 * r->plus2.hi), length(q.x, q.y) / sqrt(0.5 * r->minus1.hi),
                             mh > 0.0 ? mh / (i1 * sqrt(top_square)) : 0.0};
     double f[6];
-    kr_phase_start(&plan->nutation, s->climb.hi < 0.0 ? dd_neg(here) : here);
-    kr_exact_factors(plan, 0.0, f);
+    phase_start(&plan->nutation, s->climb.hi < 0.0 ? dd_neg(here) : here);
+    factors_at(plan, 0.0, f);
     const double sign = plan->momentum < 0.0 ? -1.0 : 1.0;
-    const dd both = kr_turns_between(sign * f[4], sign * f[5], top->m.x, top->m.y);
-    dd first = kr_turns_between(f[0], f[1], p[0].hi, p[3].hi);
-    dd second = kr_turns_between(f[2], f[3], p[1].hi, p[2].hi);
+    const dd both = turns_between(sign * f[4], sign * f[5], top->m.x, top->m.y);
+    dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
+    dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
     if (size[0] < size[1] && 2.0 * size[0] < size[2]) first = dd_sub(both, second);
     else if (size[1] <= size[0] && 2.0 * size[1] < size[2]) second = dd_sub(both, first);
-    kr_phase_start(&plan->first, first);
-    kr_phase_start(&plan->second, second);
+    phase_start(&plan->first, first);
+    phase_start(&plan->second, second);
 }
 /* The axis rests at a pole. So does one that leans and moves by less than 1e-100: its squares would underflow. */
 static int stands(const motion *s)
@@ -213,13 +213,13 @@ static int stands(const motion *s)
     const double least = 1e-200, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return wh <= least * (s->w_square.hi + s->g.hi) && fmin(s->plus.hi, s->minus.hi) <= least;
 }
-kr_exact kr_exact_lagrange(const exact_top *top)
+static kr_exact lagrange_plan(const exact_top *top)
 {
     kr_exact plan = {0};
     if (top->lever.hi < 0.0) {
-        const exact_top below = kr_exact_from_below(top);
-        plan = kr_exact_lagrange(&below);
-        kr_exact_turn_over(&plan);
+        const exact_top below = seen_from_below(top);
+        plan = lagrange_plan(&below);
+        turn_over(&plan);
         return plan;
     }
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
@@ -230,17 +230,18 @@ kr_exact kr_exact_lagrange(const exact_top *top)
     plan.side = 1.0;
     if (stands(&s)) {
         const dd half = dd_half(s.w[2]);
-        kr_exact_steady(&plan, kr_exact_rounded(top->q), dd_add(half, spin), dd_sub(half, spin));
+        steady_plan(&plan, rounded(top->q), dd_add(half, spin), dd_sub(half, spin));
         return plan;
     }
     const turning r = turning_heights(&s);
     dd nu, k1, k2;
-    const dd mean = rates(&s, &r, &nu, &k1, &k2);
-    series(&plan, &s, &r, i1.hi, mean);
-    plan.nutation = kr_phase_of(nu);
-    plan.first = kr_phase_of(dd_add(k1, spin));
-    plan.second = kr_phase_of(dd_sub(k2, spin));
-    start(&plan, &s, &r, i1.hi, mean.hi, top);
-    kr_exact_rates(&plan, nu.hi, dd_add(k1, spin).hi, dd_sub(k2, spin).hi, 0);
+    const dd mean = lagrange_rates(&s, &r, &nu, &k1, &k2);
+    lagrange_series(&plan, &s, &r, i1.hi, mean);
+    plan.nutation = phase_of(nu);
+    plan.first = phase_of(dd_add(k1, spin));
+    plan.second = phase_of(dd_sub(k2, spin));
+    lagrange_start(&plan, &s, &r, i1.hi, mean.hi, top);
+    set_rates(&plan, nu.hi, dd_add(k1, spin).hi, dd_sub(k2, spin).hi, 0);
     return plan;
 }
+#endif

@@ -3,11 +3,29 @@
  * X = 2 (1 + c^2)/(1 + E), y = X (1 + b s) = 1 + a.a'. Then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   N+- = y +- s + i(l y - c s),
  *     (u' - u)^2 (1 + b s) = P(s), a cubic with roots s1 <= s <= s2 <= s3:
- * s and u are elliptic functions of a phase that grows by eta a step. */
+ * s and u are elliptic functions of a phase that grows by eta a step. Steps so large that 1 + b s < 0 are the same with
+ * both sides' signs changed, hence with b < 0: that of the top seen from below. */
+#ifndef KR_CURVE_H
+#define KR_CURVE_H
 #include "ddmath.h"
-#include "map.h"
+#include "phase.h"
+#include "theta.h"
 
-dd kr_map_height(const map_link *k, dd s) { return dd_add(dd_of(1.0), dd_mul(k->b, s)); }      /* 1 + b s */
+typedef struct map_link {       /* of the first step */
+    dd l, c, b, energy, x;      /* constants of the map; b and x times `sign` */
+    dd s, climb;                /* u + u', u' - u */
+    dd w[3], p[4];              /* its momentum; the cubic's coefficients */
+    dd s1, s2, s3, below, above;            /* roots; s - s1, s2 - s */
+    double unit, sign;          /* m = unit w; of 1 + b s */
+} map_link;
+typedef struct map_curve {      /* phases with half period pi */
+    dd k2, kp2, mean, ratio;    /* k^2, k'^2, agm(1, k'), K'/K */
+    dd eta, y1, y2;
+    double plus2, minus1, start;            /* 1 + u2, 1 - u1, phase of the first link's middle */
+} map_curve;
+
+/* sign (1 + b s) > 0 */
+static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(k->sign), dd_mul(k->b, s)); }
 
 static void cross(const dd a[3], const dd b[3], dd r[3])
 {
@@ -16,14 +34,16 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-map_link kr_map_link(const exact_top *top, dd i1, double step)
+static dd equal_moment(const exact_top *top) { return dd_half(two_sum(top->inertia.x, top->inertia.y)); }
+static map_link map_link_of(const exact_top *top, double step)
 {
-    const dd one = dd_of(1.0), scale = dd_div(dd_of(0.5 * step), i1);
+    const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
     const kr_vec3 m = top->m;
     dd a[3], sum[3], turn[3], plus, n;
     map_link k;
-    kr_exact_axis(top->q, a, &plus);
+    axis_of(top->q, a, &plus);
     k.unit = 2.0 * i1.hi / step;
+    k.sign = 1.0;
     k.b = dd_mul(top->lever, dd_times(0.5 * step, scale));
     k.w[0] = dd_sub(dd_times(m.x, scale), dd_twice(dd_mul(k.b, a[1])));
     k.w[1] = dd_add(dd_times(m.y, scale), dd_twice(dd_mul(k.b, a[0])));
@@ -36,33 +56,35 @@ map_link kr_map_link(const exact_top *top, dd i1, double step)
     k.s = sum[2];
     cross(k.w, sum, turn);
     k.climb = turn[2];                  /* a' - a = W x (a + a') */
-    k.energy = dd_add(dd_mul(n, kr_map_height(&k, k.s)), dd_mul(k.b, k.s));
+    k.energy = dd_add(dd_mul(n, map_height(&k, k.s)), dd_mul(k.b, k.s));
     k.x = dd_div(dd_twice(dd_add(one, dd_square(k.c))), dd_add(one, k.energy));
+    if (k.x.hi < 0.0) k.sign = -1.0, k.b = dd_neg(k.b), k.x = dd_neg(k.x);
     return k;
 }
 /* P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s) - 2/X (l X (1 + b s) - c s)^2,  D = E - c^2:
- * so written, nothing of the size 1/h^2 cancels. */
+ * so written, nothing of the size 1/h^2 cancels. Times sign. */
 static void fill_cubic(map_link *k)
 {
     const dd one = dd_of(1.0), cc = dd_square(k->c), d = dd_sub(k->energy, cc), lx = dd_mul(k->l, k->x);
     const dd level = dd_div(dd_times(4.0, d), dd_add(one, k->energy)), xb = dd_twice(dd_mul(k->x, k->b));
     const dd e = dd_sub(dd_mul(lx, k->b), k->c), two = dd_div(dd_of(2.0), k->x);
     k->p[3] = k->b;
-    k->p[2] = dd_neg(dd_add(dd_add(dd_div(d, dd_add(one, cc)), dd_mul(k->b, xb)), dd_mul(two, dd_square(e))));
-    k->p[1] = dd_sub(dd_mul(level, k->b), dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx))));
-    k->p[0] = dd_sub(level, dd_mul(two, dd_square(lx)));
+    const dd flat = dd_scale(k->sign, dd_div(d, dd_add(one, cc)));
+    k->p[2] = dd_neg(dd_add(dd_add(flat, dd_mul(k->b, xb)), dd_mul(two, dd_square(e))));
+    k->p[1] = dd_sub(dd_mul(level, k->b), dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
+    k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
 /* The roots about the first link's s0, in v = s - s0: the lone one by Newton, the two others without cancellation. */
 static void find_roots(map_link *k)
 {
-    const dd c[3] = {dd_mul(kr_map_height(k, k->s), dd_square(k->climb)),
+    const dd c[3] = {dd_mul(map_height(k, k->s), dd_square(k->climb)),
                      dd_add(dd_mul(dd_add(dd_times(3.0, dd_mul(k->b, k->s)), dd_twice(k->p[2])), k->s), k->p[1]),
                      dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
     int top;
-    const double guess = kr_lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
+    const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
     if (top || k->b.hi == 0.0) {        /* V = b v3; v^2 - B v - C with C = c0 / V >= 0 */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
-        const dd v3 = kr_polish(dd_of(1.0), scaled, guess), product = dd_div(c[0], v3);
+        const dd v3 = polish(dd_of(1.0), scaled, guess), product = dd_div(c[0], v3);
         const dd b = dd_div(dd_mul(k->b, product), v3);
         const dd sum = dd_add(b, dd_div(c[1], v3)), span = dd_sqrt(dd_add(dd_square(sum), dd_times(4.0, product)));
         k->above = dd_half(dd_add(span, sum));
@@ -71,7 +93,7 @@ static void find_roots(map_link *k)
         else if (k->below.hi > 0.0) k->above = dd_div(product, k->below);
         k->s3 = v3;                     /* b (s3 - s) */
     } else {
-        const dd v1 = kr_polish(k->b, c, guess / k->b.hi);
+        const dd v1 = polish(k->b, c, guess / k->b.hi);
         const dd e1 = dd_add(c[2], dd_mul(k->b, v1)), e0 = dd_div(c[0], dd_neg(v1));
         const dd root = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(k->b, e0))));
         const dd big = dd_half(dd_sub(root, e1));           /* b v3; v2 = e0 / (b v3) */
@@ -85,16 +107,16 @@ static void find_roots(map_link *k)
 /* A link given by sn^2 and cn^2 of its phase: s and P(s)/(1 + b s), from the distances to the roots. */
 static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
-    const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), kr_map_height(k, k->s2));
+    const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
     const dd scale = dd_sub(dd_of(1.0), dd_mul(k->b, w));
-    const dd up = dd_div(dd_mul(w, kr_map_height(k, k->s1)), scale), down = dd_div(dd_mul(span, cn2), scale);
+    const dd up = dd_div(dd_mul(w, map_height(k, k->s1)), scale), down = dd_div(dd_mul(span, cn2), scale);
     const dd third = dd_add(dd_sub(k->s3, dd_mul(k->b, k->above)), dd_mul(k->b, down));
     *s = dd_add(k->s1, up);
-    *climb_square = dd_div(dd_mul(dd_mul(up, down), third), kr_map_height(k, *s));
+    *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-void kr_map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)            /* y +- s + i (l y - c s) */
+static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)            /* y +- s + i (l y - c s) */
 {
-    const dd y = dd_mul(k->x, kr_map_height(k, s));
+    const dd y = dd_mul(k->x, map_height(k, s));
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
@@ -104,9 +126,9 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
 {
     dd s, square, re, im;
     at_phase(k, sn2, cn2, &s, &square);
-    const dd other = dd_sqrt(square), y = dd_mul(k->x, kr_map_height(k, s));
+    const dd other = dd_sqrt(square), y = dd_mul(k->x, map_height(k, s));
     const dd u = dd_half(dd_add(s, dd_times(sign, other))), v = dd_half(dd_sub(s, dd_times(sign, other)));
-    kr_map_linear(k, s, -sign, &re, &im);
+    map_linear(k, s, -sign, &re, &im);
     *far = dd_add(dd_of(1.0), dd_times(sign, u));
     *near = dd_div(dd_add(dd_square(re), dd_square(im)), dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
@@ -115,23 +137,23 @@ static dd beyond(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
     at_phase(k, sn2, cn2, &s, &square);
-    const dd y = dd_mul(k->x, kr_map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
-    kr_map_linear(k, s, -1.0, &re, &im);
+    const dd y = dd_mul(k->x, map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
+    map_linear(k, s, -1.0, &re, &im);
     return dd_div(dd_add(dd_square(re), dd_square(im)), dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
 }
-map_curve kr_map_curve(map_link *k)
+static map_curve map_curve_of(map_link *k)
 {
     fill_cubic(k);
     find_roots(k);
     const dd one = dd_of(1.0), least = dd_of(1e-36), span = dd_max(dd_add(k->below, k->above), least);
-    const dd h1 = kr_map_height(k, k->s1), h2 = kr_map_height(k, k->s2), h3 = dd_add(kr_map_height(k, k->s), k->s3);
+    const dd h1 = map_height(k, k->s1), h2 = map_height(k, k->s2), h3 = dd_add(map_height(k, k->s), k->s3);
     const dd b31 = dd_add(k->s3, dd_mul(k->b, k->below)), b32 = dd_sub(k->s3, dd_mul(k->b, k->above));
     const dd den = dd_mul(b31, h2);
     map_curve r;
     r.k2 = dd_max(dd_div(dd_mul(dd_mul(k->b, span), h3), den), least);
     r.kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
-    r.mean = kr_elliptic_mean(dd_sqrt(r.kp2), 0, NULL, NULL);
-    r.ratio = dd_div(r.mean, kr_elliptic_mean(dd_sqrt(r.k2), 0, NULL, NULL));
+    r.mean = elliptic_mean(dd_sqrt(r.kp2), 0, NULL, NULL);
+    r.ratio = dd_div(r.mean, elliptic_mean(dd_sqrt(r.k2), 0, NULL, NULL));
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2), cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const dd sh = dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn)));        /* sn^2, cn^2, dn^2 of eta/2 */
     const dd ch = dd_div(dd_add(cn, dn), dd_add(one, dn)), dh = dd_div(dd_add(cn, dn), dd_add(one, cn));
@@ -149,12 +171,13 @@ map_curve kr_map_curve(map_link *k)
         cd = dd_div(dd_mul(kc, gap), dd_mul(r.kp2, dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh))));
     }
     r.y2 = dd_mul(dd_mul(r.mean, dd_sqrt(dd_div(rho, r.kp2))), dd_rf(cd, one, dd_add(one, rho)));
-    if (dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
-    if (dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
+    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
+    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
     r.plus2 = plus2.hi;
     r.minus1 = minus1.hi;
     const dd low = dd_mul(k->below, h2), high = dd_mul(k->above, h1), all = dd_add(low, high);
     const double s2 = all.hi > 0.0 ? low.hi / all.hi : 0.0, c2 = all.hi > 0.0 ? high.hi / all.hi : 1.0;
-    r.start = r.mean.hi * sqrt(s2) * kr_elliptic_rf(c2, c2 + r.kp2.hi * s2, 1.0) * (k->climb.hi < 0.0 ? -1.0 : 1.0);
+    r.start = r.mean.hi * sqrt(s2) * elliptic_rf(c2, c2 + r.kp2.hi * s2, 1.0) * (k->climb.hi < 0.0 ? -1.0 : 1.0);
     return r;
 }
+#endif

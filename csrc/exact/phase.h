@@ -1,9 +1,38 @@
-/* Phases and rates of a plan, and the frame around it. Floor 3. */
-#include "plan.h"
+/* Phases and rates of a plan, and the frame around it; one state. Floor 3. */
+#ifndef KR_PHASE_H
+#define KR_PHASE_H
+#include "state.h"
+
+static kr_state state_at(const kr_exact *e, double t)
+{
+    const dd span = two_sum(t, -e->begin);
+    kr_state r;
+    switch (e->curve) {
+    case LAGRANGE: r = kernel(e, 0, 0, t, span); break;
+    case EULER: r = kernel(e, 0, 1, t, span); break;
+    case LAGRANGE_DUAL: r = kernel(e, 1, 0, t, span); break;
+    default: r = kernel(e, 1, 1, t, span); break;
+    }
+    if (e->framed) r.q = framed(e->frame, r.q);
+    return r;
+}
+/* alpha, beta and momentum, q not yet of length 1 and without frame. */
+static void factors_at(const kr_exact *e, double span, double out[6])
+{
+    const int dual = e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
+    const factors f = theta_factors(e, dual, e->curve == EULER || e->curve == EULER_DUAL, dd_of(span));
+    double s, c;
+    sincos_turns(f.first, &s, &c);
+    out[0] = f.a_re * c - f.a_im * s, out[1] = f.a_re * s + f.a_im * c;
+    sincos_turns(f.second, &s, &c);
+    out[2] = f.b_re * c - f.b_im * s, out[3] = f.b_re * s + f.b_im * c;
+    sincos_turns(dd_add(f.first, f.second), &s, &c);
+    out[4] = f.h_re * c - f.h_im * s, out[5] = f.h_re * s + f.h_im * c;
+}
 
 static const double two_pi = 6.283185307179586477;
 
-kr_phase kr_phase_of(dd rate)
+static kr_phase phase_of(dd rate)
 {
     const dd turn = dd_make(0.15915494309189534561, -9.839338337591243e-18);    /* 1 / 2 pi */
     const dd f = dd_mul(rate, turn);
@@ -11,9 +40,14 @@ kr_phase kr_phase_of(dd rate)
     r.fast = f.hi, r.slow = f.lo, r.start = r.more = 0.0;
     return r;
 }
-void kr_phase_start(kr_phase *phase, dd start) { phase->start = start.hi, phase->more = start.lo; }
+/* Of whole turns as many as put it at a distance of 1 +- 1/2, where phase_at wants it. */
+static void phase_start(kr_phase *phase, dd start)
+{
+    const dd s = two_sum(1.0, start.hi - rint(start.hi));
+    phase->start = s.hi, phase->more = s.lo + start.lo;
+}
 /* The argument of x + i y in turns: quarters exactly, the rest by an arc tangent of at most an eighth. */
-dd kr_turns(double y, double x)
+static dd turns_of(double y, double x)
 {
     const double ax = fabs(x), ay = fabs(y);
     const dd part = ax >= ay ? dd_of(x < 0.0 ? 0.5 : 0.0) : dd_of(y < 0.0 ? -0.25 : 0.25);
@@ -21,15 +55,15 @@ dd kr_turns(double y, double x)
     return two_sum(part.hi, small / two_pi);
 }
 /* From the argument of (x, y) to that of (u, v), in turns. */
-dd kr_turns_between(double x, double y, double u, double v)
+static dd turns_between(double x, double y, double u, double v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)), im = dd_sub(two_product(v, x), two_product(u, y));
-    return kr_turns(im.hi, re.hi);
+    return turns_of(im.hi, re.hi);
 }
 
-kr_quat kr_exact_rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[2].hi, q[3].hi))); }
+static kr_quat rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[2].hi, q[3].hi))); }
 
-dd kr_exact_axis(const dd q[4], dd a[3], dd *plus)
+static dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])), side = dd_add(dd_square(q[1]), dd_square(q[2]));
     const dd scale = dd_div(dd_of(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
@@ -39,7 +73,7 @@ dd kr_exact_axis(const dd q[4], dd a[3], dd *plus)
     a[2] = dd_half(dd_sub(*plus, minus));
     return minus;
 }
-void kr_exact_back(const dd q[4], const dd v[3], dd r[3])
+static void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
     for (int i = 0; i < 4; i++)
@@ -59,7 +93,7 @@ static double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 /* Rates of x and of the phases of alpha and beta. theta1 and theta2 of x + i y wind about zero, too, against y: y and
  * slope are of opposite sign. A zero on the way counts half a turn either way, hence none. Euler's beta, a theta4, has
  * no zeros. */
-void kr_exact_rates(kr_exact *plan, double nu, double first, double second, int euler)
+static void set_rates(kr_exact *plan, double nu, double first, double second, int euler)
 {
     const double wind1 = sign_of(plan->slope[0]), wind2 = euler ? 0.0 : sign_of(plan->slope[1]);
     plan->period = 0.5 * two_pi / nu;
@@ -67,15 +101,15 @@ void kr_exact_rates(kr_exact *plan, double nu, double first, double second, int 
     plan->spin = (first - second) + (wind1 - wind2) * nu;
 }
 /* alpha and beta of constant size that turn at constant rates: sleeping, hanging, at rest, symmetric and free. */
-void kr_exact_steady(kr_exact *plan, kr_quat q, dd first, dd second)
+static void steady_plan(kr_exact *plan, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
-    plan->curve = CIRCULAR_COSINE;
-    plan->nutation.start = 0.25;
-    plan->first = kr_phase_of(first);
-    plan->second = kr_phase_of(second);
-    kr_phase_start(&plan->first, kr_turns(q.z, q.w));
-    kr_phase_start(&plan->second, dd_add(kr_turns(q.y, q.x), dd_of(-0.25)));
+    plan->curve = LAGRANGE;
+    phase_start(&plan->nutation, dd_of(0.25));
+    plan->first = phase_of(first);
+    plan->second = phase_of(second);
+    phase_start(&plan->first, turns_of(q.z, q.w));
+    phase_start(&plan->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
     plan->alpha.even[0] = a;
     plan->beta.odd[0] = b;
     plan->period = INFINITY;
@@ -83,7 +117,7 @@ void kr_exact_steady(kr_exact *plan, kr_quat q, dd first, dd second)
     plan->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
 /* Gravity upwards: the same top seen from below, q -> i q. */
-exact_top kr_exact_from_below(const exact_top *top)
+static exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
     r.q[0] = dd_neg(top->q[1]), r.q[1] = top->q[0];
@@ -92,12 +126,18 @@ exact_top kr_exact_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-void kr_exact_turn_over(kr_exact *plan)
+/* The frame of a plan is where it carries 1, i, j, k. */
+static void set_frame(kr_exact *plan, kr_quat left, kr_quat right)
 {
+    const double w = left.w, x = left.x, y = left.y, z = left.z;
+    const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
+    for (int i = 0; i < 4; i++) plan->frame[i] = q_mul(columns[i], right);
     plan->framed = 1;
+}
+static void turn_over(kr_exact *plan)
+{
     plan->side = -1.0;
-    plan->left = q4(0.0, v3(-1.0, 0.0, 0.0));
-    plan->right = q_one();
+    set_frame(plan, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
     plan->constant.z = -plan->constant.z;
     plan->precession = -plan->precession;
 }
@@ -108,13 +148,12 @@ static void slow_down(kr_phase *phase, double unit)
     phase->slow /= unit;
 }
 /* From working axes and own units to the user's, whose unit of time in the plan is `unit`. */
-void kr_exact_to_user(kr_exact *plan, const exact_top *top, double start, double unit)
+static void to_user(kr_exact *plan, const exact_top *top, double start, double unit)
 {
     const double momentum = top->units.moment / top->units.time;
     if (v_largest(q_vec(top->axes)) > 0.0) {
-        if (!plan->framed) plan->left = plan->right = q_one();
-        plan->right = q_mul(plan->right, q_conj(top->axes));
-        plan->framed = 1;
+        if (!plan->framed) set_frame(plan, q_one(), q_one());
+        for (int i = 0; i < 4; i++) plan->frame[i] = q_mul(plan->frame[i], q_conj(top->axes));
     }
     plan->begin = start;
     plan->period *= unit;
@@ -126,3 +165,4 @@ void kr_exact_to_user(kr_exact *plan, const exact_top *top, double start, double
     slow_down(&plan->first, unit);
     slow_down(&plan->second, unit);
 }
+#endif

@@ -2,14 +2,18 @@
  * u = -a.e3 = c dn(x), and alpha, beta are theta1, theta4 (nome q^2) with one common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3, p0^2 = 1/c^2,  or the same from the other side for small c.
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| come from sums of one sign. (Jacobi 1849; Whittaker, Dynamics, 69.) */
-#include "plan.h"
+#ifndef KR_EXACT_EULER_H
+#define KR_EXACT_EULER_H
+#include "../trig.h"
+#include "phase.h"
+#include "theta.h"
 
-typedef struct axes {           /* I1, I2, I3 with 2 the intermediate, 3 the circulated; M in that frame, M3 >= 0 */
+typedef struct body_axes {           /* I1, I2, I3 with 2 the intermediate, 3 the circulated; M in that frame, M3 >= 0 */
     dd inertia[3], momentum[3], square;     /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3, dm;                          /* see above; dm: distance from the separatrix */
     double sense;                           /* 1 if axis 3 is the largest moment, -1 if it is the smallest */
     kr_quat turn;                           /* the frame's attitude in the body */
-} axes;
+} body_axes;
 
 /* The turn that carries e3 to axis k, e2 to axis 'middle' up to sign, and reverses e1 and e3 if asked. */
 static kr_quat frame_of(int k, int middle, int reverse)
@@ -21,10 +25,10 @@ static kr_quat frame_of(int k, int middle, int reverse)
 }
 static void swap(int *a, int *b) { const int t = *a; *a = *b; *b = t; }
 
-static axes axes_of(const double inertia[3], const dd m[3])
+static body_axes axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, middle = 1, high = 2;
-    axes r;
+    body_axes r;
     dd term[3];
     if (inertia[low] > inertia[middle]) swap(&low, &middle);
     if (inertia[middle] > inertia[high]) swap(&middle, &high);
@@ -58,7 +62,7 @@ static kr_quat towards_e3(kr_vec3 m)                        /* a turn that carri
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
 /* Where alpha and beta keep their size: at rest, about a principal axis, or of a body with two equal moments. */
-static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd square, kr_quat q)
+static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd square, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
     int k = 2, still = 0;
@@ -70,57 +74,57 @@ static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd squ
     const dd turn = dd_half(dd_div(size, across));
     const dd spin = dd_half(dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
     const kr_quat axis = frame_of(k, (k + 2) % 3, 0);
-    kr_exact_steady(plan, q_mul(q_mul(q_conj(plan->left), q), axis), dd_add(turn, spin), dd_sub(turn, spin));
-    plan->right = q_conj(axis);
+    steady_plan(plan, q_mul(q_mul(q_conj(left), q), axis), dd_add(turn, spin), dd_sub(turn, spin));
+    set_frame(plan, left, q_conj(axis));
     if (m[k].hi < 0.0) plan->spin = -plan->spin;
     return 1;
 }
-static dd common_rate(const axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
+static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
     const dd excess = dd_div(dd_times(a->sense, a->d3), dd_mul(size, a->inertia[2]));
     const int far = c2.hi > 0.25;
     const dd p = far ? dd_div(one, c2) : dd_div(dd_add(flat, ck), flat);
     dd sum, k = dd_div(size, a->inertia[2]);
-    *mean = kr_elliptic_mean(kp, 1, &p, &sum);
+    *mean = elliptic_mean(kp, 1, &p, &sum);
     if (far) return dd_half(dd_add(k, dd_half(dd_mul(excess, sum))));
     const dd drop = dd_half(dd_mul(dd_div(ck, dd_add(flat, ck)), sum));
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-static void series(kr_exact *plan, const axes *a, double c2, double flat, dd k2, double kp2, dd average)
+static void euler_series(kr_exact *plan, const body_axes *a, double c2, double flat, dd k2, double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2), quarter = sqrt(sqrt(kp));
-    const double T = kr_exact_stretch(plan, dd_twice(average), k2), limit = 0.25 * pi * T;
-    const double b = sqrt(flat) * kr_elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
+    const double T = theta_stretch(plan, dd_twice(average), k2), limit = 0.25 * pi * T;
+    const double b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const double y = -a->sense * fmin(average.hi * b, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
     const double above = sqrt(0.5 * (1.0 + c)), below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
-    plan->curve = dual ? HYPERBOLIC_COSINE : CIRCULAR_EVEN;
+    plan->curve = dual ? EULER_DUAL : EULER;
     plan->slope[0] = plan->slope[1] = -y * shrink / pi;
-    plan->alpha = kr_theta_series(THETA1, nome, y * shrink, dual);
-    plan->beta = kr_theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
+    plan->alpha = theta_series(THETA1, nome, y * shrink, dual);
+    plan->beta = theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
     if (dual) {
-        const kr_theta pole = kr_theta_series(THETA4, nome, y * shrink, 1);
-        kr_theta_scale(&plan->alpha, below * 2.0 * sqrt(sqrt(nome)) / quarter / kr_theta_at(pole.even, 0.0));
-        kr_theta_scale(&plan->beta, above / kr_theta_at(plan->beta.even, 0.0));
+        const kr_theta pole = theta_series(THETA4, nome, y * shrink, 1);
+        theta_scale(&plan->alpha, below * 2.0 * sqrt(sqrt(nome)) / quarter / theta_at(pole.even, 0.0));
+        theta_scale(&plan->beta, above / theta_at(plan->beta.even, 0.0));
     } else {
-        kr_theta_scale(&plan->alpha, below / kr_theta_at(plan->alpha.even, 1.0));
-        kr_theta_scale(&plan->beta, above * quarter / kr_theta_at(plan->beta.even, 0.0));
+        theta_scale(&plan->alpha, below / theta_at(plan->alpha.even, 1.0));
+        theta_scale(&plan->beta, above * quarter / theta_at(plan->beta.even, 0.0));
     }
 }
-static double start(const axes *a, dd i31, dd i32, double kp2, double mean)         /* x0 from M1 : M2 = cn : sn */
+static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)         /* x0 from M1 : M2 = cn : sn */
 {
     const double way = a->sense < 0.0 ? -1.0 : 1.0;
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
     const double sn = way * a->momentum[1].hi * sqrt(i32.hi / a->inertia[1].hi);
     const double r = cn * cn + sn * sn, c2 = cn * cn / r, s2 = sn * sn / r;
-    double x = mean * sqrt(s2) * kr_elliptic_rf(c2, c2 + kp2 * s2, 1.0);
+    double x = mean * sqrt(s2) * elliptic_rf(c2, c2 + kp2 * s2, 1.0);
     if (cn < 0.0) x = 3.14159265358979323846 - x;
     return (sn < 0.0 ? -x : x) / 6.283185307179586477;
 }
-static void uneven(kr_exact *plan, const axes *a, kr_quat q)
+static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])), i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
     const dd i21 = dd_abs(dd_sub(a->inertia[1], a->inertia[0])), den = dd_mul(i32, a->d1), least = dd_of(1e-36);
@@ -130,35 +134,38 @@ static void uneven(kr_exact *plan, const axes *a, kr_quat q)
     const dd flat = dd_max(dd_div(dd_mul(a->inertia[0], a->d3), dd_mul(i31, a->square)), least);
     const dd lambda = dd_sqrt(dd_div(den, dd_mul(dd_mul(a->inertia[0], a->inertia[1]), a->inertia[2])));
     const kr_quat turn = q_mul(a->turn, q4(0.0, v3(1.0, 0.0, 0.0)));
-    const kr_quat target = q_mul(q_mul(q_conj(plan->left), q), turn);
+    const kr_quat target = q_mul(q_mul(q_conj(left), q), turn);
     dd mean;
     const dd k = common_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
-    double f[6];
-    series(plan, a, c2.hi, flat.hi, k2, kp2.hi, mean);
-    plan->nutation = kr_phase_of(dd_mul(lambda, mean));
-    kr_phase_start(&plan->nutation, dd_of(start(a, i31, i32, kp2.hi, mean.hi)));
-    kr_exact_factors(plan, 0.0, f);
-    plan->first = plan->second = kr_phase_of(k);
-    kr_phase_start(&plan->first, kr_turns_between(f[0], f[1], target.w, target.z));
-    kr_phase_start(&plan->second, kr_turns_between(f[2], f[3], target.x, target.y));
-    plan->right = q_conj(turn);
-    kr_exact_rates(plan, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
+    const double pi = 3.14159265358979323846;
+    double f[6], s, c;
+    euler_series(plan, a, c2.hi, flat.hi, k2, kp2.hi, mean);
+    plan->nutation = phase_of(dd_mul(lambda, mean));
+    phase_start(&plan->nutation, dd_of(euler_start(a, i31, i32, kp2.hi, mean.hi)));
+    factors_at(plan, 0.0, f);
+    plan->first = plan->second = phase_of(k);
+    const dd first = turns_between(f[0], f[1], target.w, target.z), second = turns_between(f[2], f[3], target.x, target.y);
+    phase_start(&plan->first, first);
+    phase_start(&plan->second, first);
+    sin_cos(pi * dd_sub(second, first).hi, &s, &c);         /* beta's lead is the frame's */
+    set_frame(plan, q_mul(left, q4(c, v3(0.0, 0.0, s))), q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
+    set_rates(plan, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
     plan->spin = -plan->spin;   /* the circulating axis lies along -e3 */
 }
-kr_exact kr_exact_euler(const exact_top *top)
+static kr_exact euler_plan(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
-    const kr_quat q = kr_exact_rounded(top->q);
+    const kr_quat q = rounded(top->q);
     kr_exact plan = {0};
     dd body[3];
-    kr_exact_back(top->q, m, body);
-    plan.framed = 1;
+    turned_back(top->q, m, body);
     plan.constant = top->m;
-    plan.left = v_largest(top->m) == 0.0 ? q_one() : q_conj(towards_e3(top->m));
-    if (!steady(&plan, moments, body, dd_dot(body, body), q)) {
-        const axes a = axes_of(moments, body);
-        uneven(&plan, &a, q);
+    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(towards_e3(top->m));
+    if (!steady(&plan, moments, body, dd_dot(body, body), q, left)) {
+        const body_axes a = axes_of(moments, body);
+        uneven(&plan, &a, q, left);
     }
     return plan;
 }
+#endif
