@@ -105,53 +105,6 @@ def test_energy_neither_drifts_nor_grows(name, body):
         assert np.ptp(quarters, axis=1).max() < 1.3 * np.ptp(quarters, axis=1).min()
 
 
-@pytest.mark.parametrize("gravity", [1.0, -3.0])
-@pytest.mark.parametrize("step", [0.1, 0.5])
-def test_bobenko_suris_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris", step=step, every=1000)
-    size = np.abs(path.kinetic + path.potential).max()
-    assert np.ptp(path.vertical) == 0
-    assert np.ptp(path.axial) < 1e-12
-    assert np.ptp(path.modified_energy(step)) < 1e-11 * size
-    assert np.ptp(path.energy) > 1e-3 * size
-
-
-@pytest.mark.parametrize("gravity", [1.0, -3.0])
-@pytest.mark.parametrize("step", [0.1, 0.5])
-def test_bobenko_suris2_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris2", step=step, every=1000)
-    modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (8 * path.scene.body.moments[0])
-    assert np.ptp(path.vertical) == 0
-    assert np.ptp(path.axial) < 1e-12
-    assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
-    assert np.ptp(path.energy) > 1e-5 * np.abs(path.energy).max()
-
-
-@pytest.mark.parametrize("gravity", [1.0, -3.0])
-@pytest.mark.parametrize("step", [0.05, 0.2])
-def test_bobenko_suris4_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris4", step=step, every=1000)
-    size = np.abs(path.energy).max()
-    assert np.ptp(path.vertical) == 0
-    assert np.ptp(path.axial) < 1e-12 * np.abs(path.axial).max() * 3
-    assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
-    assert np.ptp(path.energy) > 1e-7 * size
-
-
-def test_bobenko_suris4_refuses_steps_without_rates():
-    top = scene("lagrange", momentum=(8.0, 0.0, 0.0))       # |m| / I1 is about 1
-    kr.solve(top, 10, method="bobenko_suris4", step=0.6)
-    with pytest.raises(ValueError, match="step is too large"):
-        kr.solve(top, 10, method="bobenko_suris4", step=1.2)
-    assert np.isnan(kr.solve(top, [0.0]).modified_energy4(1.2)).all()
-
-
-def test_bobenko_suris4_is_right_for_fast_tops():
-    top = kr.Scene(BODIES["lagrange"], momentum=(0.5, 0.0, 200.0), attitude=TILT / np.linalg.norm(TILT))
-    truth = kr.solve(top, 10, method="takahashi_imada4", step=0.001)
-    assert kr.attitude_error(kr.solve(top, 10, method="bobenko_suris4", step=0.03).q[-1], truth.q[-1]) < 3e-6
-
-
 def test_a_large_step_has_no_processor():
     with pytest.raises(ValueError, match="step is too large"):
         kr.solve(scene("lagrange"), 100, method="takahashi_imada4", step=20.0)
@@ -189,17 +142,6 @@ def test_lagrange_tops_keep_the_axial_momentum(name):
     assert np.ptp(path.axial) < 1e-11 and np.ptp(path.vertical) < 1e-12
 
 
-def test_the_maps_are_conjugate():
-    """Half a kick apart: the axes of bobenko_suris, begun half a kick early, are those of bobenko_suris2."""
-    top, h = scene("lagrange"), 0.1
-    start = kr.solve(top, [0.0])
-    early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
-    one = kr.solve(early, 100 * h, method="bobenko_suris", step=h, every=1)
-    two = kr.solve(top, 100 * h, method="bobenko_suris2", step=h, every=1)
-    assert np.abs(one.apex - two.apex).max() < 1e-12
-    assert np.abs(one.m + 0.5 * h * one.torque - two.m).max() < 1e-12
-
-
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])
 def test_strang_turns_a_free_symmetric_body_exactly(body):
     top = scene(body, gravity=0.0)
@@ -217,14 +159,6 @@ def test_fourth_integrals_are_constant():
     assert np.ptp(path.goryachev_chaplygin) < 1e-9
     raised = kr.solve(scene("goryachev_chaplygin"), np.linspace(0, 50, 101), method="extrap", tol=1e-13)
     assert np.ptp(raised.goryachev_chaplygin) > 1e-2
-
-
-def test_spin_is_exact_for_fast_tops():
-    """The total twist is: over a fast upright top the Cayley map alone would lose the angle at once."""
-    top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
-    path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
-    angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2
-    assert kr.attitude_error(path.q[-1], (np.cos(angle), 0, 0, np.sin(angle))) < 1e-12
 
 
 @pytest.mark.parametrize("name", kr.methods)
