@@ -157,7 +157,7 @@ def bruels():
     peer = Heyoka(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])      # the core's own call, as heyoka's is
-    calls = [lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, end) for n, name, _ in runs]
+    calls = [lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end) for n, name, _ in runs]
     times, *own = interleaved(peer, *calls)
     for (n, name, error), seconds in zip(runs, own):
         speed = f"{1e6 * median(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"
