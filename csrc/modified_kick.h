@@ -47,11 +47,20 @@ static inline kr_vec3 modified_kicked(const modified_kick *kick, kr_quat q, kr_v
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* The flow of G, or with sign -1 the way back. KR_ERR_STEP_SIZE where the midpoint is not found: then the step is so
- * large that the modified potential is no small change. */
+/* Whether the top, as fast as its energy lets it turn, turns by at most so much in a step [rad]. */
+static inline int modified_kick_within(const modified_kick *kick, const kr_state *start, double most)
+{
+    const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
+    const double above = v_dot(A, q_vertical(start->q)) + v_length(A);      /* the lowest potential */
+    const double rate2 = (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
+    return kick->h * kick->h * rate2 <= most * most;
+}
+/* The flow of G, or with sign -1 the way back. KR_ERR_STEP_SIZE where h^2 |A| over the least moment is above 2: the
+ * modified potential is no small change then, and from 12 on the midpoint is not found. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q, kr_vec3 *m)
 {
     const double k = sign * kick->k;
+    if (!(6.0 * fabs(k) * v_length(kick->lever) * v_largest(kick->inverse) <= 1.0)) return KR_ERR_STEP_SIZE;
     kr_vec3 turn = v3(0.0, 0.0, 0.0), change = turn;
     for (int i = 0; i < PROCESSOR_MOST; i++) {
         const kr_vec3 last = turn, before = change;

@@ -15,7 +15,7 @@
 #include "su2.h"
 
 typedef struct resummed {
-    double step, energy;            /* e, I; NaN where h sqrt|2 I| > 1: there the rates need not exist */
+    double step, energy;            /* e, I; NaN where h^2 times 2 |I| or |g| is above 1: the rates need not exist */
     double precession, spin;        /* of a step: -e g c om, -e g l om */
 } resummed;
 
@@ -51,7 +51,7 @@ static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)     /* by
     for (int i = 0; i < 20; i++) {
         const double now = resummed_step(&r, g, a, m), e = r.step;
         if (fabs(now - h) <= 4.0 * DBL_EPSILON * fabs(h)) {
-            if (2.0 * h * h * fabs(r.energy) <= 1.0) return r;
+            if (h * h * fmax(2.0 * fabs(r.energy), fabs(g)) <= 1.0) return r;
             break;
         }
         r.step += (h - now) * (e - last) / (now - reached);

@@ -24,7 +24,7 @@ static inline void splitting_begin(splitting *s, const kr_run *run, const kr_sta
     s->t = 0.5 * run->step * ((I.y - I.z) / (I.z * I.y));
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y) s->n = 0.5 * run->step * ((I.y - I.x) / (I.x * I.y));
     else if (run->lever.x == 0.0 && run->lever.y == 0.0) {
-        s->spin = s->t * v_dot(start->m, q_axis(start->q));     /* applied where a state is read: it commutes with all */
+        s->spin = s->t * v_dot(start->m, q_axis(start->q));     /* applied where a state is read (it commutes) */
         s->t = 0.0;
     }
 }
@@ -81,7 +81,7 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Those turns, if any, the turn about m, and |q| = 1 again. */
+/* Those turns, if any, the turn about m, and |q| = 1 again: by as much as q was off, however far it turned. */
 static inline void splitting_go(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -89,7 +89,7 @@ static inline void splitting_go(splitting *s, const splitting_body *b, double pa
     less_one_sinc(0.25 * v_dot(turn, turn), &c, &sinc);
     kr_quat change = q_mul(q4(c, v_scale(0.5 * sinc, turn)), s->q);
     if (b) change = q_add(change, q_mul(q_add(s->q, change), b->r));
-    change = q_add(change, q_scale(0.5 - 0.5 * q_dot(s->q, s->q), s->q));
+    change = q_add(change, q_scale(0.5 - 0.5 * q_dot(s->q, s->q), q_add(s->q, change)));
     s->q.w = splitting_sum(s->q.w, change.w, &s->low_q.w);
     s->q.x = splitting_sum(s->q.x, change.x, &s->low_q.x);
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);

@@ -56,21 +56,33 @@ def principal(path):
     return np.array([product(q, path.scene.body.axes) for q in path.q])
 
 
-def random_scene(rng):
-    """A Lagrange, a Kowalewski or an asymmetric top, thrown."""
+KINDS = "lagrange", "kowalewski", "goryachev_chaplygin", "asymmetric", "free", "nearly symmetric"
+
+
+def random_body(rng, kind):
     half = np.exp(rng.normal(0.0, 0.35, 3))
-    kind = rng.integers(3)
-    if kind == 0:
-        half[1] = half[0]
+    if kind in ("lagrange", "nearly symmetric"):
+        half[1] = half[0] * (1.0 + (kind != "lagrange") * 10 ** rng.uniform(-12, -2))
         pivot = (0.0, 0.0, -half[2] * rng.uniform(0.2, 1.2))
-    elif kind == 1:
-        half = np.array([3**0.5, 1.0, 0.5]) * np.exp(rng.normal(0.0, 0.3))
+    elif kind in ("kowalewski", "goryachev_chaplygin"):
+        half = np.array([3**0.5 if kind == "kowalewski" else 7**0.5, 1.0, 0.5]) * np.exp(rng.normal(0.0, 0.3))
         pivot = (0.0, 0.0, -half[2])
     else:
-        pivot = -half * rng.uniform(-1.0, 1.0, 3)
-    body = kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
+        pivot = -half * rng.uniform(-1.0, 1.0, 3) * (kind != "free")
+    return kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
+
+
+def random_scene(rng):
+    """A top of some kind, thrown; one in five from within 0.01 of upright or hanging, one in ten ten times as fast,
+    one in ten a hundred times slower."""
+    body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
-    momentum = rng.normal(0.0, 1.0, 3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7))
+    if rng.random() < 0.2:
+        q[1:3] = rng.normal(size=2) * 10 ** rng.uniform(-8, -2)
+        if rng.random() < 0.5:
+            q = np.array([q[1], q[0], q[3], q[2]])
+    speed = rng.choice([1.0, 10.0, 0.01], p=[0.8, 0.1, 0.1])
+    momentum = rng.normal(0.0, 1.0, 3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7)) * speed
     return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
 
 

@@ -1,7 +1,7 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one kick a step.
  * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
  * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
- * O(h^4). */
+ * O(h^4). But for Lagrange tops, whose drift has any length, a step that may turn the top by 2.5 rad is refused. */
 #include "../compose.h"
 #include "../modified_kick.h"
 #include "../splitting.h"
@@ -18,6 +18,7 @@ static kr_status reset(kr_run *run, const kr_state *start)
     splitting_begin(&p->s, run, start);
     p->kick = modified_kick_begin(run);
     p->c = compose(SUZUKI4);
+    if (!p->kick.lagrange && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 0.5));
     return status;
