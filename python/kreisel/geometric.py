@@ -33,6 +33,7 @@ _UNLIKE = 0.1           # two runs that part by more tell nothing of the error [
 _SAMPLES = 64           # the errors are compared at about so many times
 _NUDGE = 2.0**-36       # by which data are moved to see how far the attitude moves
 _ROUNDING = 2.0**-53
+_ROUNDINGS = 8          # of the data come to as much as all of a run, whose sums are compensated
 _FINE = 1e-5            # from here on conditioning may matter [rad]
 _RUNS = 12
 
@@ -120,9 +121,9 @@ def best(scene: Scene, times: Array, target: float, max_steps: int, progress: Pr
         error = math.inf
         if last and run and apart < _UNLIKE:
             error = apart / ((run.steps / last.steps) ** search.order - 1.0)
-            rounding = (conditioning or 0.0) * math.sqrt(run.steps)
+            rounding = _ROUNDINGS * (conditioning or 0.0)
             if rounding > target:
-                raise search.refuse(rounding, "the roundings of the run alone are larger")
+                raise search.refuse(rounding / _ROUNDINGS, f"the roundings of a run come to {_ROUNDINGS} of the data's")
             if error <= _ENOUGH * target:
                 return _path(search, run, error + rounding, conditioning, before)
         last, steps = run, search.finer(run, error) if run else 2 * steps
