@@ -1,5 +1,7 @@
 """Steps that are refused, and why: up to the limit a step is crude but no nonsense, and above it there is none."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,9 @@ def error(scene, method, step):
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
-        assert "the step is too large" in str(refused) and f"step = {step!r}" in str(refused)
+        said = re.search(r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused))
+        assert said and float(said[1]) == step
+        kr.solve(scene, STEPS * step, method=method, step=float(said[2]))
         return None
     return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
 
