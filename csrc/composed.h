@@ -16,7 +16,7 @@ static inline kr_status composed_begin(kr_run *run, const kr_state *start, int r
     composed *p = (composed *)run->work;
     splitting_begin(&p->s, run, start);
     p->c = compose(row);
-    p->s.m = splitting_kicked(&p->s, run, p->c.ahead);
+    splitting_kick(&p->s, run, p->c.ahead);
     return KR_OK;
 }
 static inline kr_status composed_step(kr_run *run, double until)
@@ -26,8 +26,9 @@ static inline kr_status composed_step(kr_run *run, double until)
     (void)until;
     for (int i = 0; i < p->c.stages; i++) {
         splitting_drift(&s, p->c.drift[i]);
-        s.m = splitting_kicked(&s, run, p->c.kick[i]);
+        splitting_kick(&s, run, p->c.kick[i]);
     }
+    s.steps += 1.0;
     p->s = s;
     run->stats.evaluations += p->c.stages;
     return KR_OK;
@@ -35,7 +36,6 @@ static inline kr_status composed_step(kr_run *run, double until)
 static inline void composed_read(const kr_run *run, kr_state *out)
 {
     const composed *p = (const composed *)run->work;
-    out->q = p->s.q;
-    out->m = splitting_kicked(&p->s, run, -p->c.ahead);
+    splitting_read(&p->s, run, p->c.ahead, out);
 }
 #endif

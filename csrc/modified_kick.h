@@ -16,26 +16,51 @@ enum { PROCESSOR_MOST = 40 };
 typedef struct modified_kick {
     kr_vec3 lever, inverse;         /* of the moments */
     double h, k;
+    int lagrange;
 } modified_kick;
 
 static inline modified_kick modified_kick_begin(const kr_run *run)
 {
     const kr_vec3 I = run->inertia;
     const double h = run->step;
-    const modified_kick kick = {run->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z), h, -h * h / 12.0};
+    const int lagrange = run->lever.x == 0.0 && run->lever.y == 0.0 && fabs(I.y - I.x) <= 4.0 * DBL_EPSILON * I.y;
+    const modified_kick kick = {run->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z), h, -h * h / 12.0, lagrange};
     return kick;
+}
+/* q L q*; of a Lagrange top (A - k A^2 <a,e3> / I1) a, which has the same product with e3. */
+static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
+{
+    const kr_vec3 A = kick->lever;
+    if (kick->lagrange) {
+        const kr_vec3 a = q_axis(q);
+        return v_scale(A.z - kick->k * kick->inverse.x * (A.z * A.z) * a.z, a);
+    }
+    return q_turn(q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
+}
+/* What m gains. */
+static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
+{
+    const kr_vec3 a = modified_kick_lever(kick, q);
+    return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
 static inline kr_vec3 modified_kicked(const modified_kick *kick, kr_quat q, kr_vec3 m, double part)
 {
-    const kr_vec3 A = kick->lever, along = v_times(kick->inverse, v_cross(q_vertical(q), A));
-    const kr_vec3 a = q_turn(q, v_axpy(kick->k, v_cross(A, along), A));
-    return v3(m.x - part * kick->h * a.y, m.y + part * kick->h * a.x, m.z);
+    return v_add(m, modified_kick_push(kick, q, part));
 }
-/* The flow of G, or with sign -1 the way back. KR_ERR_STEP_SIZE where the midpoint is not found: then the step is so
- * large that the modified potential is no small change. */
+/* Whether the top, as fast as its energy lets it turn, turns by at most so much in a step [rad]. */
+static inline int modified_kick_within(const modified_kick *kick, const kr_state *start, double most)
+{
+    const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
+    const double above = v_dot(A, q_vertical(start->q)) + v_length(A);      /* the lowest potential */
+    const double rate2 = (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
+    return kick->h * kick->h * rate2 <= most * most;
+}
+/* The flow of G, or with sign -1 the way back. KR_ERR_STEP_SIZE where h^2 |A| over the least moment is above 2: the
+ * modified potential is no small change then, and from 12 on the midpoint is not found. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q, kr_vec3 *m)
 {
     const double k = sign * kick->k;
+    if (!(6.0 * fabs(k) * v_length(kick->lever) * v_largest(kick->inverse) <= 1.0)) return KR_ERR_STEP_SIZE;
     kr_vec3 turn = v3(0.0, 0.0, 0.0), change = turn;
     for (int i = 0; i < PROCESSOR_MOST; i++) {
         const kr_vec3 last = turn, before = change;

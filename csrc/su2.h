@@ -40,6 +40,7 @@ static inline kr_quat q_one(void) { return q4(1.0, v3(0.0, 0.0, 0.0)); }
 static inline kr_vec3 q_vec(kr_quat q) { return v3(q.x, q.y, q.z); }
 static inline kr_quat q_conj(kr_quat q) { return q4(q.w, v3(-q.x, -q.y, -q.z)); }
 static inline kr_quat q_scale(double s, kr_quat q) { return q4(s * q.w, v_scale(s, q_vec(q))); }
+static inline kr_quat q_add(kr_quat a, kr_quat b) { return q4(a.w + b.w, v_add(q_vec(a), q_vec(b))); }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
 /* Of unit length again where only rounding has changed it: a step of Newton's, and no root. Added as a correction, for

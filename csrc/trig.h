@@ -7,16 +7,21 @@
 #include <stdint.h>
 #include <string.h>
 
-/* cos(x) and sin(x)/x for z = x^2 <= (pi/4)^2: no root and no division, and nothing special at zero. */
-static inline void cos_sinc_small(double z, double *c, double *s)
+/* cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2: no root and no division, and nothing special at zero. */
+static inline void less_one_sinc_small(double z, double *c, double *s)
 {
     const double z2 = z * z, z4 = z2 * z2;
-    *c = ((1.0 - z * (1.0 / 2)) + z2 * (1.0 / 24 - z * (1.0 / 720))) +
+    *c = (z2 * (1.0 / 24 - z * (1.0 / 720)) - z * (1.0 / 2)) +
          z4 * (((1.0 / 40320 - z * (1.0 / 3628800)) + z2 * (1.0 / 479001600 - z * (1.0 / 87178291200.0))) +
                z4 * (1.0 / 20922789888000.0));
     *s = ((1.0 - z * (1.0 / 6)) + z2 * (1.0 / 120 - z * (1.0 / 5040))) +
          z4 * (((1.0 / 362880 - z * (1.0 / 39916800)) + z2 * (1.0 / 6227020800.0 - z * (1.0 / 1307674368000.0))) +
                z4 * (1.0 / 355687428096000.0));
+}
+static inline void cos_sinc_small(double z, double *c, double *s)
+{
+    less_one_sinc_small(z, c, s);
+    *c += 1.0;
 }
 
 /* Any x. Beyond 2^19 the angle is reduced by the double next to 2 pi, which costs less than the rounding of x itself. */
@@ -48,6 +53,17 @@ static inline void cos_sinc(double z, double *c, double *s)
         const double x = sqrt(z);
         sin_cos(x, s, c);
         *s /= x;
+    }
+}
+
+/* cos(x) - 1 and sin(x)/x for any z = x^2: of a small turn the change alone, which loses no digit to the one. */
+static inline void less_one_sinc(double z, double *c, double *s)
+{
+    if (z <= 0.61) {
+        less_one_sinc_small(z, c, s);
+    } else {
+        cos_sinc(z, c, s);
+        *c -= 1.0;
     }
 }
 

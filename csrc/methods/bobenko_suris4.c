@@ -3,8 +3,8 @@
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant, and applied
  * n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy (kr_state_modified_energy4). The rates are
- * those of the start state. A step h with h sqrt(2 E) > 1, E without the spin in units of I1, is refused: there the
- * rates need not exist. */
+ * those of the start state. A step h is refused where h^2 times 2 |E|, E without the spin, or times mass gravity |com|,
+ * both in units of I1, is above 1: there the rates need not exist, or are those of no small kick. */
 #include "../lagrange.h"
 #include "../resummed.h"
 

@@ -7,7 +7,7 @@ static kr_status reset(kr_run *run, const kr_state *start)
 {
     splitting *s = (splitting *)run->work;
     splitting_begin(s, run, start);
-    s->m = splitting_kicked(s, run, 0.5);
+    splitting_kick(s, run, 0.5);
     return KR_OK;
 }
 static kr_status step(kr_run *run, double until)
@@ -15,15 +15,14 @@ static kr_status step(kr_run *run, double until)
     splitting *s = (splitting *)run->work;
     (void)until;
     splitting_drift(s, 1.0);
-    s->m = splitting_kicked(s, run, 1.0);
+    splitting_kick(s, run, 1.0);
+    s->steps += 1.0;
     run->stats.evaluations++;
     return KR_OK;
 }
 static void read(const kr_run *run, kr_state *out)
 {
-    const splitting *s = (const splitting *)run->work;
-    out->q = s->q;
-    out->m = splitting_kicked(s, run, -0.5);
+    splitting_read((const splitting *)run->work, run, 0.5, out);
 }
 
 const kr_method kr_method_strang = {

@@ -1,7 +1,7 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one kick a step.
  * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
  * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
- * O(h^4). */
+ * O(h^4). But for Lagrange tops, whose drift has any length, a step that may turn the top by 2.5 rad is refused. */
 #include "../compose.h"
 #include "../modified_kick.h"
 #include "../splitting.h"
@@ -18,37 +18,40 @@ static kr_status reset(kr_run *run, const kr_state *start)
     splitting_begin(&p->s, run, start);
     p->kick = modified_kick_begin(run);
     p->c = compose(SUZUKI4);
+    if (!p->kick.lagrange && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
-    p->s.m = modified_kicked(&p->kick, p->s.q, p->s.m, 0.5);
+    splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 0.5));
     return status;
 }
 static void drift(path *p)
 {
     if (p->s.n == 0.0) {
-        splitting_turn_t(&p->s, 1.0);
-    } else {
-        splitting_turn_n(&p->s, p->c.ahead);
-        for (int i = 0; i < p->c.stages; i++) {
-            splitting_turn_t(&p->s, p->c.drift[i]);
-            splitting_turn_n(&p->s, i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead);
-        }
+        splitting_drift(&p->s, 1.0);
+        return;
     }
-    splitting_turn_round(&p->s, 1.0);
+    splitting_body b = splitting_see(&p->s);
+    splitting_turn_n(&b, p->c.ahead * p->s.n);
+    for (int i = 0; i < p->c.stages; i++) {
+        splitting_turn_t(&b, p->c.drift[i] * p->s.t);
+        splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
+    }
+    splitting_go(&p->s, &b, 1.0);
 }
 static kr_status step(kr_run *run, double until)
 {
     path *p = (path *)run->work;
     (void)until;
     drift(p);
-    p->s.m = modified_kicked(&p->kick, p->s.q, p->s.m, 1.0);
+    splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 1.0));
+    p->s.steps += 1.0;
     run->stats.evaluations++;
     return KR_OK;
 }
 static void read(const kr_run *run, kr_state *out)
 {
     const path *p = (const path *)run->work;
-    out->q = p->s.q;
-    out->m = modified_kicked(&p->kick, p->s.q, p->s.m, -0.5);
+    splitting_read(&p->s, run, 0.0, out);
+    out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
 

@@ -3,7 +3,8 @@
  * I_B + I_T) P,
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,    s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3
  * and P = 1 / I_N I_B I_T (Hairer and Vilmart, J. Phys. A 39, 2006). C and H are constant in a drift; gravity changes
- * them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. */
+ * them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. The series in h is of no use where a step may
+ * turn the top by more than 1.25 rad: refused. */
 #include "../modified_kick.h"
 #include "../veselov.h"
 
@@ -29,6 +30,7 @@ static kr_status reset(kr_run *run, const kr_state *start)
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
     p->kick = modified_kick_begin(run);
+    if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
     p->m = modified_kicked(&p->kick, p->q, p->m, 0.5);
     return status;

@@ -16,6 +16,7 @@ from rich.table import Table as Grid
 
 import kreisel as kr
 
+from .costs import page
 from .methods import unknown
 
 _AXES = {1: [""], 3: ["x", "y", "z"], 4: ["w", "x", "y", "z"], 9: [f"{axis}{x}" for axis in "NBT" for x in "xyz"]}
@@ -167,12 +168,12 @@ def compare(scene: kr.Scene, t: list[float], csv_file: str | None, **how: Any) -
 
 @main.command()
 @click.argument("name", required=False)
-@click.option("--markdown", is_flag=True, help="As a table in Markdown, with the cost of a step measured now.")
+@click.option("--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now.")
 def methods(name: str | None, markdown: bool) -> None:
     """The methods of this build, or all that is known of one."""
     console = Console()
     if markdown:
-        click.echo(kr.methods.table())
+        click.echo(page(kr.methods), nl=False)
         return
     if name is not None:
         if name not in kr.methods:

@@ -5,6 +5,8 @@ import difflib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from . import _core
 
 if TYPE_CHECKING:
@@ -50,7 +52,16 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
     what, text = _core.statuses[status]
     if what in _KINDS:
         return _KINDS[what](f"{text}: {where}", status, path)
-    return refusal(status, f"{path.method} with step = {path.step!r}, tol = {path.tol!r} and {path.scene!r}")
+    would = f", where {_step_that_fits(path)!r} would do" if status == "ERR_STEP_SIZE" else ""
+    return refusal(status, f"{path.method} with step = {path.step!r}{would}, tol = {path.tol!r} and {path.scene!r}")
+
+
+def _step_that_fits(path: Path) -> float | None:
+    """The largest of step / 2, step / 4, ... that the method takes."""
+    step, none = path.step, np.empty(0)
+    while step and _core.record(path.scene._block, path.method, step, 0.0, 0, 0, none)[0] == "ERR_STEP_SIZE":
+        step /= 2.0
+    return step
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:

@@ -33,7 +33,9 @@ _UNLIKE = 0.1           # two runs that part by more tell nothing of the error [
 _SAMPLES = 64           # the errors are compared at about so many times
 _NUDGE = 2.0**-36       # by which data are moved to see how far the attitude moves
 _ROUNDING = 2.0**-53
-_FINE = 1e-5            # from here on conditioning may matter [rad]
+_ROUNDINGS = 8          # of the data come to as much as all of a run, whose sums are compensated
+_DOUBT = 1000.0         # where so many times the conditioning, as the growth of errors shows it, are more than the
+                        # target, it is measured
 _RUNS = 12
 
 
@@ -54,7 +56,7 @@ class _Search:
         self.scene, self.times, self.target, self.max_steps, self.progress = scene, times, target, max_steps, progress
         self.end = float(times[-1])
         self.spent = Stats(0, 0, 0, 0)
-        self.method, guess = _guess(scene, abs(self.end), target)
+        self.method, guess, self.rate = _guess(scene, abs(self.end), target)
         self.order = methods[self.method].order
         half = max(1, math.ceil(guess / 2.0))
         each = math.ceil(half / _SAMPLES)
@@ -85,6 +87,13 @@ class _Search:
     def apart(self, a: _Run, b: _Run) -> float:
         return float(attitude_error(a.samples, b.samples).max())
 
+    def growth(self, a: _Run, b: _Run) -> float:
+        """How far one rounding of the momentum moves the attitude, if that grows as the difference of two runs does; a
+        regular motion's grows as t."""
+        speed = np.maximum(attitude_error(a.samples, b.samples), _ROUNDING) / np.abs(self.grid)
+        more = float(speed.max() / np.median(speed[: -(-speed.size // 8)]))
+        return _ROUNDING * (1.0 + self.rate * abs(self.end)) * more
+
     def conditioning(self, run: _Run) -> float:
         """How far one rounding of the momentum moves the attitude, from a neighbour of the scene."""
         x, y, z = self.scene.momentum
@@ -107,38 +116,41 @@ class _Search:
 def best(scene: Scene, times: Array, target: float, max_steps: int, progress: Progress = None) -> Path:
     """The path at these times, with an attitude error below the target on all of [0, t]; progress of each run in turn."""
     search = _Search(scene, times, target, max_steps, progress)
-    conditioning: float | None = None
+    conditioning, measured = 0.0, False
     last, steps = search.run(search.coarse, scene, search.grid), 2 * search.coarse
     for _ in range(_RUNS):
-        if last and conditioning is None and target < _FINE:
-            conditioning = search.conditioning(last)
+        before = search.spent.evaluations
+        run = search.run(steps, scene, times)
+        cost = search.spent.evaluations - before
+        error = math.inf
+        if last and run:
+            apart = search.apart(last, run)
+            if not measured:
+                conditioning = search.growth(last, run)
+                measured = apart >= _UNLIKE or _DOUBT * conditioning > target
+                conditioning = search.conditioning(last) if measured else conditioning
             if conditioning > target:
                 raise search.refuse(conditioning, "the data do not hold so much")
-        before = search.spent
-        run = search.run(steps, scene, times)
-        apart = search.apart(last, run) if last and run else math.inf
-        error = math.inf
-        if last and run and apart < _UNLIKE:
-            error = apart / ((run.steps / last.steps) ** search.order - 1.0)
-            rounding = (conditioning or 0.0) * math.sqrt(run.steps)
-            if rounding > target:
-                raise search.refuse(rounding, "the roundings of the run alone are larger")
-            if error <= _ENOUGH * target:
-                return _path(search, run, error + rounding, conditioning, before)
+            if apart < _UNLIKE:
+                error = apart / ((run.steps / last.steps) ** search.order - 1.0)
+                if _ROUNDINGS * conditioning > target:
+                    raise search.refuse(conditioning, f"the roundings of a run come to {_ROUNDINGS} of the data's")
+                if error <= _ENOUGH * target:
+                    return _path(search, run, error + _ROUNDINGS * conditioning, conditioning, cost)
         last, steps = run, search.finer(run, error) if run else 2 * steps
     known = search.conditioning(last) if last else math.inf
     raise search.refuse(known, f"{_RUNS} ever finer runs did not agree so well")
 
 
-def _path(search: _Search, run: _Run, error: float, conditioning: float | None, before: Stats) -> Path:
+def _path(search: _Search, run: _Run, error: float, conditioning: float, cost: int) -> Path:
     step = search.end / run.steps
     choice = Choice(search.method, step, search.order, search.target, error, conditioning,
-                    search.spent.evaluations - before.evaluations, before.evaluations)
+                    cost, search.spent.evaluations - cost)
     return Path(search.scene, run.states, search.method, step, None, search.spent, choice)
 
 
-def _guess(scene: Scene, t: float, target: float) -> tuple[str, float]:
-    """The cheapest method, and how many steps it will take."""
+def _guess(scene: Scene, t: float, target: float) -> tuple[str, float, float]:
+    """The cheapest method, how many steps it will take, and how fast the top turns."""
     body = scene.body
     symmetric = methods["blanes_moan6"].applies_to(body)
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
@@ -155,4 +167,4 @@ def _guess(scene: Scene, t: float, target: float) -> tuple[str, float]:
         steps = _SHORTER * c * rate * t * (weight * t / target) ** (1.0 / methods[name].order)
         prices[name] = price * max(1.0, steps), steps
     method = min(prices, key=lambda name: prices[name][0])
-    return method, prices[method][1]
+    return method, prices[method][1], rate

@@ -92,7 +92,7 @@ class Methods(dict[str, Method]):
         raise KeyError(unknown(name))
 
     def table(self) -> str:
-        """A table in Markdown: order, cost a step measured now, what is conserved, for which tops, reference."""
+        """A table in Markdown: order, cost of a step measured now, in those of rk4, what is kept, for which tops, reference."""
         from . import costs
 
         return costs.table(self)

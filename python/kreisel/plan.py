@@ -24,7 +24,7 @@ class Choice:
 
     step          [T]
     target        the error asked for, error the estimate of what it is [rad]
-    conditioning  how far one rounding of the data moves the attitude [rad]; None where the target is far above that
+    conditioning  about how far one rounding of the data moves the attitude [rad]; measured where the target is near
     run, trials   evaluations of the torque: of the run that was kept, and of all before it
     """
 
@@ -33,16 +33,15 @@ class Choice:
     order: int
     target: float
     error: float
-    conditioning: float | None
+    conditioning: float
     run: int
     trials: int
 
     def __str__(self) -> str:
-        moved = f"; one rounding of the data moves the attitude by {self.conditioning or 0.0:.1e} rad"
-        known = "" if self.conditioning is None else moved
         return (
             f"{self.method} (order {self.order}) with step {self.step:g}: attitude error about {self.error:.1e} rad "
-            f"of {self.target:g} allowed, for {self.run} evaluations of the torque and {self.trials} in trial runs{known}"
+            f"of {self.target:g} allowed, for {self.run} evaluations of the torque and {self.trials} in trial runs; "
+            f"one rounding of the data moves the attitude by about {self.conditioning:.1e} rad"
         )
 
 
