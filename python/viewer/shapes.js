@@ -23,7 +23,7 @@ export function ground(world) {
 }
 // What the fixed point stands on.
 export function needle() {
-  const paint = new THREE.MeshStandardMaterial({ color: "#848a98", transparent: true, opacity: 0.5 });
+  const paint = new THREE.MeshPhongMaterial({ color: "#848a98", transparent: true, opacity: 0.5 });
   const cone = new THREE.CylinderGeometry(0.008, 0.05, -FLOOR, 16).rotateX(Math.PI / 2);
   return new THREE.Mesh(cone.translate(0, 0, FLOOR / 2), paint);
 }
@@ -41,14 +41,14 @@ export function box({ half, centre, turn }, colour, thin, ghost) {
   const body = group.add(new THREE.Group()).children[0];
   body.position.set(...centre);
   body.quaternion.copy(quaternion(turn));
-  const paint = { color: colour, transparent: ghost, opacity: ghost ? 0.55 : 1, roughness: 0.55 };
+  const paint = { color: colour, transparent: ghost, opacity: ghost ? 0.55 : 1, shininess: 40 };
   const thick = Math.max(...half) * (thin ? 0.012 : 0.024);
   const faces = new THREE.Mesh(
     new THREE.BoxGeometry(...half.map((h) => 2 * h)),
-    new THREE.MeshStandardMaterial({ ...paint, transparent: true, side: 2, depthWrite: false }),
+    new THREE.MeshPhongMaterial({ ...paint, transparent: true, side: 2, depthWrite: false }),
   );
   faces.visible = !thin;
-  const solid = new THREE.MeshStandardMaterial(paint);
+  const solid = new THREE.MeshPhongMaterial(paint);
   const edges = new THREE.InstancedMesh(new THREE.CylinderGeometry(1, 1, 1, 10), solid, 12);
   const corners = new THREE.InstancedMesh(new THREE.SphereGeometry(thick * 2.6, 20, 14), solid, 8);
   const axes = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)];
@@ -75,11 +75,10 @@ export function box({ half, centre, turn }, colour, thin, ghost) {
 // Drawn last and through everything: arrows begin inside the body.
 export function arrow(colour, radius) {
   const group = new THREE.Group();
-  const paint = new THREE.MeshStandardMaterial({
+  const paint = new THREE.MeshPhongMaterial({
     color: colour,
     depthTest: false,
-    transparent: true,
-    roughness: 0.5,
+    transparent: true, shininess: 40,
   });
   const rod = new THREE.CylinderGeometry(radius, radius, 1, 16).rotateX(Math.PI / 2);
   const shaft = new THREE.Mesh(rod.translate(0, 0, 0.5), paint);
@@ -175,7 +174,7 @@ export function rodMesh(colour) {
       faces.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
     }
   geometry.setIndex(faces);
-  const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: colour, side: 2, roughness: 0.4 }));
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, side: 2, shininess: 40 }));
   mesh.frustumCulled = false;
   mesh.follow = (trace, steps, eps, apex, block, zoom) => {
     const stride = Math.max(1, Math.round(0.05 / eps));
