@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from browser import changed, clock, drag, scene, visit
+from browser import changed, clock, drag, scene, scene_in_python, visit
+
+import kreisel as kr
 
 
 # Drags
@@ -111,6 +113,7 @@ def test_touch_drags_too(browser):
         ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
         ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
         ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
+        ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),
         ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
         ("checkbox", "Each with a second step", "Space", "eps", lambda eps: eps == [0.01, 0.2]),
         ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
@@ -161,6 +164,44 @@ def test_choices(page):
     assert scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
 
 
+def test_jump_goes_to_any_time_and_back(page):
+    page.evaluate("kreisel.page.load({...kreisel.presets[1], methods: ['bobenko_suris', 'rk4']})")
+    field = page.get_by_label("Jump to t")
+    for t in (3200, 7):
+        field.fill(str(t))
+        field.press("Tab")
+        page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
+        first, *_, last = (kr.solve(scene_in_python(scene(page)), t, method, step=step, every=round(t / step)).states[-1]
+                           for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2)))
+        states = page.evaluate("kreisel.states()")
+        assert (states[0], states[3]) == (first.tolist(), last.tolist())
+    assert not page.evaluate("kreisel.page.running")
+
+
+def test_looks(page):
+    edge = "kreisel.view.tops[0].body.children[0].children[1].instanceMatrix.array[0]"
+    thin = page.evaluate(edge)
+    page.get_by_role("slider", name="Thickness").press("End")
+    assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
+    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(9.6, rel=1e-6)
+    page.get_by_role("slider", name="Gravity").press("End")
+    up = page.evaluate("kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()")
+    assert up[:2] == [0, 0] and up[2] > 3
+    page.get_by_role("slider", name="Gravity").press("Home")
+    assert not page.evaluate("kreisel.view.tops[0].p.visible")
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_sides(page, flat):
+    page.evaluate(f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)")
+    seen = []
+    for _ in range(3):
+        page.get_by_role("button", name="From the next side").click()
+        camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
+        seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
+    assert np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max() < 2e-3
+
+
 def test_bad_numbers_change_nothing(page):
     before = scene(page)
     field = page.get_by_label("Step ε, number", exact=True)
@@ -208,9 +249,9 @@ def test_stops_at_the_stop_time(page):
 
 def test_toggles_and_table(page):
     page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()")
-    page.get_by_role("checkbox", name="rk4 0.2").uncheck()
+    page.get_by_role("checkbox", name="extrap 0.2").uncheck()
     assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [True, True, True, True, False]
-    page.get_by_role("checkbox", name="rk4 0.2").check()
+    page.get_by_role("checkbox", name="extrap 0.2").check()
     rows = page.locator("#integrals tr").all_inner_texts()
     assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
 

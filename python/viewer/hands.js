@@ -1,7 +1,7 @@
 // Drags: faces and edges turn, corners resize or move the fixed point, the tip of m sets the momentum. They change
 // the scene through `page`, which takes the state of the moment as the new start.
 import { Plane, Quaternion, Vector3 } from "three";
-import { becomeCuboid, picture, quaternion, resize, wxyz } from "./scene.js";
+import { becomeCuboid, cornerSigns, picture, quaternion, resize, wxyz } from "./scene.js";
 
 export function takeHold(view, page) {
   let drag = null;
@@ -82,7 +82,6 @@ const inBody = (view, scene, drag, at) =>
     .sub(drag.top.group.position)
     .applyQuaternion(quaternion(scene.attitude).conjugate())
     .divideScalar(view.zoom);
-const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 
 const moves = {
   face(view, scene, drag, at, event) {
@@ -108,8 +107,7 @@ const moves = {
       return Math.abs(from) > 1e-3 ? Math.max(wanted[k] / from, 0.05) : h;
     });
     if (scene.shape === "free" || scene.shape === "lagrange") return resize(scene, sizes);
-    const ratio =
-      Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * cornerSigns(drag.corner)[k] - pivot[k]));
+    const ratio = Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * cornerSigns(drag.corner)[k] - pivot[k]));
     return resize(
       scene,
       half.map((h) => h * ratio),

@@ -26,8 +26,10 @@ export const presets = [
   },
   {
     name: "Compare four",
-    about: "Blue and green take 20 times the step. Blue's energy swings and comes back; green goes astray.",
-    methods: ["bobenko_suris", "rk4"],
+    about:
+      "Red, blue: Bobenko-Suris. Yellow, green: extrapolation. Blue's step is 20 times red's: its energy swings, " +
+      "and comes back. Green's error is small, and only grows (tick log).",
+    methods: ["bobenko_suris", "extrap"],
     eps: [0.01, 0.2],
     shape: "lagrange",
   },
