@@ -161,6 +161,14 @@ def test_files(page, browser, tmp_path):
     other.context.close()
 
 
+@pytest.mark.parametrize("link", ["garbage", "e30x", "eyJtZXRob2RzIjpbXX0=", "eyJtZXRob2RzIjpbIm5vbmUiXX0="])
+def test_a_bad_link_says_so(browser, link):
+    page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
+    assert "cannot be shown" in page.locator("#words").inner_text()
+    assert scene(page)["name"] == "Lagrange's top" and page.troubles == []
+    page.context.close()
+
+
 def test_python_snippet_runs(page):
     page.get_by_role("button", name="Python").click()
     words = page.locator("#text").input_value()

@@ -176,6 +176,13 @@ def test_jump_goes_to_any_time_and_back(page):
         states = page.evaluate("kreisel.states()")
         assert (states[0], states[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.running")
+    field.fill("-3")
+    field.press("Tab")
+    assert clock(page) == 7000000 and "no time" in page.locator("#words").inner_text()
+    field.fill("1e8")
+    field.press("Tab")
+    page.get_by_role("button", name="Stop").click()
+    assert clock(page) < 1e14 and page.evaluate("kreisel.page.goal") is None
 
 
 def test_looks(page):

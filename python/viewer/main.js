@@ -112,7 +112,7 @@ function showScene() {
   $("preset").value = known;
   Object.assign(asGiven, { hidden: known >= 0, text: scene.name });
   $("about").textContent = scene.about;
-  $("run").textContent = page.running ? "Stop" : "Start";
+  $("run").textContent = page.moving ? "Stop" : "Start";
   $("undo").disabled = !page.past.length;
   const common = stage.common();
   $("common").textContent = common ? common / TICKS : "never, in numbers that fit";
@@ -126,7 +126,7 @@ let built = null; // the tops for which the charts were made
 page.onChange(showScene);
 
 const clicks = {
-  run: () => page.run(!page.running),
+  run: () => page.run(!page.moving),
   step: () => page.step(),
   reset: () => page.reset(),
   undo: () => page.undo(),
@@ -207,10 +207,14 @@ function label() {
   $("tip").classList.toggle("left", x > 0.4 * innerWidth);
 }
 
-const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
-const given = linked || JSON.parse($("scene").textContent);
 size();
-page.load(given ?? presets[0]);
+try {
+  const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
+  page.load(linked || JSON.parse($("scene").textContent) || presets[0]);
+} catch (error) {
+  page.load(presets[0]);
+  page.say(`The scene given cannot be shown: ${error.message}`);
+}
 if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);

@@ -35,6 +35,7 @@ export class Page {
   build(fit) {
     const { scene } = this;
     const block = makeBody(scene.body);
+    if (!scene.methods.length) throw new Error("there is no method in it");
     for (const [i, name] of scene.methods.entries()) {
       const method = methods.find((m) => m.name === name);
       if (!method) throw new Error(`there is no method ${name} in the page`);
@@ -116,18 +117,23 @@ export class Page {
   }
   // To a time, over as many frames as it takes; back to the start first if it is past.
   jump(t) {
+    if (!(t >= 0 && t <= 1e9)) return this.say(`${t} is no time to jump to: 0 to 1e9 are`);
     const goal = Math.round(t * TICKS);
     if (goal < this.clock) this.load(this.scene, false);
     this.run(false);
-    if (goal > 0) this.goal = goal;
+    this.goal = goal;
+    this.listeners.forEach((listener) => listener());
+  }
+  get moving() {
+    return this.running || this.goal !== null;
   }
   // What a frame does after so many seconds. The speed reached, where it is less than asked.
   frame(passed) {
     const { clock, goal } = this;
     if (goal !== null) this.advance(goal, 4 * MOMENT);
     else if (this.running) this.advance(this.target + passed * this.scene.speed * TICKS, MOMENT);
-    if (!this.late) this.goal = null;
-    return goal === null && this.running && this.late && (this.clock - clock) / TICKS / passed;
+    if (goal !== null && !this.late) this.run(false);
+    return this.running && this.late && (this.clock - clock) / TICKS / passed;
   }
   // On to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
