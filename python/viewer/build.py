@@ -65,6 +65,7 @@ def licences(modules: Path) -> str:
         "uPlot": modules / "uplot/LICENSE",
         "wasi-libc": ZIG / "lib/libc/wasi/LICENSE-MIT",
         "musl, inside wasi-libc": ZIG / "lib/libc/musl/COPYRIGHT",
+        "Zig, functions of its own beside them": ZIG / "LICENSE",
     }
     return "\n\n".join(f"== {name}\n\n{file.read_text(encoding='utf-8').strip()}" for name, file in parts.items())
 

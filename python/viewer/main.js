@@ -103,7 +103,7 @@ function showScene() {
     const [control, value] = [$(id), get(scene)];
     if (control.type === "checkbox") control.checked = value;
     else if (document.activeElement !== control || control.type !== "number") control.value = value;
-    if (shown) $(`${id}_is`).textContent = value.toFixed(control.step < 0.1 ? 2 : 1);
+    if (shown) control.nextElementSibling.textContent = value.toFixed(control.step < 0.1 ? 2 : 1);
   }
   for (const id of ["eps2", "eps2_number"]) $(id).disabled = scene.eps.length < 2;
   const fits = (name) => !name || methods.find((m) => m.name === name).suits(page.block, scene.gravity);
@@ -204,7 +204,7 @@ function label() {
   if ($("tip").hidden || !view.dirty) return;
   const [x, y] = view.project(view.handle("tip", first));
   Object.assign($("tip").style, { left: `${x}px`, top: `${y}px` });
-  $("tip").classList.toggle("left", x > 0.4 * innerWidth);
+  $("tip").classList.toggle("left", x > Math.max(0.4 * innerWidth, 220));
 }
 
 size();
