@@ -117,7 +117,8 @@ function showScene() {
   const common = stage.common();
   $("common").textContent = common ? common / TICKS : "never, in numbers that fit";
   const [mass, ...b] = page.block.slice(0, 7).map((x) => +x.toPrecision(4));
-  $("body").innerText = `A ${page.kind.replace("_", "-")} top. Mass ${mass}; moments ${b.slice(0, 3).join(", ")};
+  const kind = page.kind.replace(/(^|_)./g, (first) => first.replace("_", "-").toUpperCase());
+  $("body").textContent = `${kind} top: mass ${mass}, moments ${b.slice(0, 3).join(", ")},
     centre of mass ${b.slice(3).join(", ")} (along N, B, T)`;
   if (built !== page.tops) charts.build();
   built = page.tops;

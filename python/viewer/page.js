@@ -16,6 +16,9 @@ export class Page {
   onChange(listener) {
     this.listeners.push(listener);
   }
+  tell() {
+    this.listeners.forEach((listener) => listener());
+  }
 
   load(given, fit = true) {
     const before = this.scene;
@@ -29,7 +32,7 @@ export class Page {
       this.say(`That cannot be: ${error.message}`);
       return;
     }
-    this.listeners.forEach((listener) => listener());
+    this.tell();
   }
   // The stage anew, at t = 0.
   build(fit) {
@@ -84,9 +87,6 @@ export class Page {
       scene.tracks = [];
     this.load(scene, false);
   }
-  end() {
-    this.listeners.forEach((listener) => listener());
-  }
   replace(scene, fit = false) {
     this.begin();
     this.load(scene, fit);
@@ -101,7 +101,7 @@ export class Page {
   run(on) {
     this.goal = null;
     this.running = on && !this.over;
-    this.listeners.forEach((listener) => listener());
+    this.tell();
   }
   get over() {
     return this.scene.stop !== null && this.clock >= Math.round(this.scene.stop * TICKS);
@@ -122,7 +122,7 @@ export class Page {
     if (goal < this.clock) this.load(this.scene, false);
     this.run(false);
     this.goal = goal;
-    this.listeners.forEach((listener) => listener());
+    this.tell();
   }
   get moving() {
     return this.running || this.goal !== null;

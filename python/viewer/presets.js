@@ -27,8 +27,8 @@ export const presets = [
   {
     name: "Compare four",
     about:
-      "Red, blue: Bobenko-Suris. Yellow, green: extrapolation. Blue's step is 20 times red's: its energy swings, " +
-      "and comes back. Green's error is small, and only grows (tick log).",
+      "Bobenko-Suris in red and, with 20 times the step, blue; extrapolation in yellow and green. Blue's energy " +
+      "swings and comes back; green's error is small and only grows.",
     methods: ["bobenko_suris", "extrap"],
     eps: [0.01, 0.2],
     shape: "lagrange",

@@ -124,8 +124,9 @@ export class View {
       parts.axes.scale.setScalar(1 / this.zoom);
       parts.p = arrow("#8a93a6", 0.02, 0.6);
       group.add(parts.globe, parts.rod, parts.p, needle());
-      parts.p.point(new THREE.Vector3(0, 0, 0.5 * this.scene.gravity));
-      parts.p.visible = this.scene.gravity !== 0;
+      const { gravity } = this.scene;
+      parts.p.point(new THREE.Vector3(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)))); // in sight, however strong
+      parts.p.visible = gravity !== 0;
     }
     return parts;
   }
