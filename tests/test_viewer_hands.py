@@ -86,6 +86,18 @@ def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
     assert scene(page) == before
 
 
+def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(3)")
+    before = scene(page)
+    x, y = page.evaluate("kreisel.at('corner', 2, 5)")
+    shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
+    page.mouse.dblclick(x, y)
+    assert page.evaluate(shown) == [False, False, True, False]
+    page.mouse.dblclick(20, 20)
+    assert page.evaluate(shown) == [True] * 4
+    assert scene(page) == before and clock(page) == 3000000 and page.evaluate("kreisel.page.past") == []
+
+
 def test_touch_drags_too(browser):
     page = visit(browser, size=(390, 780), has_touch=True, is_mobile=True, reduced_motion="reduce")
     x, y = page.evaluate("kreisel.at('tip')")

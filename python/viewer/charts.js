@@ -75,6 +75,12 @@ export class Charts {
     label.style.color = top.colour;
     return label;
   }
+  // One top alone, or all of them.
+  only(i) {
+    const others = this.page.tops.map((_, k) => k).filter((k) => k !== i);
+    this.hidden = new Set(i === undefined ? [] : others);
+    this.build();
+  }
   data(second) {
     const rows = this.page.tops.map((_, i) => {
       const values = stage.record(i, second ? 4 : this.what);

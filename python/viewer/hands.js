@@ -28,8 +28,6 @@ export function takeHold(view, page) {
       drag = { ...hit, kind, top, plane, offset, x: event.clientX, y: event.clientY };
       view.moving = move;
       page.seen(hit.kind);
-      page.begin(top);
-      drag.before = structuredClone(page.scene);
     },
     true,
   );
@@ -39,6 +37,10 @@ export function takeHold(view, page) {
       if (event.pointerType === "mouse" && !event.buttons)
         canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
       return;
+    }
+    if (!drag.before) {
+      page.begin(drag.top); // now that it moves: a click changes nothing
+      drag.before = structuredClone(page.scene);
     }
     const at = meet(view, drag.plane, event.clientX, event.clientY)?.sub(drag.offset);
     if (!at) return;
@@ -60,7 +62,7 @@ export function takeHold(view, page) {
       if (!drag) return false;
       const { before } = drag;
       end();
-      page.replace(before);
+      if (before) page.replace(before);
       return true;
     },
   };

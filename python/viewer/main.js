@@ -134,6 +134,7 @@ const clicks = {
   side: () => view.turn(),
 };
 for (const [id, act] of Object.entries(clicks)) $(id).addEventListener("click", act);
+view.canvas.addEventListener("dblclick", (event) => charts.only(view.pick(event.clientX, event.clientY)?.i));
 $("preset").addEventListener("change", ({ target }) => target.value >= 0 && choose(+target.value));
 $("jump").addEventListener("change", ({ target }) => target.value !== "" && page.jump(+target.value));
 
@@ -151,7 +152,14 @@ const KEYS = {
   a: ["from the next side", clicks.side],
   d: ["panel", () => (($("panel").hidden = !$("panel").hidden), size())],
   s: ["picture", () => $("png").click()],
-  "?": ["this list", () => files.say("Keys", `1 .. ${presets.length}  what to look at\n${keyList()}`)],
+  "?": [
+    "this list",
+    () =>
+      files.say(
+        "Keys",
+        `1 .. ${presets.length}  what to look at\n${keyList()}\ndouble-click  that top alone in the charts`,
+      ),
+  ],
   Escape: ["leave a drag", () => hands.cancel()],
 };
 const keyList = () =>
