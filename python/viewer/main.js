@@ -152,20 +152,13 @@ const KEYS = {
   a: ["from the next side", clicks.side],
   d: ["panel", () => (($("panel").hidden = !$("panel").hidden), size())],
   s: ["picture", () => $("png").click()],
-  "?": [
-    "this list",
-    () =>
-      files.say(
-        "Keys",
-        `1 .. ${presets.length}  what to look at\n${keyList()}\ndouble-click  that top alone in the charts`,
-      ),
-  ],
+  "?": ["this list", () => files.say("Keys", keyList())],
   Escape: ["leave a drag", () => hands.cancel()],
 };
-const keyList = () =>
-  Object.entries(KEYS)
-    .map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`)
-    .join("\n");
+const keyList = () => {
+  const keys = Object.entries(KEYS).map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`);
+  return [`1 .. ${presets.length}  what to look at`, ...keys, "double click  a top alone in the charts"].join("\n");
+};
 addEventListener("keydown", (event) => {
   const typing = event.target.closest("input, select, textarea, summary, button");
   if (event.target.closest("dialog")) return;
