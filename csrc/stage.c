@@ -73,6 +73,7 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t eps, int 
     a->top = NULL;
     a->track = NULL;
     a->length = a->steps = 0;
+    a->restarts = 0;
     a->eps = eps;
     a->against = against;
     a->status = KR_OK;
@@ -95,8 +96,11 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     kr_status status = place(stage, scene, eps, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_ARGUMENT;
-    if (!(kr_method_flags(method) & KR_ADAPTIVE)) config.step = (double)eps / KR_STAGE_TICKS;
-    status = kr_top_create(scene, method, config, &stage->actor[stage->tops].top);
+    const unsigned flags = kr_method_flags(method);
+    kr_actor *a = &stage->actor[stage->tops];
+    a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    if (!(flags & KR_ADAPTIVE)) config.step = (double)eps / KR_STAGE_TICKS;
+    status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) enter(stage);
     return status;
 }
@@ -121,6 +125,7 @@ static void step(kr_actor *a)
     } else {
         a->status = kr_top_advance(a->top, (double)k * ((double)a->eps / KR_STAGE_TICKS));
         a->now = kr_top_state(a->top);
+        if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
     }
     if (a->status != KR_OK) return;
     a->steps = k;

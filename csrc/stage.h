@@ -26,6 +26,7 @@ typedef struct kr_actor {
     kr_top *top;                    /* the stage's own; NULL for a track, */
     const kr_state *track;          /* whose states are the caller's */
     int64_t length, eps, steps;     /* states of the track; ticks to the step; steps done */
+    int restarts;                   /* begins anew after each step */
     int against;                    /* the top with which it is compared; -1: none */
     kr_status status;               /* not KR_OK: it stays where it is */
     kr_quat trace[KR_STAGE_TRACE];  /* attitude after step k at k % KR_STAGE_TRACE */
@@ -43,7 +44,8 @@ typedef struct kr_stage {
 
 /* An empty stage: one of zeros, or after this. */
 void kr_stage_clear(kr_stage *stage);
-/* One more top, at the start; begins the record anew. An adaptive method is looked at each eps. */
+/* One more top, at the start; begins the record anew. An adaptive method begins anew at each eps, as in the thesis:
+ * else its states would not depend on eps. One with dense output is only looked at there. */
 kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps, double tol,
                        int against);
 /* States computed elsewhere, eps apart, first the start. They must outlive the stage. */

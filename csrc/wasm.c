@@ -1,7 +1,10 @@
-/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and all of kreisel.h. Floor 5.
+/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of kreisel.h. Floor 5.
  * Built for WebAssembly only, hence one stage to a page: the only global state there is. */
-#include "kreisel.h"
 #include "stage.h"
+#include "taylor/taylor.h"
+
+/* The stage asks for no more digits than a double has: the page does without the kernels for 20 and 30. */
+const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 
 #define EXPORT(type, name, parameters) KR_API type name parameters; KR_API type name parameters
 

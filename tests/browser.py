@@ -6,7 +6,7 @@ import kreisel as kr
 from kreisel.view import _PAGE
 
 
-def visit(browser, file=_PAGE, size=(1280, 800), **how):
+def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):
     """The page in a window of its own; `troubles`: complaints in the console, and what was asked of the network."""
     context = browser.new_context(viewport=dict(zip(("width", "height"), size)), offline=True, **how)
     context.set_default_timeout(10000)
@@ -15,7 +15,7 @@ def visit(browser, file=_PAGE, size=(1280, 800), **how):
     page.on("pageerror", lambda error: troubles.append(str(error)))
     page.on("console", lambda message: message.type in {"error", "warning"} and troubles.append(message.text))
     page.on("request", lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url))
-    page.goto(file.as_uri())
+    page.goto(file.as_uri() + fragment)
     page.wait_for_function("window.kreisel")
     return page
 

@@ -33,6 +33,28 @@ static void test_states(void)
     IS(stage.actor[0].steps == 700 && stage.actor[1].steps == 100 && stage.actor[2].steps == 100);
     kr_top_free(top);
 }
+/* An adaptive method stands at multiples of eps, from each of which it begins as if new: so eps counts. */
+static void test_restarts(void)
+{
+    kr_scene scene = kr_scene_default();
+    const kr_method *extrap = kr_method_find("extrap");
+    const kr_config config = {.tol = 1e-5};
+    kr_stage_clear(&stage);
+    IS(kr_stage_add(&stage, &scene, extrap, 10000, 1e-5, -1) == KR_OK);
+    IS(kr_stage_add(&stage, &scene, extrap, 200000, 1e-5, 0) == KR_OK);
+    IS(kr_stage_add(&stage, &scene, kr_method_find("taylor"), 200000, 0.0, 0) == KR_OK);
+    kr_stage_advance(&stage, 4000000, INT64_MAX);
+    for (int k = 1; k <= 20; k++) {
+        kr_top *top = NULL;
+        IS(kr_top_create(&scene, extrap, config, &top) == KR_OK);
+        IS(kr_top_advance(top, k * 0.2) == KR_OK);
+        scene.start = kr_top_state(top);
+        kr_top_free(top);
+    }
+    IS(same(&scene.start, &stage.actor[1].now));
+    IS(stage.actor[0].steps == 400 && kr_stage_measure(&stage, 1).error > 1e-9);
+    IS(kr_stage_measure(&stage, 1).error < 1e-4 && kr_stage_measure(&stage, 2).error < 1e-4);
+}
 static void test_any_division_is_the_same(void)
 {
     int64_t t = 0;
@@ -137,6 +159,7 @@ static void test_failure(void)
 int main(void)
 {
     test_states();
+    test_restarts();
     test_any_division_is_the_same();
     test_compares_at_common_multiples_only();
     test_record_is_bounded();

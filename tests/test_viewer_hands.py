@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
-from browser import changed, clock, drag, scene, visit
+from browser import changed, clock, drag, scene, scene_in_python, visit
+
+import kreisel as kr
 
 
 # Drags
@@ -84,6 +86,18 @@ def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
     assert scene(page) == before
 
 
+def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(3)")
+    before = scene(page)
+    x, y = page.evaluate("kreisel.at('corner', 2, 5)")
+    shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
+    page.mouse.dblclick(x, y)
+    assert page.evaluate(shown) == [False, False, True, False]
+    page.mouse.dblclick(20, 20)
+    assert page.evaluate(shown) == [True] * 4
+    assert scene(page) == before and clock(page) == 3000000 and page.evaluate("kreisel.page.past") == []
+
+
 def test_touch_drags_too(browser):
     page = visit(browser, size=(390, 780), has_touch=True, is_mobile=True, reduced_motion="reduce")
     x, y = page.evaluate("kreisel.at('tip')")
@@ -111,6 +125,7 @@ def test_touch_drags_too(browser):
         ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
         ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
         ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
+        ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),
         ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
         ("checkbox", "Each with a second step", "Space", "eps", lambda eps: eps == [0.01, 0.2]),
         ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
@@ -161,6 +176,51 @@ def test_choices(page):
     assert scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
 
 
+def test_jump_goes_to_any_time_and_back(page):
+    page.evaluate("kreisel.page.load({...kreisel.presets[1], methods: ['bobenko_suris', 'rk4']})")
+    field = page.get_by_label("Jump to t")
+    for t in (3200, 7):
+        field.fill(str(t))
+        field.press("Tab")
+        page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
+        first, *_, last = (kr.solve(scene_in_python(scene(page)), t, method, step=step, every=round(t / step)).states[-1]
+                           for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2)))
+        states = page.evaluate("kreisel.states()")
+        assert (states[0], states[3]) == (first.tolist(), last.tolist())
+    assert not page.evaluate("kreisel.page.running")
+    field.fill("-3")
+    field.press("Tab")
+    assert clock(page) == 7000000 and "no time" in page.locator("#words").inner_text()
+    field.fill("1e8")
+    field.press("Tab")
+    page.get_by_role("button", name="Stop").click()
+    assert clock(page) < 1e14 and page.evaluate("kreisel.page.goal") is None
+
+
+def test_looks(page):
+    edge = "kreisel.view.tops[0].body.children[0].children[1].instanceMatrix.array[0]"
+    thin = page.evaluate(edge)
+    page.get_by_role("slider", name="Thickness").press("End")
+    assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
+    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(9.6, rel=1e-6)
+    page.get_by_role("slider", name="Gravity").press("End")
+    up = page.evaluate("kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()")
+    assert up == pytest.approx([0, 0, 24 / 14], abs=1e-6)
+    page.get_by_role("slider", name="Gravity").press("Home")
+    assert not page.evaluate("kreisel.view.tops[0].p.visible")
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_sides(page, flat):
+    page.evaluate(f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)")
+    seen = []
+    for _ in range(3):
+        page.get_by_role("button", name="From the next side").click()
+        camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
+        seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
+    assert np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max() < 2e-3
+
+
 def test_bad_numbers_change_nothing(page):
     before = scene(page)
     field = page.get_by_label("Step ε, number", exact=True)
@@ -208,9 +268,9 @@ def test_stops_at_the_stop_time(page):
 
 def test_toggles_and_table(page):
     page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()")
-    page.get_by_role("checkbox", name="rk4 0.2").uncheck()
+    page.get_by_role("checkbox", name="extrap 0.2").uncheck()
     assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [True, True, True, True, False]
-    page.get_by_role("checkbox", name="rk4 0.2").check()
+    page.get_by_role("checkbox", name="extrap 0.2").check()
     rows = page.locator("#integrals tr").all_inner_texts()
     assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
 

@@ -3,6 +3,7 @@
 (esbuild), the licences of all that is inside. Usage: build.py FOLDER_FOR_WORK PAGE"""
 import html
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -16,28 +17,42 @@ ROOT = HERE.parent.parent
 ZIG = Path(ziglang.__file__).parent
 
 
+# Of three.js's shaders what the page's materials have use for. The rest is for textures, shadows, environments, skins.
+SHADERS = re.compile(
+    "meshbasic|meshphong|begin|bsdfs|color|common|default|fog|lights_(fragment_(begin|end)|pars|phong)"
+    "|normal_(fragment_begin|pars|vertex)|opaque|project_|specularmap_fragment|worldpos"
+)
+
+
 def core(wasm: Path) -> None:
-    """The same operations in the same order as everywhere: nothing fused. Compressed, for it travels as text."""
-    target = ["-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c99", "-O2", "-ffp-contract=off", "-s"]
-    exports = ["-fvisibility=hidden", "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--export=free"]
-    sources = sorted(str(file) for file in (ROOT / "csrc").rglob("*.c") if file.parent.name != "gsl")
-    command = [sys.executable, "-m", "ziglang", "cc", *target, *exports, *sources, "-o", str(wasm)]
+    """What core.js calls. The same operations in the same order as everywhere: nothing fused. Compressed, for it travels
+    as text. Small before fast; 20 and 30 digits are left out, see wasm.c."""
+    target = ["-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-ffp-contract=off", "-s"]
+    small = ["-Os", "-Xclang", "-Oz", "-fno-vectorize", "-fno-slp-vectorize", "-fvisibility=hidden"]
+    calls = sorted(set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8"))) - {"memory"})
+    exports = [f"-Wl,--export={name}" for name in calls]
+    files = (file for file in (ROOT / "csrc").rglob("*.c") if file.parent.name != "gsl" and file.name != "kernel_dd.c")
+    command = [sys.executable, "-m", "ziglang", "cc", *target, *small, *exports, *sorted(map(str, files))]
     caches = dict.fromkeys(("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig")))
-    subprocess.run(command, check=True, env=os.environ | caches)
+    subprocess.run([*command, "-o", str(wasm)], check=True, env=os.environ | caches)
     wasm.write_bytes(zlib.compress(wasm.read_bytes(), 9))
 
 
 def libraries(work: Path) -> Path:
-    """What package-lock.json names; nothing of it is run but esbuild."""
+    """What package-lock.json names, without the shaders that nothing here uses; nothing of it is run but esbuild."""
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
     quiet = ["--ignore-scripts", "--no-update-notifier", "--no-audit", "--no-fund", "--loglevel=error"]
     subprocess.run(["npm", "ci", *quiet], cwd=work, check=True, stdout=subprocess.DEVNULL)
+    for file in (work / "node_modules/three/src/renderers/shaders").glob("*/*.glsl.js"):
+        if not SHADERS.match(file.name):
+            file.write_text('export default ""; export const vertex = "", fragment = "";', encoding="utf-8")
     return work / "node_modules"
 
 
 def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:
     command = [modules / ".bin/esbuild", entry, "--bundle", "--minify", "--legal-comments=none"]
+    command += ["--alias:three/addons=three/examples/jsm", "--alias:three=three/src/Three.js"]
     command += ["--log-level=warning", f"--alias:kreisel.wasm={wasm}", "--loader:.wasm=binary", *options]
     paths = os.environ | {"NODE_PATH": str(modules)}
     return subprocess.run(command, check=True, capture_output=True, text=True, env=paths).stdout
@@ -50,6 +65,7 @@ def licences(modules: Path) -> str:
         "uPlot": modules / "uplot/LICENSE",
         "wasi-libc": ZIG / "lib/libc/wasi/LICENSE-MIT",
         "musl, inside wasi-libc": ZIG / "lib/libc/musl/COPYRIGHT",
+        "Zig, functions of its own beside them": ZIG / "LICENSE",
     }
     return "\n\n".join(f"== {name}\n\n{file.read_text(encoding='utf-8').strip()}" for name, file in parts.items())
 

@@ -1,7 +1,7 @@
 // Drags: faces and edges turn, corners resize or move the fixed point, the tip of m sets the momentum. They change
 // the scene through `page`, which takes the state of the moment as the new start.
 import { Plane, Quaternion, Vector3 } from "three";
-import { becomeCuboid, picture, quaternion, resize, wxyz } from "./scene.js";
+import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js";
 
 export function takeHold(view, page) {
   let drag = null;
@@ -24,20 +24,10 @@ export function takeHold(view, page) {
       const facing = view.camera.getWorldDirection(new Vector3());
       const plane = new Plane().setFromNormalAndCoplanarPoint(facing, grip);
       const offset = meet(view, plane, event.clientX, event.clientY)?.sub(grip) ?? new Vector3();
-      drag = {
-        ...hit,
-        kind: move ? "pivot" : hit.kind,
-        top,
-        plane,
-        offset,
-        grip,
-        x: event.clientX,
-        y: event.clientY,
-      };
+      const kind = move ? "pivot" : hit.kind;
+      drag = { ...hit, kind, top, plane, offset, x: event.clientX, y: event.clientY };
       view.moving = move;
       page.seen(hit.kind);
-      page.begin(top);
-      drag.before = structuredClone(page.scene);
     },
     true,
   );
@@ -47,6 +37,10 @@ export function takeHold(view, page) {
       if (event.pointerType === "mouse" && !event.buttons)
         canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
       return;
+    }
+    if (!drag.before) {
+      page.begin(drag.top); // now that it moves: a click changes nothing
+      drag.before = structuredClone(page.scene);
     }
     const at = meet(view, drag.plane, event.clientX, event.clientY)?.sub(drag.offset);
     if (!at) return;
@@ -59,7 +53,7 @@ export function takeHold(view, page) {
     view.moving = false;
     view.enable(true);
     view.draw();
-    page.end();
+    page.tell();
   };
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
@@ -68,7 +62,7 @@ export function takeHold(view, page) {
       if (!drag) return false;
       const { before } = drag;
       end();
-      page.replace(before);
+      if (before) page.replace(before);
       return true;
     },
   };
@@ -76,13 +70,10 @@ export function takeHold(view, page) {
 
 const meet = (view, plane, x, y) => view.ray(x, y).ray.intersectPlane(plane, new Vector3());
 // A point of the world as the cuboid sees it, from the fixed point.
-const inBody = (view, scene, drag, at) =>
-  at
-    .clone()
-    .sub(drag.top.group.position)
-    .applyQuaternion(quaternion(scene.attitude).conjugate())
-    .divideScalar(view.zoom);
-const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
+const inBody = (view, scene, drag, at) => {
+  const turn = quaternion(scene.attitude).conjugate();
+  return at.sub(drag.top.group.position).applyQuaternion(turn).divideScalar(view.zoom).toArray();
+};
 
 const moves = {
   face(view, scene, drag, at, event) {
@@ -93,7 +84,7 @@ const moves = {
     [drag.x, drag.y] = [event.clientX, event.clientY];
   },
   tip(view, scene, drag, at, event) {
-    const m = at.clone().sub(drag.top.group.position).divideScalar(view.momentumZoom);
+    const m = at.sub(drag.top.group.position).divideScalar(view.momentumZoom);
     const key = drag.top.side && scene.second ? "second" : "momentum";
     if (event.shiftKey) m.projectOnVector(new Vector3(...scene[key])); // Shift: along itself
     scene[key] = m.toArray();
@@ -102,25 +93,21 @@ const moves = {
   corner(view, scene, drag, at) {
     becomeCuboid(scene);
     const { half, pivot } = scene.body;
-    const wanted = inBody(view, scene, drag, at).toArray();
+    const signs = cornerSigns(drag.corner);
+    const wanted = inBody(view, scene, drag, at);
     const sizes = half.map((h, k) => {
-      const from = cornerSigns(drag.corner)[k] - pivot[k] / h; // the corner lies at half times this
+      const from = signs[k] - pivot[k] / h; // the corner lies at half times this
       return Math.abs(from) > 1e-3 ? Math.max(wanted[k] / from, 0.05) : h;
     });
     if (scene.shape === "free" || scene.shape === "lagrange") return resize(scene, sizes);
-    const ratio =
-      Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * cornerSigns(drag.corner)[k] - pivot[k]));
-    return resize(
-      scene,
-      half.map((h) => h * ratio),
-    );
+    const ratio = Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * signs[k] - pivot[k]));
+    const alike = half.map((h) => h * ratio);
+    return resize(scene, alike);
   },
   pivot(view, scene, drag, at) {
     becomeCuboid(scene);
     scene.shape = "free";
-    const wanted = inBody(view, scene, drag, at).toArray();
-    const { half } = picture(scene.body);
-    const pivot = half.map((h, k) => h * cornerSigns(drag.corner)[k] - wanted[k]);
-    scene.body = { ...scene.body, pivot };
+    const wanted = inBody(view, scene, drag, at);
+    scene.body.pivot = scene.body.half.map((h, k) => h * cornerSigns(drag.corner)[k] - wanted[k]);
   },
 };

@@ -22,53 +22,50 @@ const hands = takeHold(view, page);
 const charts = new Charts(page);
 const files = offerFiles(page, view, charts, source);
 
-// Controls: how each shows the scene, and how it changes it.
+// Controls: how each shows the scene, and how it changes it; `live`: without beginning anew.
 const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
-const other = (scene, eps) => (scene.eps = eps === null ? [scene.eps[0]] : [scene.eps[0], eps]);
-const number = (text, least) => {
+const second = (scene, eps) => (scene.eps = eps ? [scene.eps[0], eps] : [scene.eps[0]]);
+const ticks = (text) => {
   const x = parseFloat(text);
-  if (!(x >= least && x < 1000)) throw new Error(`${text || "nothing"} is no step`);
+  if (!(x >= 1 / TICKS && x < 1000)) throw new Error(`${text || "nothing"} is no step`);
   return Math.round(x * TICKS) / TICKS;
-};
-const momentum = (k) => ({
-  get: (scene) => +scene.momentum[k].toPrecision(5),
-  set: (scene, text) => Number.isFinite(parseFloat(text)) && (scene.momentum[k] = parseFloat(text)),
-});
-const shown = (name) => ({ live: true, get: (scene) => scene.show[name], set: (scene, x) => (scene.show[name] = x) });
-const controls = {
-  eps1: { get: (s) => Math.log10(s.eps[0]), set: (s, x) => (s.eps[0] = round(10 ** x)) },
-  eps1_number: { get: (s) => s.eps[0], set: (s, x) => (s.eps[0] = number(x, 1 / TICKS)) },
-  eps2: { get: (s) => Math.log10(s.eps[1] ?? 0.2), set: (s, x) => other(s, round(10 ** x)) },
-  eps2_number: { get: (s) => s.eps[1] ?? 0.2, set: (s, x) => other(s, number(x, 1 / TICKS)) },
-  second_eps: { get: (s) => s.eps.length > 1, set: (s, on) => other(s, on ? 0.2 : null) },
-  speed: { live: true, get: (s) => s.speed, set: (s, x) => (s.speed = +x) },
-  gravity: { get: (s) => s.gravity, set: (s, x) => (s.gravity = +x) },
-  m0: momentum(0),
-  m1: momentum(1),
-  m2: momentum(2),
-  shape: { get: (s) => s.shape, set: takeShape },
-  method1: { get: (s) => s.methods[0], set: (s, name) => (s.methods[0] = name) },
-  method2: {
-    get: (s) => s.methods[1] ?? "",
-    set: (s, name) =>
-      Object.assign(s, name ? { methods: [s.methods[0], name] } : { methods: [s.methods[0]], second: null }),
-  },
-  distance: { live: true, get: (s) => s.distance, set: (s, x) => (s.distance = +x) },
-  ghost: { get: (s) => s.ghost, set: (s, on) => (s.ghost = on) },
-  stop: { live: true, get: (s) => s.stop ?? "", set: (s, x) => (s.stop = x > 0 ? meeting(+x) : null) },
-  quantity: { live: true, get: (s) => s.chart, set: (s, name) => ((s.chart = name), charts.build()) },
-  trace: shown("trace"),
-  rod: shown("rod"),
-  axes: shown("axes"),
-  floor: shown("floor"),
-  flat: shown("flat"),
-  opacity: { live: true, get: (s) => s.show.opacity, set: (s, x) => (s.show.opacity = +x) },
 };
 // The nearest time at which all steps meet.
 const meeting = (t) => {
   const common = stage.common();
   return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;
 };
+const choice = (of, key) => ({ get: (s) => of(s)[key], set: (s, x) => (of(s)[key] = x) });
+const value = (of, key) => ({ get: (s) => of(s)[key], set: (s, x) => (of(s)[key] = +x), shown: true });
+const [whole, show] = [(scene) => scene, (scene) => scene.show];
+const live = { live: true };
+const controls = {
+  eps1: { get: (s) => Math.log10(s.eps[0]), set: (s, x) => (s.eps[0] = round(10 ** x)) },
+  eps1_number: { get: (s) => s.eps[0], set: (s, x) => (s.eps[0] = ticks(x)) },
+  eps2: { get: (s) => Math.log10(s.eps[1] ?? 0.2), set: (s, x) => second(s, round(10 ** x)) },
+  eps2_number: { get: (s) => s.eps[1] ?? 0.2, set: (s, x) => second(s, ticks(x)) },
+  second_eps: { get: (s) => s.eps.length > 1, set: (s, on) => second(s, on && 0.2) },
+  speed: { ...value(whole, "speed"), ...live },
+  gravity: value(whole, "gravity"),
+  shape: { get: (s) => s.shape, set: takeShape },
+  method1: choice((s) => s.methods, 0),
+  method2: {
+    get: (s) => s.methods[1] ?? "",
+    set: (s, name) => Object.assign(s, { methods: [s.methods[0], name].filter(Boolean) }, name ? {} : { second: null }),
+  },
+  distance: { ...value(whole, "distance"), ...live },
+  ghost: choice(whole, "ghost"),
+  stop: { ...live, get: (s) => s.stop ?? "", set: (s, x) => (s.stop = x > 0 ? meeting(+x) : null) },
+  quantity: { ...live, get: (s) => s.chart, set: (s, name) => ((s.chart = name), charts.build()) },
+  opacity: { ...value(show, "opacity"), ...live },
+  thickness: { ...value(show, "thickness"), ...live },
+};
+for (const name of ["trace", "rod", "axes", "floor", "flat"]) controls[name] = { ...choice(show, name), ...live };
+for (const k of [0, 1, 2])
+  controls[`m${k}`] = {
+    get: (s) => +s.momentum[k].toPrecision(5),
+    set: (s, text) => Number.isFinite(parseFloat(text)) && (s.momentum[k] = parseFloat(text)),
+  };
 let gesture = null; // the control that is being moved: one undo for all of it
 for (const [id, { set, live }] of Object.entries(controls)) {
   const control = $(id);
@@ -78,7 +75,7 @@ for (const [id, { set, live }] of Object.entries(controls)) {
     if (live) {
       set(page.scene, value);
       view.show(page.scene);
-      return show();
+      return showScene();
     }
     try {
       if (gesture !== id) page.begin();
@@ -90,77 +87,78 @@ for (const [id, { set, live }] of Object.entries(controls)) {
   });
   control.addEventListener("change", () => (gesture = null));
 }
-for (const method of methods)
-  for (const id of ["method1", "method2"]) $(id).add(new Option(method.name, method.name));
+for (const { name } of methods) for (const id of ["method1", "method2"]) $(id).add(new Option(name, name));
 $("method2").add(new Option("nothing", ""), 0);
 presets.forEach((preset, i) => $("preset").add(new Option(`${i + 1}  ${preset.name}`, i)));
 const asGiven = new Option("as given", -1);
 $("preset").add(asGiven);
-$("preset").addEventListener("change", () => $("preset").value >= 0 && choose(+$("preset").value));
 
 function choose(i) {
   page.replace(presets[i], true);
   page.run(!calm.matches);
 }
-function show() {
+function showScene() {
   const { scene } = page;
-  for (const [id, { get }] of Object.entries(controls)) {
-    const value = get(scene);
-    if ($(id).type === "checkbox") $(id).checked = value;
-    else if (document.activeElement !== $(id) || $(id).type !== "number") $(id).value = value;
+  for (const [id, { get, shown }] of Object.entries(controls)) {
+    const [control, value] = [$(id), get(scene)];
+    if (control.type === "checkbox") control.checked = value;
+    else if (document.activeElement !== control || control.type !== "number") control.value = value;
+    if (shown) control.nextElementSibling.textContent = value.toFixed(control.step < 0.1 ? 2 : 1);
   }
   for (const id of ["eps2", "eps2_number"]) $(id).disabled = scene.eps.length < 2;
-  for (const id of ["speed", "gravity", "distance"]) $(`${id}_is`).textContent = scene[id].toFixed(1);
-  $("opacity_is").textContent = scene.show.opacity.toFixed(2);
-  for (const option of [...$("method1").options, ...$("method2").options])
-    option.disabled =
-      !!option.value && !methods.find((m) => m.name === option.value).suits(page.block, scene.gravity);
-  $("preset").value = presets.findIndex((preset) => preset.name === scene.name);
-  asGiven.hidden = $("preset").selectedIndex >= 0;
-  asGiven.text = scene.name;
-  if (!asGiven.hidden) $("preset").value = -1;
+  const fits = (name) => !name || methods.find((m) => m.name === name).suits(page.block, scene.gravity);
+  for (const option of [...$("method1").options, ...$("method2").options]) option.disabled = !fits(option.value);
+  const known = presets.findIndex((preset) => preset.name === scene.name);
+  $("preset").value = known;
+  Object.assign(asGiven, { hidden: known >= 0, text: scene.name });
   $("about").textContent = scene.about;
-  const run = $("run");
-  run.textContent = page.running ? "Stop" : "Start";
+  $("run").textContent = page.moving ? "Stop" : "Start";
   $("undo").disabled = !page.past.length;
   const common = stage.common();
   $("common").textContent = common ? common / TICKS : "never, in numbers that fit";
   const [mass, ...b] = page.block.slice(0, 7).map((x) => +x.toPrecision(4));
-  $("body").innerText = `A ${page.kind.replace("_", "-")} top. Mass ${mass}; moments ${b.slice(0, 3).join(", ")};
+  const kind = page.kind.replace(/(^|_)./g, (first) => first.replace("_", "-").toUpperCase());
+  $("body").textContent = `${kind} top: mass ${mass}, moments ${b.slice(0, 3).join(", ")},
     centre of mass ${b.slice(3).join(", ")} (along N, B, T)`;
-}
-page.onChange(show);
-let built = null; // the tops for which the charts were made
-page.onChange(() => {
-  if (built === page.tops) return;
+  if (built !== page.tops) charts.build();
   built = page.tops;
-  charts.build();
-});
+}
+let built = null; // the tops for which the charts were made
+page.onChange(showScene);
 
-$("run").addEventListener("click", () => page.run(!page.running));
-$("step").addEventListener("click", () => page.step());
-$("reset").addEventListener("click", () => page.reset());
-$("undo").addEventListener("click", () => page.undo());
+const clicks = {
+  run: () => page.run(!page.moving),
+  step: () => page.step(),
+  reset: () => page.reset(),
+  undo: () => page.undo(),
+  side: () => view.turn(),
+};
+for (const [id, act] of Object.entries(clicks)) $(id).addEventListener("click", act);
+view.canvas.addEventListener("dblclick", (event) => charts.only(view.pick(event.clientX, event.clientY)?.i));
+$("preset").addEventListener("change", ({ target }) => target.value >= 0 && choose(+target.value));
+$("jump").addEventListener("change", ({ target }) => target.value !== "" && page.jump(+target.value));
 
 const KEYS = {
-  " ": ["run, stop", () => page.run(!page.running)],
-  ArrowRight: ["one step", () => page.step()],
-  r: ["back to the start", () => page.reset()],
-  z: ["undo (Ctrl Z too)", () => page.undo()],
+  " ": ["run, stop", clicks.run],
+  ArrowRight: ["one step", clicks.step],
+  r: ["back to the start", clicks.reset],
+  z: ["undo (Ctrl Z too)", clicks.undo],
+  j: ["jump to a time", () => (($("motion").open = true), $("jump").focus())],
   c: ["compare four", () => choose(1)],
   t: ["trace", () => $("trace").click()],
   e: ["elastic rod", () => $("rod").click()],
   p: ["principal axes", () => $("axes").click()],
   v: ["2D view", () => $("flat").click()],
+  a: ["from the next side", clicks.side],
   d: ["panel", () => (($("panel").hidden = !$("panel").hidden), size())],
   s: ["picture", () => $("png").click()],
-  "?": ["this list", () => files.say("Keys", `1 .. ${presets.length}  what to look at\n${keyList()}`)],
+  "?": ["this list", () => files.say("Keys", keyList())],
   Escape: ["leave a drag", () => hands.cancel()],
 };
-const keyList = () =>
-  Object.entries(KEYS)
-    .map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`)
-    .join("\n");
+const keyList = () => {
+  const keys = Object.entries(KEYS).map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`);
+  return [`1 .. ${presets.length}  what to look at`, ...keys, "double click  a top alone in the charts"].join("\n");
+};
 addEventListener("keydown", (event) => {
   const typing = event.target.closest("input, select, textarea, summary, button");
   if (event.target.closest("dialog")) return;
@@ -190,12 +188,9 @@ let charted = 0;
 function frame(now) {
   const passed = Math.min((now - last) / 1000, 0.1);
   last = now;
-  if (page.running) {
-    const wanted = page.target + passed * page.scene.speed * TICKS;
-    page.advance(wanted, true);
-  }
-  $("clock").textContent = `${page.late ? "slower than asked, " : ""}t = ${(page.clock / TICKS).toFixed(2)}`;
-  if (now - charted > 120 && (page.running || charts.at !== page.clock)) {
+  const rate = page.frame(passed);
+  $("clock").textContent = `${rate ? `speed ${rate.toPrecision(1)}, ` : ""}t = ${(page.clock / TICKS).toFixed(2)}`;
+  if (now - charted > 120 && charts.at !== page.clock) {
     charted = now;
     charts.at = page.clock;
     charts.update();
@@ -211,13 +206,17 @@ function label() {
   if ($("tip").hidden || !view.dirty) return;
   const [x, y] = view.project(view.handle("tip", first));
   Object.assign($("tip").style, { left: `${x}px`, top: `${y}px` });
-  $("tip").classList.toggle("left", x > 0.4 * innerWidth);
+  $("tip").classList.toggle("left", x > Math.max(0.4 * innerWidth, 220));
 }
 
-const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
-const given = linked || JSON.parse($("scene").textContent);
 size();
-page.load(given ?? presets[0]);
+try {
+  const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
+  page.load(linked || JSON.parse($("scene").textContent) || presets[0]);
+} catch (error) {
+  page.load(presets[0]);
+  page.say(`The scene given cannot be shown: ${error.message}`);
+}
 if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);

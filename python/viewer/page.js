@@ -16,6 +16,9 @@ export class Page {
   onChange(listener) {
     this.listeners.push(listener);
   }
+  tell() {
+    this.listeners.forEach((listener) => listener());
+  }
 
   load(given, fit = true) {
     const before = this.scene;
@@ -29,12 +32,13 @@ export class Page {
       this.say(`That cannot be: ${error.message}`);
       return;
     }
-    this.listeners.forEach((listener) => listener());
+    this.tell();
   }
   // The stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
     const block = makeBody(scene.body);
+    if (!scene.methods.length) throw new Error("there is no method in it");
     for (const [i, name] of scene.methods.entries()) {
       const method = methods.find((m) => m.name === name);
       if (!method) throw new Error(`there is no method ${name} in the page`);
@@ -56,6 +60,7 @@ export class Page {
     }
     this.block = block;
     this.target = this.clock = 0;
+    this.goal = null;
     this.failed = false;
     this.view.build(scene, this.tops, block, fit);
   }
@@ -82,9 +87,6 @@ export class Page {
       scene.tracks = [];
     this.load(scene, false);
   }
-  end() {
-    this.listeners.forEach((listener) => listener());
-  }
   replace(scene, fit = false) {
     this.begin();
     this.load(scene, fit);
@@ -97,8 +99,9 @@ export class Page {
   }
 
   run(on) {
+    this.goal = null;
     this.running = on && !this.over;
-    this.listeners.forEach((listener) => listener());
+    this.tell();
   }
   get over() {
     return this.scene.stop !== null && this.clock >= Math.round(this.scene.stop * TICKS);
@@ -112,22 +115,40 @@ export class Page {
     const eps = Math.min(...this.tops.map((top) => top.eps));
     this.advance((Math.floor(this.clock / eps) + 1) * eps);
   }
-  // On to a time in ticks, as far as a frame allows if `hurried`.
-  advance(target, hurried = false) {
+  // To a time, over as many frames as it takes; back to the start first if it is past.
+  jump(t) {
+    if (!(t >= 0 && t <= 1e9)) return this.say(`${t} is no time to jump to: 0 to 1e9 are`);
+    const goal = Math.round(t * TICKS);
+    if (goal < this.clock) this.load(this.scene, false);
+    this.run(false);
+    this.goal = goal;
+    this.tell();
+  }
+  get moving() {
+    return this.running || this.goal !== null;
+  }
+  // What a frame does after so many seconds. The speed reached, where it is less than asked.
+  frame(passed) {
+    const { clock, goal } = this;
+    if (goal !== null) this.advance(goal, 4 * MOMENT);
+    else if (this.running) this.advance(this.target + passed * this.scene.speed * TICKS, MOMENT);
+    if (goal !== null && !this.late) this.run(false);
+    return this.running && this.late && (this.clock - clock) / TICKS / passed;
+  }
+  // On to a time in ticks, as far as so many milliseconds allow.
+  advance(target, most = Infinity) {
     const end = this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
     const goal = Math.min(target, end);
-    const until = performance.now() + MOMENT;
+    const until = performance.now() + most;
     this.target = goal;
     let before = -1;
     this.late = false;
-    while (before < this.clock || before < 0) {
+    while (before < this.clock && !this.late) {
       before = this.clock;
       this.clock = stage.advance(goal, SLICE);
-      if (!hurried || performance.now() < until) continue;
-      this.late = this.clock < goal - Math.max(...this.tops.map((top) => top.eps));
-      if (this.late) this.target = this.clock; // time itself goes slower
-      break;
+      this.late = performance.now() > until && this.clock < goal - Math.max(...this.tops.map((top) => top.eps));
     }
+    if (this.late) this.target = this.clock; // time itself goes slower
     const failure = this.tops.map((_, i) => (this.tops[i].track ? "" : stage.failure(i))).find(Boolean);
     if (failure && !this.failed) this.say(`A top stopped: ${failure}`);
     this.failed = !!failure;

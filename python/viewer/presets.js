@@ -26,8 +26,10 @@ export const presets = [
   },
   {
     name: "Compare four",
-    about: "Blue and green take 20 times the step. Blue's energy swings and comes back; green goes astray.",
-    methods: ["bobenko_suris", "rk4"],
+    about:
+      "Bobenko-Suris in red and, with 20 times the step, blue; extrapolation in yellow and green. Blue's energy " +
+      "swings and comes back; green's error is small and only grows.",
+    methods: ["bobenko_suris", "extrap"],
     eps: [0.01, 0.2],
     shape: "lagrange",
   },

@@ -21,7 +21,7 @@ export const plain = {
   speed: 1,
   chart: "energy", // or vertical, axial, fourth
   tracks: [], // { name, eps, states: base64 of float64 t, q, m }
-  show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3 },
+  show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
 export const complete = (given) => ({
   ...structuredClone({ ...plain, ...given }),
@@ -29,6 +29,7 @@ export const complete = (given) => ({
 });
 
 export const quaternion = ([w, x, y, z]) => new Quaternion(x, y, z, w);
+export const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 export const wxyz = (q) => [q.w, q.x, q.y, q.z];
 
 // The tops that a scene asks for, in the order of the stage. `side`: 0 the first method, 1 what stands beside it.

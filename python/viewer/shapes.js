@@ -3,10 +3,11 @@ import * as THREE from "three";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
-import { quaternion } from "./scene.js";
+import { cornerSigns, quaternion } from "./scene.js";
 
 const FLOOR = -2.7;
 const vector = (...numbers) => new THREE.Vector3(...numbers);
+const AXES = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)];
 
 export function ground(world) {
   const sky = new THREE.HemisphereLight("#ffffff", "#8d93a5", 2);
@@ -23,7 +24,7 @@ export function ground(world) {
 }
 // What the fixed point stands on.
 export function needle() {
-  const paint = new THREE.MeshStandardMaterial({ color: "#848a98", transparent: true, opacity: 0.5 });
+  const paint = new THREE.MeshPhongMaterial({ color: "#848a98", transparent: true, opacity: 0.5 });
   const cone = new THREE.CylinderGeometry(0.008, 0.05, -FLOOR, 16).rotateX(Math.PI / 2);
   return new THREE.Mesh(cone.translate(0, 0, FLOOR / 2), paint);
 }
@@ -41,46 +42,43 @@ export function box({ half, centre, turn }, colour, thin, ghost) {
   const body = group.add(new THREE.Group()).children[0];
   body.position.set(...centre);
   body.quaternion.copy(quaternion(turn));
-  const paint = { color: colour, transparent: ghost, opacity: ghost ? 0.55 : 1, roughness: 0.55 };
-  const thick = Math.max(...half) * (thin ? 0.012 : 0.024);
+  const paint = { color: colour, transparent: ghost, opacity: ghost ? 0.55 : 1, shininess: 40 };
   const faces = new THREE.Mesh(
     new THREE.BoxGeometry(...half.map((h) => 2 * h)),
-    new THREE.MeshStandardMaterial({ ...paint, transparent: true, side: 2, depthWrite: false }),
+    new THREE.MeshPhongMaterial({ ...paint, transparent: true, side: 2, depthWrite: false }),
   );
   faces.visible = !thin;
-  const solid = new THREE.MeshStandardMaterial(paint);
+  const solid = new THREE.MeshPhongMaterial(paint);
   const edges = new THREE.InstancedMesh(new THREE.CylinderGeometry(1, 1, 1, 10), solid, 12);
-  const corners = new THREE.InstancedMesh(new THREE.SphereGeometry(thick * 2.6, 20, 14), solid, 8);
-  const axes = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)];
-  for (let i = 0; i < 12; i++) {
-    const k = i >> 2;
-    const side = (j) => (j === k ? 0 : (i >> +(j !== (k + 1) % 3)) & 1 ? 1 : -1);
-    const at = vector(...half.map((h, j) => h * side(j)));
-    const along = new THREE.Quaternion().setFromUnitVectors(axes[1], axes[k]);
-    edges.setMatrixAt(i, new THREE.Matrix4().compose(at, along, vector(thick, 2 * half[k], thick)));
-  }
-  for (let i = 0; i < 8; i++) {
-    const signs = [i & 1, i & 2, i & 4].map((bit) => (bit ? 1 : -1));
-    corners.setMatrixAt(i, new THREE.Matrix4().setPosition(...half.map((h, k) => h * signs[k])));
-  }
+  const corners = new THREE.InstancedMesh(new THREE.SphereGeometry(2.6, 20, 14), solid, 8);
   if (!ghost) {
     corners.userData.kind = "corner";
     edges.userData.kind = faces.userData.kind = "face";
   }
   body.add(faces, edges, corners);
-  group.fade = (opacity) => (faces.material.opacity = opacity);
+  group.look = (opacity, thickness) => {
+    faces.material.opacity = opacity;
+    const radius = thickness * Math.max(...half) * (thin ? 0.012 : 0.024);
+    for (let i = 0; i < 12; i++) {
+      const k = i >> 2;
+      const side = (j) => (j === k ? 0 : (i >> +(j !== (k + 1) % 3)) & 1 ? 1 : -1);
+      const at = vector(...half.map((h, j) => h * side(j)));
+      const along = new THREE.Quaternion().setFromUnitVectors(AXES[1], AXES[k]);
+      edges.setMatrixAt(i, new THREE.Matrix4().compose(at, along, vector(radius, 2 * half[k], radius)));
+    }
+    for (let i = 0; i < 8; i++) {
+      const at = vector(...cornerSigns(i).map((sign, k) => sign * half[k]));
+      corners.setMatrixAt(i, new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(at));
+    }
+    for (const mesh of [edges, corners]) [mesh.instanceMatrix.needsUpdate, mesh.boundingSphere] = [true, null];
+  };
   return group;
 }
 
 // Drawn last and through everything: arrows begin inside the body.
-export function arrow(colour, radius) {
+export function arrow(colour, radius, opacity = 1) {
   const group = new THREE.Group();
-  const paint = new THREE.MeshStandardMaterial({
-    color: colour,
-    depthTest: false,
-    transparent: true,
-    roughness: 0.5,
-  });
+  const paint = new THREE.MeshPhongMaterial({ color: colour, depthTest: false, transparent: true, opacity });
   const rod = new THREE.CylinderGeometry(radius, radius, 1, 16).rotateX(Math.PI / 2);
   const shaft = new THREE.Mesh(rod.translate(0, 0, 0.5), paint);
   const tip = new THREE.Mesh(new THREE.ConeGeometry(radius * 3, radius * 8, 24).rotateX(Math.PI / 2), paint);
@@ -100,17 +98,13 @@ export function arrow(colour, radius) {
 
 // The faint sphere on which the apex moves.
 export function sphere(radius) {
-  const paint = new THREE.MeshBasicMaterial({
-    color: "#8a93a6",
-    transparent: true,
-    opacity: 0.09,
-    depthWrite: false,
-  });
+  const faint = { color: "#8a93a6", transparent: true };
+  const paint = new THREE.MeshBasicMaterial({ ...faint, opacity: 0.09, depthWrite: false });
   const globe = new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), paint);
   const circle = new THREE.BufferGeometry().setFromPoints(
     Array.from({ length: 129 }, (_, i) => vector(Math.cos((i * Math.PI) / 64), Math.sin((i * Math.PI) / 64), 0)),
   );
-  const line = new THREE.LineBasicMaterial({ color: "#8a93a6", transparent: true, opacity: 0.3 });
+  const line = new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 });
   for (let i = -2; i <= 2; i++) {
     const ring = new THREE.Line(circle, line);
     ring.scale.setScalar(radius * Math.cos((i * Math.PI) / 6));
@@ -136,12 +130,13 @@ export function pathLine(colour) {
   const geometry = new LineGeometry();
   geometry.setPositions(new Float32Array(3 * POINTS));
   geometry.setColors(new Float32Array(3 * POINTS));
-  const line = new Line2(geometry, new LineMaterial({ vertexColors: true, linewidth: 2.4 }));
+  const line = new Line2(geometry, new LineMaterial({ vertexColors: true }));
   line.frustumCulled = false;
   const place = geometry.attributes.instanceStart.data;
   const shade = geometry.attributes.instanceColorStart.data;
   const [paint, back, mixed, p] = [new THREE.Color(colour), new THREE.Color(), new THREE.Color(), vector()];
-  line.follow = (trace, steps, apex, radius, dark) => {
+  line.follow = (trace, steps, apex, radius, thickness, dark) => {
+    line.material.linewidth = 2.4 * thickness;
     back.set(dark ? "#2a303c" : "#dddcd8");
     for (const [i, n, q] of last(trace, steps, POINTS, steps < POINTS ? 1 : 2)) {
       const age = (n - i) / POINTS; // the newer lies above the older
@@ -175,11 +170,12 @@ export function rodMesh(colour) {
       faces.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
     }
   geometry.setIndex(faces);
-  const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ color: colour, side: 2, roughness: 0.4 }));
+  const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, side: 2, shininess: 40 }));
   mesh.frustumCulled = false;
-  mesh.follow = (trace, steps, eps, apex, block, zoom) => {
+  mesh.follow = (trace, steps, eps, apex, block, zoom, thickness) => {
     const stride = Math.max(1, Math.round(0.05 / eps));
     const [u, v, ru, rv] = crossSection(apex, block);
+    const radius = 0.08 * thickness;
     const places = geometry.attributes.position;
     const [at, p, side] = [vector(), vector(), vector()];
     const kept = Array.from(last(trace, steps, RINGS, stride), ([, , q]) => q.clone());
@@ -187,10 +183,8 @@ export function rodMesh(colour) {
       const q = kept[ring];
       for (let s = 0; s < SIDES; s++) {
         const angle = (2 * Math.PI * s) / SIDES;
-        side
-          .copy(u)
-          .multiplyScalar(0.08 * ru * Math.cos(angle))
-          .addScaledVector(v, 0.08 * rv * Math.sin(angle));
+        side.copy(u).multiplyScalar(radius * ru * Math.cos(angle));
+        side.addScaledVector(v, radius * rv * Math.sin(angle));
         p.copy(side).applyQuaternion(q).add(at);
         places.setXYZ(ring * SIDES + s, p.x, p.y, p.z);
       }
@@ -206,7 +200,7 @@ export function rodMesh(colour) {
 function crossSection(apex, block) {
   const moments = block.slice(1, 4);
   const turn = quaternion(block.slice(7));
-  const axes = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)].map((e) => e.applyQuaternion(turn));
+  const axes = AXES.map((e) => e.clone().applyQuaternion(turn));
   const along = axes.map((axis) => Math.abs(axis.dot(apex)));
   const k = along.indexOf(Math.max(...along));
   const [i, j] = [(k + 1) % 3, (k + 2) % 3];
@@ -220,9 +214,8 @@ export function axisLines(block, zoom, reach) {
   const frame = group.add(new THREE.Group()).children[0];
   frame.quaternion.copy(quaternion(block.slice(7)));
   ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
-    const direction = vector(+(k === 0), +(k === 1), +(k === 2));
     const line = arrow(colour, 0.014);
-    line.point(direction.multiplyScalar(reach * zoom * 0.8));
+    line.point(AXES[k].clone().multiplyScalar(reach * zoom * 0.8));
     frame.add(line);
   });
   const paint = new THREE.MeshBasicMaterial({ color: "#ffb020", depthTest: false, transparent: true });

@@ -3,8 +3,9 @@ import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { applyTheme, arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
 import { stage, TICKS, velocity } from "./core.js";
-import { picture, quaternion } from "./scene.js";
+import { cornerSigns, picture, quaternion } from "./scene.js";
 
+const SIDES = [new THREE.Vector3(0, -1, 0), new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, -1e-3, 1)];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export class View {
@@ -121,7 +122,11 @@ export class View {
       parts.axes = axisLines(this.block, this.zoom, this.reach);
       body.add(parts.axes);
       parts.axes.scale.setScalar(1 / this.zoom);
-      group.add(parts.globe, parts.rod, needle());
+      parts.p = arrow("#8a93a6", 0.02, 0.6);
+      group.add(parts.globe, parts.rod, parts.p, needle());
+      const { gravity } = this.scene;
+      parts.p.point(new THREE.Vector3(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)))); // in sight, however strong
+      parts.p.visible = gravity !== 0;
     }
     return parts;
   }
@@ -130,7 +135,7 @@ export class View {
     const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
       top.group.position.x = beside ? (top.side - 0.5) * scene.distance : 0;
-      top.body.fade(scene.show.opacity);
+      top.body.look(scene.show.opacity, scene.show.thickness);
     }
     this.floor.visible = scene.show.floor;
     this.flat = scene.show.flat;
@@ -161,13 +166,14 @@ export class View {
         top.w.point(new THREE.Vector3(...omega).multiplyScalar(this.velocityZoom));
       }
       top.line.visible = show.trace && top.role !== "ghost";
-      if (top.line.visible)
-        top.line.follow(stage.trace(i), steps, this.apex(), this.trail() * this.zoom, dark.matches);
+      const trace = stage.trace(i);
+      const apex = this.apex();
+      if (top.line.visible) top.line.follow(trace, steps, apex, this.trail() * this.zoom, show.thickness, dark.matches);
       if (top.role !== "thick") return;
       top.globe.visible = show.trace;
       top.axes.visible = show.axes || !!this.moving;
       top.rod.visible = show.rod;
-      if (show.rod) top.rod.follow(stage.trace(i), steps, top.eps / TICKS, this.apex(), this.block, this.zoom);
+      if (show.rod) top.rod.follow(trace, steps, top.eps / TICKS, apex, this.block, this.zoom, show.thickness);
     });
     this.dirty = true;
   }
@@ -175,6 +181,15 @@ export class View {
     if (!this.dirty) return;
     this.dirty = false;
     this.renderer.render(this.world, this.camera);
+  }
+
+  // From the front, the right, above; and again.
+  turn() {
+    this.side = ((this.side ?? -1) + 1) % SIDES.length;
+    const { target } = this.orbit;
+    const far = this.camera.position.distanceTo(target);
+    this.camera.position.copy(SIDES[this.side]).setLength(far).add(target);
+    this.orbit.update();
   }
 
   // What is under a point of the window: a tip before a corner before a face or edge.
@@ -207,10 +222,9 @@ export class View {
     const top = this.tops[i];
     if (kind === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
     const { half } = this.body;
-    const at = (...signs) =>
-      top.body.children[0].localToWorld(new THREE.Vector3(...half.map((h, k) => h * signs[k])));
+    const at = (...signs) => top.body.children[0].localToWorld(new THREE.Vector3(...half.map((h, k) => h * signs[k])));
     if (kind === "face") return at(0, -1, 0);
     if (kind === "edge") return at(1, -1, 0);
-    return at(...[number & 1, number & 2, number & 4].map((bit) => (bit ? 1 : -1)));
+    return at(...cornerSigns(number));
   }
 }
