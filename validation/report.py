@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import kreisel as kr
 
-from . import atlas, atlas_cases, ensemble, left_out, machine, page, published, tables, truth, workprecision
+from . import atlas, atlas_cases, ensemble, left_out, machine, page, published, stiff, tables, truth, workprecision
 from .plan import PLANS, Task, work_through
 from .scenes import HORIZONS, SHORT, described, load
 from .store import Store
@@ -71,6 +71,7 @@ def tasks(problems, only, plan, store):
                        lambda problem=problem, end=end, true=true: list(truth.ways(problem, end, true())), 1.0)
     if "atlas" in only:
         yield from atlas.tasks(atlas_cases.cases(plan.quick))
+        yield from stiff.tasks(plan)
     if "ensemble" in only:
         yield from ensemble.tasks(plan)
     if "published" in only:
@@ -96,7 +97,7 @@ def collected(store, problems, about):
             "about": about | timing(rows),
             "truths": {problem.name: store.known.get(f"truth/{problem.name}") for problem, _ in problems},
             "ways": {problem.name: store.known.get(f"ways/{problem.name}", []) for problem, _ in problems},
-            "cells": atlas.cells(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
+            "cells": atlas.cells(store), "stiff": stiff.lines(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
             "left_out": left_out.rows(store)}
 
 
@@ -104,7 +105,8 @@ def write(out, found):
     """The page, and a CSV file for each table; the names of the files."""
     files = {"stability.csv": (atlas.write_csv, found["cells"]), "ensemble.csv": (ensemble.write_csv, found["ensemble"]),
              "published.csv": (published.write_csv, found["published"]),
-             "left_out.csv": (left_out.write_csv, found["left_out"])}
+             "left_out.csv": (left_out.write_csv, found["left_out"]), "stiff.csv": (stiff.write_csv, found["stiff"]),
+             "truths.csv": (truth.write_csv, list(page.truth_part(found)))}
     written = [name for name, (_, rows) in files.items() if rows]
     for name in written:
         save, rows = files[name]
