@@ -6,7 +6,7 @@ import numpy as np
 
 import kreisel as kr
 
-from . import atlas_cases, contenders, ensemble, figures, heatmap, judge, left_out, tables, verdicts
+from . import atlas_cases, contenders, ensemble, figures, heatmap, judge, left_out, omissions, tables, verdicts
 from .families import families
 from .published import problems as published_problems
 from .workprecision import LUCK, by_method
@@ -182,5 +182,5 @@ def render(found, files):
         stiff=figures.watched(found["stiff"]) if found["stiff"] else [],
         ensembles=list(ensemble_part(found["ensemble"], groups_of)),
         given=1e3 * ensemble.GIVEN, turns=f"{ensemble.TURNS:g}", published=list(published_part(found["published"])),
-        forms=left_out.table(found["left_out"]), wanted=[row for row in found["left_out"] if row["kind"] == "wanted"],
+        forms=left_out.table(found["left_out"]), omissions=found["omissions"], wanted=omissions.WANT, states=omissions.STATES,
         methods=list(described_methods(found)), failures=[row for row in found["rows"] if row.failure])

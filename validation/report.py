@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import kreisel as kr
 
-from . import atlas, atlas_cases, ensemble, left_out, machine, page, published, stiff, tables, truth, workprecision
+from . import atlas, atlas_cases, ensemble, left_out, machine, omissions, page, published, stiff, tables, truth, workprecision
 from .plan import PLANS, Task, work_through
 from .scenes import HORIZONS, SHORT, described, load
 from .store import Store
@@ -78,6 +78,7 @@ def tasks(problems, only, plan, store):
         yield from published.tasks(plan)
     if "left_out" in only:
         yield from left_out.tasks(plan)
+        yield from omissions.tasks(problems, plan)
 
 
 def timing(rows):
@@ -98,7 +99,8 @@ def collected(store, problems, about):
             "truths": {problem.name: store.known.get(f"truth/{problem.name}") for problem, _ in problems},
             "ways": {problem.name: store.known.get(f"ways/{problem.name}", []) for problem, _ in problems},
             "cells": atlas.cells(store), "stiff": stiff.lines(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
-            "left_out": left_out.rows(store)}
+            "left_out": left_out.rows(store) + [row for scene in omissions.scenes(store) for row in scene["rows"]],
+            "omissions": omissions.scenes(store)}
 
 
 def write(out, found):

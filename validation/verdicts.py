@@ -13,6 +13,11 @@ def number(n):
     return NUMBERS[n] if n < len(NUMBERS) else str(n)
 
 
+def figure(x):
+    """Two digits, without an exponent."""
+    return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
+
+
 def listed(words):
     words = list(words)
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
@@ -43,8 +48,8 @@ def of_workprecision(rows, scenes):
     text = (f"Of {len(races)} pairs of a scene and an error, a method of kreisel is the fastest in {len(won)}: "
             f"{counted(row.method for row in won)}.") if won else "No method of kreisel is the fastest anywhere."
     if ratios:
-        text += (f" The fastest peer takes {median(ratios):.2g} times as long at the median, and between {min(ratios):.2g} and "
-                 f"{max(ratios):.2g} times; {number(alone)} of the errors are reached by no peer.")
+        text += (f" The fastest peer takes {figure(median(ratios))} times as long at the median, and between {figure(min(ratios))} and "
+                 f"{figure(max(ratios))} times; {'none' if not alone else number(alone)} of these errors {'is' if alone == 1 else 'are'} reached by no peer.")
     if lost:
         text += " A peer is the faster one for " + listed(
             f"{scene} at {tables.power(target)} rad ({peer.method})" for scene, target, peer in lost) + "."
@@ -158,6 +163,9 @@ def of_left_out(rows):
     saved = {what: [cases[before] / cases[after] for cases in by.values() if before in cases and after in cases]
              for what, before, after in (("a symmetric body's form", "general form", "symmetric form"),
                                          ("gravity", "symmetric form", "no gravity"))}
-    parts = [f"leaving out {what} saves a factor of {np.median(ratios):.2g} at the median ({min(ratios):.2g} to {max(ratios):.2g})"
+    for row in rows:
+        if row["kind"] == "scene" and row["case"] not in ("gravity", "the general form of the body"):
+            saved.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+    parts = [f"leaving out {what} makes a run {figure(np.median(ratios))} times as fast at the median ({figure(min(ratios))} to {figure(max(ratios))})"
              for what, ratios in saved.items() if ratios]
-    return (listed(parts).capitalize() + ".") if parts else ""
+    return f"{parts[0][0].upper()}{listed(parts)[1:]}." if parts else ""
