@@ -29,7 +29,7 @@ class Setting:
     tol: float = None
 
     def __str__(self):
-        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "exact"
+        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "closed form"
 
 
 class KreiselRun:

@@ -24,9 +24,9 @@ def as_svg(figure, **options):
     return svg[svg.index("<svg"):].replace(INK, "currentColor")
 
 
-def panel(height=3.1):
-    """Axes of one width in all figures, with room for labels at their right [inch]."""
-    width, left, right, top, below = 4.9, .72, 1.35, .1, .5
+def panel(height=3.1, width=4.9):
+    """Axes with room for labels at their right [inch]."""
+    left, right, top, below = .72, 1.35, .1, .5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes((left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height))
 
@@ -120,19 +120,19 @@ def error_against(groups, families, quantity, label, cost, floor=None):
 
 
 def front(groups, families, quantity, label, cost, floor=None):
-    """All in one panel, a colour a family; named are those that nobody beats at every error."""
+    """All in one panel, a colour a family; named are those that lead at some error, a closed form apart."""
     lines, limits = lines_of(groups, quantity, cost)
     if not lines:
         return ""
     colours = {name: COLOURS[i] for i, (family, _) in enumerate(families.values()) for name in family}
-    reached = {name: points for name, points in lines.items() if name in colours}
-    leading = {min((x, name) for name, points in reached.items() for x, y in zip(*points) if y <= target)[1]
-               for target in {y for points in reached.values() for y in points[1]}}
+    racing = {name: points for name, points in lines.items() if name in colours and len(points[0]) > 1}
+    leading = {min((x, name) for name, points in racing.items() for x, y in zip(*points) if y <= target)[1]
+               for target in {y for points in racing.values() for y in points[1]}}
     with plt.rc_context(STYLE):
-        figure, axes = panel()
+        figure, axes = panel(2.9, 3.9)
         for name, points in lines.items():
             ahead = name in leading
-            axes.loglog(*points, color=colours.get(name, INK), linewidth=1.6 if ahead else .8, alpha=1 if ahead else .45,
+            axes.loglog(*points, color=colours.get(name, INK), linewidth=1.8 if ahead else .8, alpha=1 if ahead else .6,
                         linestyle="-" if name in colours else (0, (4, 2)), marker="o" if len(points[0]) == 1 else None, markersize=4)
         frame(axes, label, floor, limits, cost)
         label_ends(axes, [(name, best(lines[name]), colours.get(name, INK)) for name in lines if name in leading or name == "heyoka"])

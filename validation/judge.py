@@ -89,5 +89,5 @@ def judge(cell, finer, problem, true, how):
     said = verdict(error, rounding, shown_by)
     cell = cell | {"shown": shown, "shown_by": "" if said == "right" else shown_by, "rounding": rounding, "verdict": said,
                    "promised": promised(true, rounding, cell["tol"], cell["steps"]) if cell["tol"] else None,
-                   "reduced": small and said != "right" and reduced(order, error, finer, most)}
+                   "reduced": bool(small and said != "right" and reduced(order, error, finer, most))}
     return cell | {"mark": mark(cell)}

@@ -41,6 +41,12 @@ def apex(problem, end):
     return path.apex, np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)
 
 
+def described_scene(problem):
+    if not problem.user:
+        return ABOUT[problem.name]
+    return f"A scene of yours, of a body of kind {problem.user.body.kind}, gravity {problem.user.gravity:g}."
+
+
 def scene_part(found, problem, end, groups_of):
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     path, turns = apex(problem, shown)
@@ -50,7 +56,7 @@ def scene_part(found, problem, end, groups_of):
 
     def drawing(quantity, cost):
         return quantity, QUANTITIES[quantity], cost, floor.get(quantity)
-    return {"name": problem.name, "end": f"{end:g}", "about": ABOUT.get(problem.name, "A scene of yours."),
+    return {"name": problem.name, "end": f"{end:.4g}", "about": described_scene(problem),
             "shown": f"{shown:.3g}", "turns": f"{turns * end:.3g}", "apex": figures.apex_path(path),
             "verdict": verdicts.of_scene(found["rows"], problem.name),
             "panels": [{"label": title, "svg": svg} for title, svg in figures.error_against(groups, groups_of, *drawing(*main))],
@@ -173,7 +179,7 @@ def render(found, files):
     names = [problem.name for problem, _ in found["problems"]]
     return template("report.html").render(
         about=found["about"], files=files, luck=f"{LUCK:g}", setup=setup_times(found["rows"]),
-        concluded=conclusions(found, names, truths),
+        concluded=conclusions(found, names, truths), colours=dict(zip(groups_of, figures.COLOURS)),
         scenes=[scene_part(found, problem, end, groups_of) for problem, end in found["problems"]],
         summary=list(tables.summary(found["rows"], names)), references=tables.references(found["rows"]),
         targets=[tables.power(target) for target in tables.TARGETS], truths=truths,

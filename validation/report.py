@@ -56,6 +56,11 @@ def chosen_problems(files, plan):
     if not files:
         return [(load(name), SHORT if plan.quick else end) for name, end in HORIZONS.items()]
     found = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+    for file, problem in zip(files, found):
+        if not problem.rate:
+            raise ValueError(f"{file}: this top rests for ever: it has neither angular momentum nor weight; give it one of them")
+        if [other.name for other in found].count(problem.name) > 1:
+            raise ValueError(f"{file}: there are two scenes of the name {problem.name!r}; the report calls them by their files' names")
     return [(problem, TURNS * workprecision.turn_length(problem)) for problem in found]
 
 

@@ -20,6 +20,8 @@ def figure(x):
 
 def listed(words):
     words = list(words)
+    if not words:
+        return "none"
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
@@ -109,7 +111,7 @@ def of_atlas(cells):
     (best, often), *_ = plain.most_common(1) or [("none", 0)]
     worst = Counter(cell["method"] for cell in cells if cell["verdict"] in ("lost", "stopped")).most_common(3)
     broken = Counter(cell["method"] for cell in ran if cell["mark"] == judge.BEYOND)
-    text = (f"Of {len(cells)} cells {number(len(silent))} {'is' if len(silent) == 1 else 'are'} wrong in silence"
+    text = (f"Of {len(cells)} cells {number(len(silent)) if silent else 'none'} {'are' if len(silent) > 1 else 'is'} wrong in silence"
             f"{': ' + listed(silent) if silent else ''}. {counts['right']} are right, {counts['degraded']} degraded, {counts['lost']} "
             f"lost, {counts['stopped']} stopped with a message and {counts['refused']} refused with one. Of those that are not right the finer "
             f"run shows it in {shown['second run']}, the step beforehand in {shown['large step']}, and {shown['rounding']} are accumulated rounding. "
