@@ -73,6 +73,11 @@ def test_verdicts(error, shown, small, expected):
     assert judge.verdict(error, 1e-12, judge.sign(error, shown, small, 1e-11)) == expected
 
 
+def test_what_the_data_do_not_determine_is_lost_not_right():
+    """On the unstable axis to the last bit, one rounding of the data is as good as any attitude."""
+    assert judge.verdict(1.0, 10.0, judge.sign(1.0, 0.0, True, 10.0)) == "lost"
+
+
 def test_what_the_second_run_shows_is_the_error():
     """Of an error C h^p, two runs are C h^p (1 - 2^-p) apart."""
     for order in (1, 2, 4, 8):
@@ -192,7 +197,8 @@ def test_the_atlas_is_drawn_and_told(tmp_path):
     found = atlas.examine(CASES["shape: rod, I3 = 0"]) + atlas.examine(CASES["shape: sphere"])
     assert heatmap.family(found, page.columns(found)).startswith("<svg")
     (note,) = page.notes(found)
-    assert note["methods"] == ", ".join(kr.methods) and note["verdict"] == "refused"
+    (whom,) = note["whom"]
+    assert whom["methods"] == ", ".join(kr.methods) and note["verdict"] == "refused" and "0.0 is not positive" in note["message"]
     assert sum(sum(line["counts"]) for line in page.verdict_counts(found)) == len(found)
     atlas.write_csv(tmp_path / "stability.csv", found)
     assert len((tmp_path / "stability.csv").read_text().splitlines()) == 1 + len(found)

@@ -86,13 +86,13 @@ def best(points):
     return min(zip(*points), key=lambda point: point[1])
 
 
-def frame(axes, label, floor, limits, cost):
+def frame(axes, label, floor, limits, cost, ticks=8):
     if floor:
         axes.axhline(floor, color=FAINT, linewidth=.8)
         axes.annotate("one rounding of the data", (0, floor), xycoords=("axes fraction", "data"), xytext=(3, 0),
                       textcoords="offset points", ha="left", va="top", fontsize=7, color=FAINT)
     axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
-    powers(axes.xaxis, 8)
+    powers(axes.xaxis, ticks)
     powers(axes.yaxis, 9)
     axes.grid(True)
 
@@ -134,7 +134,7 @@ def front(groups, families, quantity, label, cost, floor=None):
             ahead = name in leading
             axes.loglog(*points, color=colours.get(name, INK), linewidth=1.8 if ahead else .8, alpha=1 if ahead else .6,
                         linestyle="-" if name in colours else (0, (4, 2)), marker="o" if len(points[0]) == 1 else None, markersize=4)
-        frame(axes, label, floor, limits, cost)
+        frame(axes, label, floor, limits, cost, 4)
         label_ends(axes, [(name, best(lines[name]), colours.get(name, INK)) for name in lines if name in leading or name == "heyoka"])
         return as_svg(figure)
 
@@ -151,27 +151,30 @@ def distributions(errors, family, peers):
         axes.set(xlabel="attitude error at the end [rad]", ylabel="part of the tops with no more", ylim=(0, 1), xlim=(3e-18, 10))
         powers(axes.xaxis, 7)
         axes.grid(True)
-        label_ends(axes, [(name, (float(np.quantile(np.maximum(errors[name], 1e-17), .97)), .97 - .001 * i), look["color"])
-                          for i, (name, look) in enumerate(shown.items()) if name in errors])
+        ends = sorted((float(np.quantile(np.maximum(errors[name], 1e-17), .97)), name) for name in shown if name in errors)
+        label_ends(axes, [(name, (x, .97 - .001 * i), shown[name]["color"]) for i, (x, name) in enumerate(ends)])
         return as_svg(figure)
+
+
+def kinds(lines):
+    """A colour for each kind of method."""
+    return dict(zip(dict.fromkeys(line["kind"] for line in lines), COLOURS))
 
 
 def watched(lines):
     """Attitude and energy error in the course of the stiff run: two panels, a colour a kind of method."""
-    kinds = list(dict.fromkeys(line["kind"] for line in lines))
+    colours = kinds(lines)
     for quantity, label in (("attitude", "attitude error [rad]"), ("energy", "energy error, relative")):
         with plt.rc_context(STYLE):
             figure, axes = panel(4.2)
             known = [line for line in lines if len(line["t"]) > 1]
             for line in known:
-                axes.semilogy(line["t"][1:], np.maximum(line[quantity][1:], 1e-17), color=COLOURS[kinds.index(line["kind"])], linewidth=1.2)
+                axes.semilogy(line["t"][1:], np.maximum(line[quantity][1:], 1e-17), color=colours[line["kind"]], linewidth=1.2)
             axes.set(xlabel="time; a turn of the precession is 2 pi", ylabel=label)
             axes.set_ylim(1e-17, 10)
             powers(axes.yaxis, 9)
             axes.grid(True)
-            label_ends(axes, [(line["method"], (line["t"][-1], max(line[quantity][-1], 1e-17)), COLOURS[kinds.index(line["kind"])]) for line in known])
-            legend = [plt.Line2D([], [], color=COLOURS[i], label=kind) for i, kind in enumerate(kinds)]
-            axes.legend(handles=legend, fontsize=7.5, loc="lower right")
+            label_ends(axes, [(line["method"], (line["t"][-1], max(line[quantity][-1], 1e-17)), colours[line["kind"]]) for line in known])
             yield {"label": label, "svg": as_svg(figure)}
 
 

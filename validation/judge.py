@@ -2,7 +2,7 @@
 
 Such a user runs twice: as asked, and finer by half the step or a hundredth of the tolerance. Where a method of order p is
 what it claims to be, error ~ d 2^p / (2^p - 1) with d the angle between the two runs; an adaptive one's error ~ d.
-    right      off by no more than rounding explains: the conditioning, once per step in random directions
+    right      off by less than LOST and no more than rounding explains: the conditioning, once per step in random directions
     degraded   off by less than LOST, lost by more; and something says so (SIGNS)
     silent     wrong in silence: nothing says so
     stopped    it gave up with a message; refused: it did not begin
@@ -59,7 +59,7 @@ def sign(error, shown, small, most):
 def verdict(error, rounding, shown_by):
     if not isfinite(error):
         return "silent"
-    if error <= rounding:
+    if error <= rounding and error < LOST:
         return "right"
     return "silent" if shown_by is None else "degraded" if error < LOST else "lost"
 

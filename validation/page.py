@@ -57,7 +57,7 @@ def scene_part(found, problem, end, groups_of):
     def drawing(quantity, cost):
         return quantity, QUANTITIES[quantity], cost, floor.get(quantity)
     return {"name": problem.name, "end": f"{end:.4g}", "about": described_scene(problem),
-            "shown": f"{shown:.3g}", "turns": f"{turns * end:.3g}", "apex": figures.apex_path(path),
+            "shown": f"{shown:.3g}", "turns": verdicts.figure(turns * end), "apex": figures.apex_path(path),
             "verdict": verdicts.of_scene(found["rows"], problem.name),
             "panels": [{"label": title, "svg": svg} for title, svg in figures.error_against(groups, groups_of, *drawing(*main))],
             "overviews": [{"label": f"{QUANTITIES[quantity]} against {figures.COSTS[cost]}",
@@ -76,11 +76,10 @@ def truth_part(found):
 
 
 def atlas_part(cells):
-    methods = columns(cells)
     for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in cells if cell["family"] == name]
         if own:
-            yield {"name": name, "about": about, "svg": heatmap.family(own, methods), "notes": list(notes(own))}
+            yield {"name": name, "about": about, "svg": heatmap.family(own, columns(own)), "notes": list(notes(own))}
 
 
 def columns(cells):
@@ -90,17 +89,22 @@ def columns(cells):
 
 
 def notes(cells):
-    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance; of several that say the same, once."""
+    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance: what is said, of which cases by which methods."""
     said = {}
     for cell in cells:
         if cell["verdict"] in ("stopped", "refused"):
-            said.setdefault((cell["case"], cell["verdict"], cell["message"]), []).append(cell["method"])
+            message = cell["message"].split(f": {cell['method']}")[0]       # the rest is in the table's file
         elif cell["verdict"] == "silent" or cell["verdict"] == "lost" and cell["tol"]:
-            word = "wrong in silence" if cell["verdict"] == "silent" else "lost"
-            off = f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away"
-            said.setdefault((cell["case"], word, off), []).append(cell["method"])
-    for (case, verdict, message), methods in said.items():
-        yield {"case": case, "verdict": verdict, "message": message, "methods": ", ".join(methods)}
+            message = f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away"
+        else:
+            continue
+        word = "wrong in silence" if cell["verdict"] == "silent" else cell["verdict"]
+        said.setdefault((word, message), {}).setdefault(cell["case"], []).append(cell["method"])
+    for (word, message), cases in said.items():
+        whom = {}
+        for case, methods in cases.items():
+            whom.setdefault(", ".join(methods), []).append(case)
+        yield {"verdict": word, "message": message, "whom": [{"methods": methods, "cases": "; ".join(own)} for methods, own in whom.items()]}
 
 
 def verdict_counts(cells):
@@ -185,7 +189,7 @@ def render(found, files):
         targets=[tables.power(target) for target in tables.TARGETS], truths=truths,
         atlas=list(atlas_part(found["cells"])), verdicts=list(verdict_counts(found["cells"])), words=judge.VERDICTS,
         marks=judge.MARKS, signs=judge.SIGNS, counted=COUNTED, rule=judge, key=heatmap.key() if found["cells"] else "",
-        stiff=figures.watched(found["stiff"]) if found["stiff"] else [],
+        stiff=list(figures.watched(found["stiff"])) if found["stiff"] else [], kinds=figures.kinds(found["stiff"]),
         ensembles=list(ensemble_part(found["ensemble"], groups_of)),
         given=1e3 * ensemble.GIVEN, turns=f"{ensemble.TURNS:g}", published=list(published_part(found["published"])),
         forms=left_out.table(found["left_out"]), omissions=found["omissions"], wanted=omissions.WANT, states=omissions.STATES,

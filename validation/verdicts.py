@@ -96,7 +96,7 @@ def of_truths(truths):
     scene, _, (worst, name) = max(found, key=lambda line: line[2][0])
     said = (f"On {'every scene' if not apart else f'all scenes but {listed(apart)}'} the truths of many digits agree within the conditioning: they "
             f"lie at most {many:.0e} of one rounding of the data apart.")
-    return said + (f" Of what computes in 80 bits or in doubles, {name} is the furthest away: {worst:.2g} roundings, on {scene}."
+    return said + (f" Of what computes in 80 bits or in doubles, {name} is the furthest away: {figure(worst)} roundings, on {scene}."
                    if name else "")
 
 
@@ -141,7 +141,7 @@ def of_ensemble(found):
     parts = [f"{kind}: {lines[0]['method']} (median {lines[0]['middle']:.0e} rad, 95 % below {lines[0]['bad']:.0e})"
              + (f", then {lines[1]['method']} ({lines[1]['middle']:.0e})" if len(lines) > 1 else "") for kind, lines in kinds.items()]
     failed = sum(line["failed"] for lines in kinds.values() for line in lines)
-    return f"The smallest error in the given time has, for {'; for '.join(parts)}. {number(failed).capitalize()} of {len(found)} runs failed." if parts else ""
+    return f"The smallest error in the given time has, for {'; for '.join(parts)}. {number(failed).capitalize() if failed else 'None'} of {len(found)} runs failed." if parts else ""
 
 
 def of_published(rows):
