@@ -194,6 +194,8 @@ def test_the_report_writes_its_page(quick):
     scenes = [load(name).scene() for name in HORIZONS]
     for name, method in kr.methods.items():
         assert (f">{name}<" in page) == any(method.suits(scene) for scene in scenes)
+    anchors = set(re.findall(r'\bid="([^"]+)"', page))
+    assert set(re.findall(r'href="#([^"]+)"', page.split("<svg")[0])) <= anchors, "links within the page"
     for file in set(re.findall(r'href="([^#"]+)"', page)) - {"thesis.html"}:     # that one has a command of its own
         assert (quick / file).exists(), file
 

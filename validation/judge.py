@@ -25,7 +25,8 @@ MARKS = {SILENT: "wrong in silence",
          BLOW_UP: "blew up: the state stopped being finite, or the energy grew beyond all that is there",
          NOT_CONVERGED: "an implicit step did not converge", STOPPED: "gave up, with a message",
          REFUSED: "refused before anything ran",
-         BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains; the second run says so",
+         BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains, carried on as the start's roundings are (an error made "
+                 "half-way through an unstable motion may grow by more); the second run says so",
          REDUCED: "the error falls by one order less than the method's, or worse, from this step to half of it",
          DRIFT: "the energy drifts"}
 
