@@ -187,13 +187,15 @@ def test_the_report_writes_its_table(quick):
 
 def test_the_report_writes_its_page(quick):
     page = (quick / "index.html").read_text()
-    assert page.count("<svg") == 5 * len(HORIZONS), "the path of the apex and four errors for each scene"
+    assert page.count("<svg") >= 7 * len(HORIZONS), "the path of the apex, at least three families and three overviews a scene"
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", page)
     assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page), "the page stands alone"
     assert (machine.GSL_MISSING in page) == (not machine.has_gsl())
     scenes = [load(name).scene() for name in HORIZONS]
     for name, method in kr.methods.items():
         assert (f">{name}<" in page) == any(method.suits(scene) for scene in scenes)
+    anchors = set(re.findall(r'\bid="([^"]+)"', page))
+    assert set(re.findall(r'href="#([^"]+)"', page.split("<svg")[0])) <= anchors, "links within the page"
     for file in set(re.findall(r'href="([^#"]+)"', page)) - {"thesis.html"}:     # that one has a command of its own
         assert (quick / file).exists(), file
 

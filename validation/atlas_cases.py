@@ -6,9 +6,11 @@ more; where `rate` is given, over that.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import cos, pi, sin
+from math import cos, pi, sin, tan
 
 import kreisel as kr
+
+from .judge import RESOLVED
 
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 
@@ -22,6 +24,8 @@ class Case:
     steps: float = 64.0     # a turn
     rate: float = None      # what a turn is counted by [T^-1]
     begin: bool = False     # the step is an adaptive method's first step too
+    most: int = 100_000     # steps of an adaptive method
+    closed: bool = False    # too long for another truth than a closed form
 
     @property
     def key(self):
@@ -123,12 +127,17 @@ def steps():
 
 
 def antipodal():
-    """Steps after which the axis stands nearly opposite: to Bobenko-Suris, turns of nearly pi."""
-    flat = at(lagrange, 1.0, momentum=(1.0, 0.0, 0.0), gravity=1e-3)
-    for radians in (10.0, 100.0, 1000.0):
-        yield Case("antipodal", f"{radians:g} rad a step", flat, 4 * radians / pi, 2 * pi / radians)
-    for name, number in (("half a turn", 2.0), ("half a turn + 1e-9", 2 + 4e-9), ("a whole turn", 1.0)):
-        yield Case("antipodal", f"{name} a step", flat, 8, number)
+    """Bobenko-Suris turns the axis by 2 atan(h |w| / 2) a step: never quite to the opposite side, and nearly so at h |w| / 2 =
+    cot(gap / 2). Others turn it by h |w|, which is opposite at half a turn."""
+    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))      # no spin; one radian in a unit of time
+    light = at(lagrange, 1.0, momentum=across, gravity=1e-3)
+    for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
+        turns = 1 / tan(gap / 2) / pi
+        yield Case("antipodal", f"Bobenko-Suris to {gap:g} rad from opposite", light, 8 * turns, 1 / turns, closed=gap < .1)
+    for name, number in (("half a turn", 2.0), ("half a turn - 1e-4 rad", 2 / (1 - 1e-4 / pi)),
+                         ("half a turn - 1e-9 rad", 2 / (1 - 1e-9 / pi)), ("a whole turn", 1.0)):
+        yield Case("antipodal", f"{name} a step", light, 8 / number, number)
+    yield Case("antipodal", "half a turn a step, no gravity", at(lagrange, 1.0, momentum=across, gravity=0.0), 4, 2.0)
 
 
 def long_times():
@@ -136,6 +145,9 @@ def long_times():
     for turns in (200, 1000):
         yield Case("long", f"Lagrange, {turns} turns", at(lagrange, **SPUN), turns)
         yield Case("long", f"general, {turns} turns", at(calm, body_velocity=(0.1, 0.2, 6.0)), turns)
+    slow, rate = {"body_velocity": (0.01, 0.005, 0.04)}, 0.04
+    for name, scene in (("Lagrange", at(lagrange, gravity=4e-4, **slow)), ("free body", at(general, gravity=0.0, **slow))):
+        yield Case("long", f"{name}, to t = 1e6", scene, 1e6 * rate / (2 * pi), RESOLVED, rate, closed=True, most=2_000_000)
 
 
 def sizes():

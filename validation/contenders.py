@@ -4,9 +4,10 @@ A run has `solve()`, which is timed and returns the attitude at the end; `attitu
 axes; `record(times)` for attitudes and momenta; `steps`, `evaluations` (of the right-hand side or the torque; None where
 there is no such thing) and `setup`, the seconds that it took to be ready (None where there is nothing to do).
 """
+import math
 import time
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import heyoka as hy
 import numpy as np
@@ -18,6 +19,7 @@ from . import equations
 from .scenes import turn
 
 EPS = np.finfo(float).eps
+DOP853_STAGES = 12
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,7 @@ class Setting:
     tol: float = None
 
     def __str__(self):
-        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "exact"
+        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "closed form"
 
 
 class KreiselRun:
@@ -116,6 +118,39 @@ class ScipyRun:
     def record(self, times):
         states = self.integrate(times)
         return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
+
+
+@cache
+def general_heyoka(tol):
+    """Compiled once for every top: slower than what is compiled for one, with the same errors."""
+    zeros = np.zeros(equations.COEFFICIENTS)
+    return hy.taylor_adaptive(equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True)
+
+
+def series_order(tol):
+    """Of heyoka's Taylor series: as many terms as evaluations of the right-hand side."""
+    return math.ceil(1 - math.log(tol) / 2)
+
+
+def recorded_by_heyoka(problem, times, tol):
+    top = general_heyoka(tol)
+    top.pars[:] = equations.in_precision(equations.coefficients(problem), float)
+    top.state[:] = equations.in_precision(equations.start(problem), float)
+    top.time = 0.0
+    outcome, _, _, steps, _, states = top.propagate_grid(times)
+    if outcome != hy.taylor_outcome.time_limit or not np.isfinite(states).all():
+        raise ArithmeticError(f"heyoka stopped: {outcome}")
+    return states[:, :4], turn(states[:, :4], states[:, 4:] * np.array(problem.inertia)), steps, steps * series_order(tol)
+
+
+def recorded_by_scipy(problem, times, tol):
+    run = ScipyRun(problem, times[-1], Setting(tol=tol))
+    q, m = run.record(times)
+    return q, m, run.evaluations // DOP853_STAGES, run.evaluations
+
+
+# (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody looks at the time
+RECORDERS = {"heyoka": recorded_by_heyoka, "scipy_dop853": recorded_by_scipy}
 
 
 @dataclass(frozen=True)

@@ -77,7 +77,7 @@ def by_tolerance(tol):
 def fitted(method, some):
     """A setting with which the method takes the given time: of a top (a function), and in words."""
     if not steered(method):
-        return lambda problem: {}, "exact"
+        return lambda problem: {}, "closed form"
     if steered(method) == "step":
         each = median(timed(top, method.name, by_count(STEPS))[0] for top in some) / STEPS
         count = max(1, round(GIVEN / each))

@@ -8,24 +8,12 @@ import numpy as np                  # noqa: E402
 
 INK = "#010203"                     # stands for the page's own colour of text
 FAINT = "#8c8c8c"
-COLOURS = ("#2f7de1", "#e8710a", "#1a9e55", "#d9304f", "#9b59d0", "#12a5a8", "#b5850b", "#e05fb0", "#6f8f1d", "#7a86a8",
-           "#5a4fd6", "#f0876a")
-MARKERS = "os^vDPX<>*p"             # one fewer than colours: no look comes twice
-PEERS = {"heyoka": {"color": INK, "linestyle": (0, (4, 2)), "marker": "o"},
-         "scipy_dop853": {"color": FAINT, "linestyle": (0, (1, 1.5)), "marker": "s"},
-         "gsl_rk8pd": {"color": "#8a6350", "linestyle": (0, (4, 2)), "marker": "D"},
-         "gsl_bsimp": {"color": "#b08d3c", "linestyle": (0, (1, 1.5)), "marker": "^"}}
+COLOURS = ("#2f7de1", "#e8710a", "#1a9e55", "#d9304f", "#9b59d0", "#12a5a8", "#b5850b", "#e05fb0")
+MARKERS = "os^vDPX<"
 STYLE = {"svg.fonttype": "none", "font.size": 10, "font.family": "sans-serif", "axes.spines.top": False,
          "axes.spines.right": False,
          "axes.edgecolor": INK, "axes.labelcolor": INK, "text.color": INK, "xtick.color": INK, "ytick.color": INK,
          "grid.color": FAINT, "grid.alpha": .25, "savefig.transparent": True, "legend.frameon": False}
-
-
-def looks(names):
-    """Colour and marker of each name, the same in all figures; what is only compared with is broken and hollow."""
-    own = [name for name in names if name not in PEERS]
-    return {name: {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "linestyle": "-"}
-            for i, name in enumerate(own)} | {name: {**look, "markerfacecolor": "none"} for name, look in PEERS.items()}
 
 
 def as_svg(figure, **options):
@@ -36,15 +24,11 @@ def as_svg(figure, **options):
     return svg[svg.index("<svg"):].replace(INK, "currentColor")
 
 
-def panel(entries, columns=3):
-    """Axes of one size in all figures, with room for the legend below [inch]."""
-    left, right, top, below, width, height = .75, .1, .1, .5, 5.4, 3.9
-    legend = .15 + .2 * -(-entries // columns)
-    total = height + legend
-    figure = plt.figure(figsize=(width, total))
-    axes = figure.add_axes((left / width, (below + legend) / total,
-                            1 - (left + right) / width, (height - top - below) / total))
-    return figure, axes, {"loc": "lower center", "bbox_to_anchor": (.5, 0), "ncols": columns, "fontsize": 9}
+def panel(height=3.1, width=4.9):
+    """Axes with room for labels at their right [inch]."""
+    left, right, top, below = .72, 1.35, .1, .5
+    figure = plt.figure(figsize=(width, height))
+    return figure, figure.add_axes((left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height))
 
 
 def powers(axis, ticks=12):
@@ -54,45 +38,144 @@ def powers(axis, ticks=12):
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
-def error_against(groups, quantity, label, cost, look, floor=None):
-    """One line a method, one point a run; `cost` is the run time or the number of evaluations."""
+def label_ends(axes, ends):
+    """Names at the right of the axes, each led to the end of its line; pushed apart where they would overlap."""
+    low, high = axes.get_ylim()
+    gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())     # of the axes' height
+    placed = sorted((np.clip((np.log10(y / low)) / np.log10(high / low) if axes.get_yscale() == "log" else y, 0, 1), x, y, name, colour)
+                    for name, (x, y), colour in ends)
+    heights = [place[0] for place in placed]
+    for i in range(1, len(heights)):
+        heights[i] = max(heights[i], heights[i - 1] + gap)
+    over = max(0.0, heights[-1] - 1) if heights else 0.0
+    for i in reversed(range(len(heights))):
+        heights[i] = min(heights[i] - (over if i == len(heights) - 1 else 0.0), heights[i + 1] - gap if i + 1 < len(heights) else 1)
+    for height, (_, x, y, name, colour) in zip(heights, placed):
+        axes.annotate(name, (x, y), xytext=(1.03, height), textcoords="axes fraction", color=colour, fontsize=9, va="center",
+                      annotation_clip=False, arrowprops={"arrowstyle": "-", "color": colour, "linewidth": .5, "alpha": .5})
+
+
+def looks(family, peers):
+    """Colour and marker of each line of a panel; what is only compared with is in ink, broken and hollow."""
+    own = [name for name in family if name not in peers]
+    found = {name: {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "linestyle": "-"}
+             for i, name in enumerate(own)}
+    strokes = (((0, (4, 2)), "o"), ((0, (1, 1.5)), "s"), ((0, (5, 1.5, 1, 1.5)), "D"), ((0, (2, 1)), "^"))
+    return found | {name: {"color": INK, "linestyle": stroke, "marker": marker, "markerfacecolor": "none"}
+                    for name, (stroke, marker) in zip(peers, strokes)}
+
+
+def small_multiple(lines, family, peers, label, floor, limits, cost):
+    """One family in colours with its names, the peers in ink, all others grey behind them: of several, one panel."""
+    with plt.rc_context(STYLE):
+        figure, axes = panel()
+        shown = looks(family, peers)
+        for name, points in lines.items():
+            if name not in shown:
+                axes.loglog(*points, color=FAINT, linewidth=.8, alpha=.45)
+        for name, look in shown.items():
+            if name in lines:
+                axes.loglog(*lines[name], markersize=4, linewidth=1.4, **look)
+        frame(axes, label, floor, limits, cost)
+        label_ends(axes, [(name, best(lines[name]), look["color"]) for name, look in shown.items() if name in lines])
+        return as_svg(figure)
+
+
+def best(points):
+    """Where a line's smallest error is."""
+    return min(zip(*points), key=lambda point: point[1])
+
+
+def frame(axes, label, floor, limits, cost, ticks=8):
+    if floor:
+        axes.axhline(floor, color=FAINT, linewidth=.8)
+        axes.annotate("one rounding of the data", (0, floor), xycoords=("axes fraction", "data"), xytext=(3, 0),
+                      textcoords="offset points", ha="left", va="top", fontsize=7, color=FAINT)
+    axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
+    powers(axes.xaxis, ticks)
+    powers(axes.yaxis, 9)
+    axes.grid(True)
+
+
+COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
+
+
+def lines_of(groups, quantity, cost):
+    """Cost and error of each run of each method, loose to tight; and the limits that hold them all."""
     def place(row):
         return 1e3 * row.seconds if cost == "seconds" else row.evaluations
-    lines = {name: [(place(row), getattr(row, quantity)) for row in rows if not row.failure and getattr(row, cost)]
+    known = {name: [(place(row), max(getattr(row, quantity), 1e-17)) for row in rows if not row.failure and getattr(row, cost)]
              for name, rows in groups.items()}
+    lines = {name: tuple(zip(*points)) for name, points in known.items() if points}
+    x, y = ([value for points in lines.values() for value in points[i]] for i in (0, 1))
+    return lines, ((min(x) / 1.5, max(x) * 1.5), (min(y) / 3, min(10.0, max(y) * 3))) if lines else None
+
+
+def error_against(groups, families, quantity, label, cost, floor=None):
+    """A panel a family; families: {title: (its methods, peers to show with them)}."""
+    lines, limits = lines_of(groups, quantity, cost)
+    for title, (family, peers) in families.items():
+        if any(name in lines for name in family):
+            yield title, small_multiple(lines, family, peers, label, floor, limits, cost)
+
+
+def front(groups, families, quantity, label, cost, floor=None):
+    """All in one panel, a colour a family; named are those that lead at some error, a closed form apart."""
+    lines, limits = lines_of(groups, quantity, cost)
+    if not lines:
+        return ""
+    colours = {name: COLOURS[i] for i, (family, _) in enumerate(families.values()) for name in family}
+    racing = {name: points for name, points in lines.items() if name in colours and len(points[0]) > 1}
+    leading = {min((x, name) for name, points in racing.items() for x, y in zip(*points) if y <= target)[1]
+               for target in {y for points in racing.values() for y in points[1]}}
     with plt.rc_context(STYLE):
-        figure, axes, legend = panel(len(lines))
+        figure, axes = panel(2.9, 3.9)
         for name, points in lines.items():
-            if points:
-                x, y = zip(*points)
-                axes.loglog(x, np.maximum(y, 1e-17), label=name, markersize=4.5, linewidth=1.3, **look[name])
-        if floor:
-            axes.axhline(floor, color=FAINT, linewidth=.8)
-            axes.annotate("one rounding of the data", (1, floor), xycoords=("axes fraction", "data"),
-                          ha="right", va="bottom", fontsize=8, color=FAINT)
-        axes.set(xlabel="run time [ms]" if cost == "seconds" else "evaluations of the right-hand side or the torque",
-                 ylabel=label)
-        axes.set_ylim(top=min(10.0, axes.get_ylim()[1]))
-        powers(axes.xaxis)
-        powers(axes.yaxis)
-        axes.grid(True)
-        figure.legend(**legend)
+            ahead = name in leading
+            axes.loglog(*points, color=colours.get(name, INK), linewidth=1.8 if ahead else .8, alpha=1 if ahead else .6,
+                        linestyle="-" if name in colours else (0, (4, 2)), marker="o" if len(points[0]) == 1 else None, markersize=4)
+        frame(axes, label, floor, limits, cost, 4)
+        label_ends(axes, [(name, best(lines[name]), colours.get(name, INK)) for name in lines if name in leading or name == "heyoka"])
         return as_svg(figure)
 
 
-def distributions(errors, look):
-    """What part of the tops has at most this error: one line a method."""
+def distributions(errors, family, peers):
+    """What part of the tops has at most this error: one line a method, one family in colours."""
     with plt.rc_context(STYLE):
-        figure, axes, legend = panel(len(errors))
+        figure, axes = panel()
+        shown = looks(family, peers)
         for name, sizes in errors.items():
             part = np.arange(1, len(sizes) + 1) / len(sizes)
-            style = {key: value for key, value in look[name].items() if key in ("color", "linestyle")}
-            axes.semilogx(np.maximum(sizes, 1e-17), part, label=name, linewidth=1.5, **style)
-        axes.set(xlabel="attitude error at the end [rad]", ylabel="part of the tops with no more", ylim=(0, 1))
-        powers(axes.xaxis, 9)
+            style = {key: value for key, value in shown.get(name, {}).items() if key in ("color", "linestyle")}
+            axes.semilogx(np.maximum(sizes, 1e-17), part, **(style or {"color": FAINT, "alpha": .45}), linewidth=1.5 if style else .8)
+        axes.set(xlabel="attitude error at the end [rad]", ylabel="part of the tops with no more", ylim=(0, 1), xlim=(3e-18, 10))
+        powers(axes.xaxis, 7)
         axes.grid(True)
-        figure.legend(**legend)
+        ends = sorted((float(np.quantile(np.maximum(errors[name], 1e-17), .97)), name) for name in shown if name in errors)
+        label_ends(axes, [(name, (x, .97 - .001 * i), shown[name]["color"]) for i, (x, name) in enumerate(ends)])
         return as_svg(figure)
+
+
+def kinds(lines):
+    """A colour for each kind of method."""
+    return dict(zip(dict.fromkeys(line["kind"] for line in lines), COLOURS))
+
+
+def watched(lines):
+    """Attitude and energy error in the course of the stiff run: two panels, a colour a kind of method."""
+    colours = kinds(lines)
+    for quantity, label in (("attitude", "attitude error [rad]"), ("energy", "energy error, relative")):
+        with plt.rc_context(STYLE):
+            figure, axes = panel(4.2)
+            known = [line for line in lines if len(line["t"]) > 1]
+            for line in known:
+                axes.semilogy(line["t"][1:], np.maximum(line[quantity][1:], 1e-17), color=colours[line["kind"]], linewidth=1.2)
+            axes.set(xlabel="time; a turn of the precession is 2 pi", ylabel=label)
+            axes.set_ylim(1e-17, 10)
+            powers(axes.yaxis, 9)
+            axes.grid(True)
+            label_ends(axes, [(line["method"], (line["t"][-1], max(line[quantity][-1], 1e-17)), colours[line["kind"]]) for line in known])
+            yield {"label": label, "svg": as_svg(figure)}
 
 
 def globe(axes, view):

@@ -5,7 +5,7 @@ from .figures import FAINT, INK, STYLE, as_svg, plt
 
 COLOURS = plt.get_cmap("RdYlBu_r")
 LEAST, MOST = -16.0, 0.5        # decades of the attitude error
-ROW, COLUMN, NAMES, TOP, RIGHT = .23, .46, 2.9, 1.15, .75       # [inch]
+ROW, WIDTH, NAMES, TOP, RIGHT = .21, 10.2, 2.75, 1.0, .55      # [inch], as wide as the page
 RAN = ("right", "degraded", "lost", "silent")
 
 
@@ -23,22 +23,22 @@ def paint(axes, cell, column, row):
     number = f"{round(decade(cell))}".replace("-", "−") if ran else ""
     number += "•" if cell["verdict"] == "right" else ""
     dark = ran and np.dot(colour[:3], (.3, .6, .1)) < .5
-    axes.text(column + .5, row + .52, f"{number} {cell['mark']}".strip(),
-              ha="center", va="center", fontsize=8, color="white" if dark else "#111111" if ran else INK)
+    axes.text(column + .5, row + .52, f"{number}{cell['mark']}",
+              ha="center", va="center", fontsize=7.5, color="white" if dark else "#111111" if ran else INK)
 
 
 def family(cells, methods):
     """One family as a picture; what does not apply stays empty."""
     names = list(dict.fromkeys(cell["case"] for cell in cells))
-    width, height = NAMES + COLUMN * len(methods) + RIGHT, TOP + ROW * len(names) + .05
+    height = TOP + ROW * len(names) + .05
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(width, height))
-        axes = figure.add_axes((NAMES / width, .05 / height, COLUMN * len(methods) / width, ROW * len(names) / height))
+        figure = plt.figure(figsize=(WIDTH, height))
+        axes = figure.add_axes((NAMES / WIDTH, .05 / height, 1 - (NAMES + RIGHT) / WIDTH, ROW * len(names) / height))
         for cell in cells:
             paint(axes, cell, methods.index(cell["method"]), names.index(cell["case"]))
         axes.set(xlim=(0, len(methods)), ylim=(len(names), 0))
-        axes.set_yticks(np.arange(len(names)) + .5, names, fontsize=9)
-        axes.set_xticks(np.arange(len(methods)) + .5, methods, fontsize=9, rotation=45, ha="left", rotation_mode="anchor")
+        axes.set_yticks(np.arange(len(names)) + .5, names, fontsize=8.5)
+        axes.set_xticks(np.arange(len(methods)) + .5, methods, fontsize=8.5, rotation=45, ha="left", rotation_mode="anchor")
         axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
         for side in axes.spines.values():
             side.set_visible(False)

@@ -1,7 +1,6 @@
-"""What is left out, and what that saves: gravity, the general form of a symmetric body, states and quantities nobody asked for."""
+"""What leaving out gravity, or the general form of a symmetric body, saves each method (omissions.py: what it saves each scene)."""
 import csv
 from dataclasses import replace
-from statistics import median
 
 import kreisel as kr
 
@@ -11,9 +10,7 @@ from .plan import Task
 from .scenes import load
 
 STEPS, STEP, TOL = 4000, 2.0 ** -6, 1e-9
-QUANTITIES = ("velocity", "torque", "frame", "apex", "kinetic", "potential", "energy", "vertical", "axial")
-COLUMNS = ("kind", "name", "case", "seconds", "bytes")
-ASKED = ("the end", "every 100th state", "every state", "every state, all quantities")
+COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
 
 
 def forms(problem):
@@ -35,36 +32,19 @@ def by_form(rounds):
             if method.suits(scene):
                 keys.append({"kind": "form", "name": method.name, "case": form})
                 calls.append(lambda scene=scene, method=method: kr.solve(scene, STEPS * STEP, method.name, **how(method)))
-    return [key | {"seconds": seconds} for key, seconds in zip(keys, medians(calls, rounds))]
+    return [key | {"seconds": seconds} for key, seconds in zip(keys, best(calls, rounds))]
 
 
-def medians(calls, rounds):
+def best(calls, rounds):
     about = [min(measure.once(call) for _ in range(2)) for call in calls]
     samples, interrupted = measure.interleaved(calls, about, rounds)
     if interrupted:
         raise KeyboardInterrupt
-    return [median(got) for got in samples]
-
-
-def ask(what):
-    """Seconds and bytes of a path of a fixed-step method, by what is wanted of it."""
-    scene = load("thesis").scene()
-    every = {"every 100th state": 100, "the end": None}.get(what, 1)
-    path = kr.solve(scene, STEPS * STEP, "strang", step=STEP, every=every)
-    if what != ASKED[-1]:
-        return path.states.nbytes
-    return path.states.nbytes + sum(getattr(path, name).nbytes for name in QUANTITIES)
-
-
-def by_wanted(rounds):
-    calls = [lambda what=what: ask(what) for what in ASKED]
-    return [{"kind": "wanted", "name": "strang", "case": what, "seconds": seconds, "bytes": call()}
-            for what, call, seconds in zip(ASKED, calls, medians(calls, rounds))]
+    return [min(got) for got in samples]
 
 
 def tasks(plan):
     yield Task("left out/form", lambda: by_form(plan.rounds), 1.0)
-    yield Task("left out/wanted", lambda: by_wanted(plan.rounds), .5)
 
 
 def rows(store):

@@ -6,7 +6,8 @@ import numpy as np
 
 import kreisel as kr
 
-from . import atlas, atlas_cases, contenders, ensemble, figures, heatmap, left_out, tables
+from . import atlas_cases, contenders, ensemble, figures, heatmap, judge, left_out, omissions, tables, verdicts
+from .families import families
 from .published import problems as published_problems
 from .workprecision import LUCK, by_method
 
@@ -30,6 +31,7 @@ ABOUT = {
     "strong_gravity": """The top of the thesis, pulled ten times as much and spinning little: a heavy pendulum that circles.""",
 }
 QUANTITIES = {"attitude_error": "attitude error at the end [rad]", "energy_error": "energy error, relative"}
+COUNTED = (judge.BLOW_UP, judge.BEYOND, judge.REDUCED, judge.DRIFT)
 SHOWN, SEEN = 30.0, 3000        # of the apex: turns or so, and how many states
 
 
@@ -39,16 +41,27 @@ def apex(problem, end):
     return path.apex, np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)
 
 
-def scene_part(found, problem, end, look):
+def described_scene(problem):
+    if not problem.user:
+        return ABOUT[problem.name]
+    return f"A scene of yours, of a body of kind {problem.user.body.kind}, gravity {problem.user.gravity:g}."
+
+
+def scene_part(found, problem, end, groups_of):
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     path, turns = apex(problem, shown)
     groups, true = by_method(found["rows"], problem.name), found["truths"][problem.name]
     floor = {"attitude_error": true["conditioning"]}
-    drawn = [(cost, quantity) for cost in ("seconds", "evaluations") for quantity in QUANTITIES]
-    return {"name": problem.name, "end": f"{end:g}", "about": ABOUT.get(problem.name, "A scene of yours."),
-            "shown": f"{shown:.3g}", "turns": f"{turns * end:.0f}", "apex": figures.apex_path(path),
-            "figures": [{"label": f"{QUANTITIES[quantity]} against {cost}", "svg": figures.error_against(
-                groups, quantity, QUANTITIES[quantity], cost, look, floor.get(quantity))} for cost, quantity in drawn],
+    main, *others = [(quantity, cost) for cost in ("seconds", "evaluations") for quantity in QUANTITIES]
+
+    def drawing(quantity, cost):
+        return quantity, QUANTITIES[quantity], cost, floor.get(quantity)
+    return {"name": problem.name, "end": f"{end:.4g}", "about": described_scene(problem),
+            "shown": f"{shown:.3g}", "turns": verdicts.figure(turns * end), "apex": figures.apex_path(path),
+            "verdict": verdicts.of_scene(found["rows"], problem.name),
+            "panels": [{"label": title, "svg": svg} for title, svg in figures.error_against(groups, groups_of, *drawing(*main))],
+            "overviews": [{"label": f"{QUANTITIES[quantity]} against {figures.COSTS[cost]}",
+                           "svg": figures.front(groups, groups_of, *drawing(quantity, cost))} for quantity, cost in others],
             "times": list(tables.times(found["rows"], problem.name))}
 
 
@@ -63,47 +76,60 @@ def truth_part(found):
 
 
 def atlas_part(cells):
-    methods = [name for name in kr.methods if any(cell["method"] == name for cell in cells)]
     for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in cells if cell["family"] == name]
         if own:
-            yield {"name": name, "about": about, "svg": heatmap.family(own, methods), "notes": list(notes(own))}
+            yield {"name": name, "about": about, "svg": heatmap.family(own, columns(own)), "notes": list(notes(own))}
+
+
+def columns(cells):
+    """Methods, then peers, as far as they ran."""
+    ran = {cell["method"] for cell in cells}
+    return [name for name in (*kr.methods, *contenders.RECORDERS) if name in ran]
 
 
 def notes(cells):
-    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance; of several that say the same, once."""
+    """What was stopped, refused, wrong in silence, or lost in spite of a tolerance: what is said, of which cases by which methods."""
     said = {}
     for cell in cells:
         if cell["verdict"] in ("stopped", "refused"):
-            said.setdefault((cell["case"], cell["verdict"], cell["message"]), []).append(cell["method"])
+            message = cell["message"].split(f": {cell['method']}")[0]       # the rest is in the table's file
         elif cell["verdict"] == "silent" or cell["verdict"] == "lost" and cell["tol"]:
-            word = "wrong in silence" if cell["verdict"] == "silent" else "lost"
-            off = (f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away; "
-                   f"what is known of it explains up to {min(cell['explained'], np.pi):.1g} rad")
-            said.setdefault((cell["case"], word, off), []).append(cell["method"])
-    for (case, verdict, message), methods in said.items():
-        yield {"case": case, "verdict": verdict, "message": message, "methods": ", ".join(methods)}
+            message = f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away"
+        else:
+            continue
+        word = "wrong in silence" if cell["verdict"] == "silent" else cell["verdict"]
+        said.setdefault((word, message), {}).setdefault(cell["case"], []).append(cell["method"])
+    for (word, message), cases in said.items():
+        whom = {}
+        for case, methods in cases.items():
+            whom.setdefault(", ".join(methods), []).append(case)
+        yield {"verdict": word, "message": message, "whom": [{"methods": methods, "cases": "; ".join(own)} for methods, own in whom.items()]}
 
 
-def verdicts(cells):
+def verdict_counts(cells):
     """How often each method is what."""
-    for name in kr.methods:
+    for name in columns(cells):
         own = [cell for cell in cells if cell["method"] == name]
         if own:
             known = [cell["attitude_error"] for cell in own if cell["verdict"] in heatmap.RAN]
             yield {"method": name, "cells": len(own), "middle": float(np.median(known)) if known else None,
-                   "counts": [sum(cell["verdict"] == word for cell in own) for word in atlas.VERDICTS],
-                   "drift": sum(cell["mark"] == atlas.DRIFT for cell in own),
-                   "blown": sum(cell["mark"] == atlas.BLOW_UP for cell in own)}
+                   "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
+                   "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED]}
 
 
-def ensemble_part(found, look):
+def ensemble_part(found, groups_of):
     lines = list(ensemble.summary(found))
     for kind, about in ensemble.KINDS.items():
         errors = {name: sizes for name, (_, sizes) in ensemble.errors(found, kind).items()}
         if errors:
-            yield {"kind": kind, "about": about, "svg": figures.distributions(errors, look),
+            yield {"kind": kind, "about": about, "panels": distribution_panels(errors, groups_of),
                    "tops": len(next(iter(errors.values()))), "lines": [line for line in lines if line["kind"] == kind]}
+
+
+def distribution_panels(errors, groups_of):
+    return [{"label": title, "svg": figures.distributions(errors, family, peers)} for title, (family, peers) in groups_of.items()
+            if any(name in errors for name in family)]
 
 
 def published_part(rows):
@@ -144,16 +170,27 @@ def template(name):
     return environment.get_template(name)
 
 
+def conclusions(found, names, truths):
+    """A paragraph for each section, made from what was found; empty where there is nothing."""
+    return {"workprecision": verdicts.of_workprecision(found["rows"], names), "truth": verdicts.of_truths(truths),
+            "atlas": verdicts.of_atlas(found["cells"]), "stiff": verdicts.of_stiff(found["stiff"]),
+            "ensemble": verdicts.of_ensemble(found["ensemble"]), "published": verdicts.of_published(found["published"]),
+            "left_out": verdicts.of_left_out(found["left_out"])}
+
+
 def render(found, files):
-    look = figures.looks(kr.methods)
+    groups_of, truths = families(), list(truth_part(found))
     names = [problem.name for problem, _ in found["problems"]]
     return template("report.html").render(
         about=found["about"], files=files, luck=f"{LUCK:g}", setup=setup_times(found["rows"]),
-        scenes=[scene_part(found, problem, end, look) for problem, end in found["problems"]],
+        concluded=conclusions(found, names, truths), colours=dict(zip(groups_of, figures.COLOURS)),
+        scenes=[scene_part(found, problem, end, groups_of) for problem, end in found["problems"]],
         summary=list(tables.summary(found["rows"], names)), references=tables.references(found["rows"]),
-        targets=[tables.power(target) for target in tables.TARGETS], truths=list(truth_part(found)),
-        atlas=list(atlas_part(found["cells"])), verdicts=list(verdicts(found["cells"])), words=atlas.VERDICTS,
-        marks=atlas.MARKS, key=heatmap.key() if found["cells"] else "", ensembles=list(ensemble_part(found["ensemble"], look)),
+        targets=[tables.power(target) for target in tables.TARGETS], truths=truths,
+        atlas=list(atlas_part(found["cells"])), verdicts=list(verdict_counts(found["cells"])), words=judge.VERDICTS,
+        marks=judge.MARKS, signs=judge.SIGNS, counted=COUNTED, rule=judge, key=heatmap.key() if found["cells"] else "",
+        stiff=list(figures.watched(found["stiff"])) if found["stiff"] else [], kinds=figures.kinds(found["stiff"]),
+        ensembles=list(ensemble_part(found["ensemble"], groups_of)),
         given=1e3 * ensemble.GIVEN, turns=f"{ensemble.TURNS:g}", published=list(published_part(found["published"])),
-        forms=left_out.table(found["left_out"]), wanted=[row for row in found["left_out"] if row["kind"] == "wanted"],
+        forms=left_out.table(found["left_out"]), omissions=found["omissions"], wanted=omissions.WANT, states=omissions.STATES,
         methods=list(described_methods(found)), failures=[row for row in found["rows"] if row.failure])

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import kreisel as kr
 
-from . import atlas, atlas_cases, ensemble, left_out, machine, page, published, tables, truth, workprecision
+from . import atlas, atlas_cases, ensemble, left_out, machine, omissions, page, published, stiff, tables, truth, workprecision
 from .plan import PLANS, Task, work_through
 from .scenes import HORIZONS, SHORT, described, load
 from .store import Store
@@ -56,6 +56,11 @@ def chosen_problems(files, plan):
     if not files:
         return [(load(name), SHORT if plan.quick else end) for name, end in HORIZONS.items()]
     found = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+    for file, problem in zip(files, found):
+        if not problem.rate:
+            raise ValueError(f"{file}: this top rests for ever: it has neither angular momentum nor weight; give it one of them")
+        if [other.name for other in found].count(problem.name) > 1:
+            raise ValueError(f"{file}: there are two scenes of the name {problem.name!r}; the report calls them by their files' names")
     return [(problem, TURNS * workprecision.turn_length(problem)) for problem in found]
 
 
@@ -71,12 +76,14 @@ def tasks(problems, only, plan, store):
                        lambda problem=problem, end=end, true=true: list(truth.ways(problem, end, true())), 1.0)
     if "atlas" in only:
         yield from atlas.tasks(atlas_cases.cases(plan.quick))
+        yield from stiff.tasks(plan)
     if "ensemble" in only:
         yield from ensemble.tasks(plan)
     if "published" in only:
         yield from published.tasks(plan)
     if "left_out" in only:
         yield from left_out.tasks(plan)
+        yield from omissions.tasks(problems, plan)
 
 
 def timing(rows):
@@ -96,15 +103,17 @@ def collected(store, problems, about):
             "about": about | timing(rows),
             "truths": {problem.name: store.known.get(f"truth/{problem.name}") for problem, _ in problems},
             "ways": {problem.name: store.known.get(f"ways/{problem.name}", []) for problem, _ in problems},
-            "cells": atlas.cells(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
-            "left_out": left_out.rows(store)}
+            "cells": atlas.cells(store), "stiff": stiff.lines(store), "ensemble": ensemble.runs(store), "published": published.rows(store),
+            "left_out": left_out.rows(store) + [row for scene in omissions.scenes(store) for row in scene["rows"]],
+            "omissions": omissions.scenes(store)}
 
 
 def write(out, found):
     """The page, and a CSV file for each table; the names of the files."""
     files = {"stability.csv": (atlas.write_csv, found["cells"]), "ensemble.csv": (ensemble.write_csv, found["ensemble"]),
              "published.csv": (published.write_csv, found["published"]),
-             "left_out.csv": (left_out.write_csv, found["left_out"])}
+             "left_out.csv": (left_out.write_csv, found["left_out"]), "stiff.csv": (stiff.write_csv, found["stiff"]),
+             "truths.csv": (truth.write_csv, list(page.truth_part(found)))}
     written = [name for name, (_, rows) in files.items() if rows]
     for name in written:
         save, rows = files[name]

@@ -5,6 +5,7 @@ they part says how far to trust it. Beside it stands its conditioning: how far t
 momentum, attitude, moments, lever - move by one rounding of a double, which no method in doubles can be expected to beat.
 """
 import argparse
+import csv
 import json
 from dataclasses import replace
 from functools import cache
@@ -17,6 +18,7 @@ import numpy as np
 import kreisel as kr
 
 from . import equations
+from .exact_reference import Euler, Lagrange
 from .scenes import HORIZONS, SHORT, load
 
 FILE = Path(__file__).with_name("truth.json")
@@ -26,6 +28,7 @@ FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128    
 NUDGES = {FINER: 8, float: 2 ** 20}     # roundings by which data are moved, so that each precision resolves what comes of it
 ROUNDING = 2.0 ** -53
 LOOKS = 16                  # at the conditioning on the way: errors made there are carried on too
+FEW = 4                     # the same, of a closed form
 LONG = 600.0                # beyond this angle 128 bit take longer than about a second [rad]
 
 
@@ -129,6 +132,29 @@ def on_the_way(problem, end):
             "bits": 128 if brief else 80, "conditioning": moved[-1], "worst": max(moved)}
 
 
+def closed_form(problem, end):
+    """The truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how far its roundings move it."""
+    def state(top, t):
+        start = equations.start(top, "momentum")
+        m = turned(start[:4], start[4:])
+        kind = Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m) if top.symmetric else Euler(
+            top.inertia, start[:4], m)
+        return kind(t)[0]
+    own, _, rate = problem.in_own_units()
+    times = [rate * end * (i + 1) / FEW for i in range(FEW)]
+    here = [state(own, t) for t in times]
+    moved = [[state(near, t) for t in times] for near in nudged(own, NUDGES[FINER])]
+    angles = [sum(angle(q, near[i]) for near in moved) / NUDGES[FINER] for i, q in enumerate(here)]
+    return {"attitude": [mp.nstr(x, 34) for x in here[-1]], "agreement": None, "bits": int(DIGITS * 3.32),
+            "conditioning": angles[-1], "worst": max(angles)}
+
+
+def turned(q, v):
+    """q v q*, in many digits."""
+    with mp.workdps(DIGITS):
+        return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
+
+
 def ways(problem, end, kept):
     """Angle [rad] between the truth and each other way to compute it."""
     with mp.workdps(DIGITS):
@@ -170,6 +196,15 @@ def of(problem, end):
     """The truth of a scene of the report, as it is kept, or of any other, computed now."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
+
+
+def write_csv(file, lines):
+    """How far each way to compute each truth is from it."""
+    with file.open("w", newline="") as out:
+        writer = csv.writer(out)
+        writer.writerow(("scene", "t", "conditioning", "computed_by", "away"))
+        for line in lines:
+            writer.writerows((line["scene"], line["end"], line["conditioning"], *way) for way in line["ways"])
 
 
 def main(argv=None):
