@@ -57,6 +57,8 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     image.method = NULL;
     image.config.poll = NULL;
     image.config.context = NULL;
+    image.events = NULL;
+    image.watched = 0;
     take_pointers(&image.main, NULL);
     take_pointers(&image.kept, NULL);
     take_pointers(&image.side, NULL);
@@ -89,11 +91,14 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (memcmp(&l, &own, sizeof l) != 0 || !same_kind(&image, top)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
+    image.events = top->events;
+    image.watched = top->watched;
     image.look_at = image.k;    /* max_steps may be another */
     take_pointers(&image.main, &top->main);
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);
     memcpy(top, &image, sizeof image);
+    for (size_t i = 0; i < top->watched; i++) top->events[i].piece = -1;
     memcpy(top->main.work, work, work_size(top));
     if (runs(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
     return KR_OK;

@@ -13,6 +13,7 @@ from .how import WIDTHS
 from .scene import Scene
 
 if TYPE_CHECKING:
+    from .events import Events
     from .plan import Choice
 
 _PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
@@ -43,6 +44,7 @@ class States:
     want: tuple[str, ...] | None = None
     _columns: dict[str, Array] = field(default_factory=dict)    # in place of states: t, and what is wanted
     _asked: str = ""                # the method in the user's words
+    events: Events | None = None
 
     def __post_init__(self) -> None:
         for values in (self._states, self._low, *self._columns.values()):
