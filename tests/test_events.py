@@ -198,12 +198,12 @@ def test_what_the_docstring_shows():
         (lambda: events.plane((1, 0, 0), of="axis"), ValueError, "unknown vector 'axis'"),
         (lambda: events.cusp(within=1e-9), ValueError, "within must be at least 1e-7, not 1e-09"),
         (lambda: events.separatrix(BODY), TypeError, "scene must be a kreisel.Scene"),
-        (lambda: kr.solve(SCENE, 1, "rk4", step=0.1, events=[]), ValueError, "polynomials of method='taylor', and 'rk4'"),
+        (lambda: kr.solve(SCENE, 1, "rk4", step=0.1, events=[]), ValueError, "of method=.taylor., and .rk4. has none"),
         (lambda: kr.solve(TOP, 1, "exact", events=[events.loop()]), ValueError, "and 'exact' has none"),
         (lambda: kr.solve(TOP, 1, "geometric", error=1e-3, events=[events.loop()]), ValueError, "leave events out"),
         (lambda: kr.solve(SCENE, 1, events=["loop"]), TypeError, "events must be a list of what kreisel.events makes"),
         (lambda: kr.solve(SCENE, 1, events=events.loop()), TypeError, "events must be a list"),
-        (lambda: kr.solve(SCENE, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]), ValueError, "out of range"),
+        (lambda: kr.solve(SCENE, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]), ValueError, "range"),
     ],
 )
 def test_refused(make, error, message):

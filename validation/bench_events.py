@@ -2,8 +2,8 @@
 
 Seconds of a run to t = 1000 with one event over those of the same run without, for us and for heyoka's own detection of
 events on the same function, all in one process, in turn; at the tightest tolerance and at 1e-9. Then heyoka's time over
-ours with the event, and how many both found (heyoka counts the start, which is on the event in both scenes). Nutation is
-the zero of d/dt of the apex' height, the plane is apex_x = 0.
+ours with the event, and how many both found (heyoka counts the start, which is on the event in both scenes). Nutation
+is the zero of d/dt of the apex' height, the plane is apex_x = 0.
 """
 import heyoka as hy
 import numpy as np

@@ -21,9 +21,9 @@ A function is a sum of terms, factor * quantity or factor * quantity * quantity,
 
 Found on the polynomial that each step of method='taylor' is, none missed inside a step, without any effect on the path.
 A place counts where the sign changes, for an extremum that of the derivative; the start is none. A function nearer to
-zero than 2^-50 of its terms' sizes cannot be told from zero: places so near each other that it stays there meanwhile are a
-touching, which is none. Times are as exact as the path, and doubles, also of paths with more digits, whose states at these
-times have all their digits. Growing and falling are meant in time, also where the path runs back.
+zero than 2^-50 of its terms' sizes cannot be told from zero: places between which it stays there are a touching, which
+is none. Times are as exact as the path, and doubles, also of paths with more digits, whose states at these times have
+all their digits. Growing and falling are meant in time, also where the path runs back.
 """
 from __future__ import annotations
 
@@ -173,7 +173,8 @@ def separatrix(scene: Scene, **more: Any) -> Event:
     """Where a scene is nearest to its unstable equilibrium, near which motions on both sides of the separatrix linger.
 
     Under gravity the points at which the centre of mass is highest; without torque those at which the angular velocity
-    turns back near the axis of the middle moment, on either side. How near they come is for the states to tell. The rest as in extremum, without `direction` under gravity. ValueError for a body without torque and with two equal
+    turns back near the axis of the middle moment, on either side. How near they come is for the states to tell. The
+    rest as in extremum, without `direction` under gravity. ValueError for a body without torque and with two equal
     moments, which has no separatrix.
     """
     if not isinstance(scene, Scene):
@@ -226,5 +227,5 @@ def blocks(method: str, events: Any) -> list[Block]:
     if method != ELSE:
         raise ValueError(f"events need the polynomials of method={ELSE!r}, and {method!r} has none")
     if not isinstance(events, Sequence) or not all(isinstance(event, Event) for event in events):
-        raise TypeError(f"events must be a list of what kreisel.events makes, as [kr.events.nutation()], not {events!r}")
+        raise TypeError(f"events must be a list of what kreisel.events makes, as kr.events.loop(), not {events!r}")
     return [(list(e.terms), list(e.where), e.extremum, e.direction, e.most or 0, e.terminal) for e in events]

@@ -85,7 +85,7 @@ def _finished(
     if how.want is not None:
         path = path_of(how, end < 0.0, None, None, stats, picked(path, how.want))
     if met is not None:
-        path = replace(path, events=Events(path_of(how, end < 0.0, *met[:2], stats), *met[2:]))
+        path = replace(path, events=Events(path_of(how, end < 0.0, met[0], met[1], stats), *met[2:]))
     if status != "OK":
         raise stopped(status, path, end)
     return path
