@@ -22,6 +22,17 @@ typedef struct kr_run {
     double *work;           /* the method's memory: method->work doubles, no pointers; the main run's on a multiple of 64 bytes */
 } kr_run;
 
+/* The last step of a method that has one: a polynomial in tau = (clock - begin) * rate, up to tau = span. */
+enum { KR_PIECE_MOST = 40 };
+typedef struct kr_piece {
+    int order;                                  /* at most KR_PIECE_MOST */
+    const double (*x)[8], (*w)[4];              /* coefficients of (q | 0, P) and (0, W): attitude, vertical in the body, */
+    double end_x[8], end_w[4];                  /* angular velocity there over `rate`, less than 1; their values at the end */
+    double rate, begin, end, span;              /* begin, end: clocks */
+    /* c += a b, up to number `order` and somewhat further; zeros before b and after all three. */
+    void (*product)(const double *a, const double *b, int order, double *c);
+} kr_piece;
+
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
@@ -36,6 +47,7 @@ struct kr_method {
     void (*read)(const kr_run *run, kr_state *s);
     /* KR_DENSE only: the same at a clock inside the last step. */
     void (*at)(kr_run *run, double clock, kr_state *s);
+    kr_piece (*piece)(const kr_run *run);       /* KR_DENSE only; NULL: it has none */
     void (*done)(kr_run *run);                  /* give back aux; may be NULL */
     const char *(*kernel)(const kr_run *run, int *order);   /* that the run uses, and its order; may be NULL */
 };

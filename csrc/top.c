@@ -119,8 +119,7 @@ double kr_top_time(const kr_top *top)
 {
     return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time : grid(top, top->k);
 }
-/* After a failure on the way to t: main's own state, where it is further than what was asked for last. */
-static void come_up(kr_top *top, double t)
+void kr_top_come_up(kr_top *top, double t)
 {
     const double at = kr_top_time(top);
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
@@ -141,6 +140,7 @@ static kr_status begin(kr_top *top, const kr_state *start)
     top->main.clock = 0.0;
     top->main.stats = nothing;
     top->k = 0;
+    for (size_t i = 0; i < top->watched; i++) top->events[i].piece = -1;
     const kr_status status = top->method->reset(&top->main, &own);
     if (status != KR_OK) return status;
     kr_steps_keep(top);
@@ -217,7 +217,7 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
         i += status == KR_OK;
     }
     if (i > 0) top->now = out[i - 1];
-    if (status != KR_OK && i < n && top && t) come_up(top, t[i]);
+    if (status != KR_OK && i < n && top && t) kr_top_come_up(top, t[i]);
     if (done) *done = i;
     return status;
 }
@@ -232,7 +232,7 @@ kr_status kr_top_step(kr_top *top)
     if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->k + 1));
     if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
         status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
-    come_up(top, top->forward * INFINITY);
+    kr_top_come_up(top, top->forward * INFINITY);
     return status;
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }

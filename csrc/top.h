@@ -17,6 +17,9 @@ struct kr_top {
     double before_clock;                /* and when */
     double asked;                       /* the time that was asked for last, */
     kr_state now, low;                  /* and the state there, the user's; and what its doubles leave out */
+    kr_event *events;                   /* what is watched, the user's memory */
+    size_t watched;
+    kr_vec3 apex;                       /* towards the centre of mass, working axes; for these */
     double memory[];
 };
 
@@ -26,6 +29,8 @@ void kr_deep_lever(kr_top *top, double moment);
 kr_state kr_deep_in(kr_top *top, const kr_state *start);
 void kr_deep_out(kr_top *top, kr_state *s);
 
+/* After a failure on the way to t: main's own state, where it is further than what was asked for last. */
+void kr_top_come_up(kr_top *top, double t);
 /* Main failed, or is not finite, since it was kept: back there, and on as far as all is well. Says what failed. */
 kr_status kr_steps_recover(kr_top *top);
 /* Main, on to grid point `goal`, and its state there. */

@@ -112,11 +112,13 @@ static bool method_suits(const std::string &method, const doubles &scene)
     return kr_method_suits(method_of(method), &s) != 0;
 }
 
+void bind_events(py::module_ &m);       // _events.cpp
 void bind_exact(py::module_ &m);        // _exact.cpp
 void bind_run(py::module_ &m);          // _run.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
+    bind_events(m);
     bind_exact(m);
     bind_run(m);
     m.attr("version") = kr_version();

@@ -1,54 +1,6 @@
 // Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints. Floor 5.
 #include <atomic>
-#include <chrono>
-#include <memory>
-#include "arrays.hpp"
-
-static bool in_main_thread()
-{
-    static const py::handle main_thread = py::object(py::module_::import("threading").attr("main_thread")).release();
-    return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
-}
-
-// What the core asks from time to time. Taking the GIL is not free, hence the clock; only the main thread may run
-// Python's signal handlers.
-struct watch {
-    using clock = std::chrono::steady_clock;
-    const kr_top *top = nullptr;
-    py::object progress = py::none();
-    bool signals = false;
-    clock::time_point looked = clock::now(), told = looked;       // by the whole run, however short its pieces are
-    std::unique_ptr<py::error_already_set> raised;
-
-    void begin(const py::object &callback)
-    {
-        progress = callback;
-        signals = in_main_thread();
-        raised.reset();
-    }
-    void look()
-    {
-        const bool due = !progress.is_none() && looked - told >= std::chrono::milliseconds(100);
-        if (!signals && !due) return;
-        py::gil_scoped_acquire gil;
-        try {
-            if (signals && PyErr_CheckSignals() != 0) throw py::error_already_set();
-            if (due) progress(kr_top_time(top));
-        } catch (py::error_already_set &error) {
-            raised = std::make_unique<py::error_already_set>(std::move(error));
-        }
-        if (due) told = looked;
-    }
-    static int poll(void *context)
-    {
-        auto *self = static_cast<watch *>(context);
-        const auto now = clock::now();
-        if (now - self->looked < std::chrono::milliseconds(10)) return 0;
-        self->looked = now;
-        self->look();
-        return self->raised != nullptr;
-    }
-};
+#include "watch.hpp"
 
 // The states written, and the last good one where that is later: the first rows of an array, which is not copied.
 static doubles reached(const doubles &out, size_t rows)
@@ -70,7 +22,6 @@ class run {
         }
         ~turn() { busy = false; }
     };
-    static py::tuple counts(const kr_stats &s) { return py::make_tuple(s.steps, s.rejected, s.evaluations, s.iterations); }
 
 public:
     kr_status start(const doubles &scene, const std::string &method, double step, double tol, int digits, int64_t max_steps,

@@ -27,3 +27,15 @@ const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {EACH(headless)};
 TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
+
+void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
+{
+    for (int n = 0; n <= order; n += 8) {
+        duo even = duo_load(c + n), odd = duo_splat(0.0);
+        for (int j = 0; j < n + 8; j += 2) {
+            even = duo_fma(duo_splat(a[j]), duo_load(b + n - j), even);
+            odd = duo_fma(duo_splat(a[j + 1]), duo_load(b + n - j - 1), odd);
+        }
+        duo_store(c + n, duo_add(even, odd));
+    }
+}

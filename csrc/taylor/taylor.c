@@ -20,10 +20,10 @@ const kr_set *kr_taylor_set(int i)
 {
     static const kr_set sets[] = {
 #if defined KR_X86
-        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512},
-        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2},
+        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512, kr_product_avx512},
+        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2, kr_product_avx2},
 #endif
-        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base},
+        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base, kr_product_base},
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }
@@ -195,15 +195,32 @@ static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
+static const kr_set *set_of(const kr_kernel *k)
+{
+    const kr_set *set = kr_taylor_set(0);
+    for (int i = 1; set; set = kr_taylor_set(i++))
+        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) || is_in(set->deep, KR_DEPTHS, k))
+            break;
+    return set;
+}
 static const char *kernel(const kr_run *run, int *order)
 {
-    const kr_kernel *k = kernel_of(run);
-    const kr_set *set;
-    *order = k->order;
-    for (int i = 0; (set = kr_taylor_set(i)) != NULL; i++)
-        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) || is_in(set->deep, KR_DEPTHS, k))
-            return set->name;
-    return "other";
+    const kr_set *set = set_of(kernel_of(run));
+    *order = kernel_of(run)->order;
+    return set ? set->name : "other";
+}
+static kr_piece piece(const kr_run *run)
+{
+    const path *p = path_of(run);
+    const kr_series *s = p->series;
+    const kr_set *set = set_of(kernel_of(run));
+    kr_piece piece = {.order = kernel_of(run)->order, .x = s->x, .w = s->w, .rate = p->rate, .begin = s->t / p->rate};
+    memcpy(piece.end_x, s->end_x, sizeof piece.end_x);
+    memcpy(piece.end_w, s->end_w, sizeof piece.end_w);
+    piece.end = s->end / p->rate;
+    piece.span = s->end - s->t;
+    piece.product = set ? set->product : kr_product_base;
+    return piece;
 }
 
 const kr_method kr_method_taylor = {
@@ -214,5 +231,5 @@ const kr_method kr_method_taylor = {
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
     .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
-    .kernel = kernel,
+    .kernel = kernel, .piece = piece,
 };

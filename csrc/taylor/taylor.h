@@ -52,7 +52,8 @@ enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
 #define KR_TAYLOR_SET(set)                                      /* what kernel.c and kernel_dd.c export */ \
     extern const kr_kernel kr_kernel_##set[KR_ORDERS], kr_headless_##set[KR_ORDERS];                       \
     extern const kr_kernel kr_kernel_dd_##set[KR_DEPTHS];                                                  \
-    extern const kr_tail kr_tail_##set[KR_DEPTHS];
+    extern const kr_tail kr_tail_##set[KR_DEPTHS];\
+    void kr_product_##set(const double *a, const double *b, int order, double *c);
 KR_TAYLOR_SET(base)
 KR_TAYLOR_SET(avx2)
 KR_TAYLOR_SET(avx512)
@@ -61,6 +62,7 @@ typedef struct kr_set {
     const char *name;
     int (*runs_here)(void);
     const kr_kernel *plain, *headless, *deep;
+    void (*product)(const double *a, const double *b, int order, double *c);    /* as that of a kr_piece */
 } kr_set;
 
 /* The i-th instruction set that was compiled in, the widest first; NULL beyond the last. */

@@ -9,12 +9,13 @@
 Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space; vectors are seen from space; any
 consistent units do, given as [M L T]. See kreisel.conventions(), kreisel.methods, kreisel.scenes.
 """
-from . import quaternion, scenes
+from . import events, quaternion, scenes
 from ._core import version as __version__
 from .apex import Apex, Nutation, apex
 from .body import Body
 from .compare import Row, Table, compare
 from .errors import Error, Interrupted
+from .events import Event, Events
 from .exact import Exact, ExactEnsemble, ExactMap, exact
 from .methods import Method, methods
 from .path import Path
@@ -33,6 +34,8 @@ __all__ = [
     "Body",
     "Choice",
     "Error",
+    "Event",
+    "Events",
     "Exact",
     "ExactEnsemble",
     "ExactMap",
@@ -54,6 +57,7 @@ __all__ = [
     "attitude_error",
     "compare",
     "conventions",
+    "events",
     "exact",
     "from_rotation",
     "h_eps",

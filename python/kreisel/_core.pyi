@@ -6,6 +6,10 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
 _Doubles = _Array | Sequence[float]
+_Stats = tuple[int, int, int, int]
+_Integers = npt.NDArray[np.intc]
+_Terms = list[tuple[float, int, int]]
+_Event = tuple[_Terms, _Terms, bool, int, int, bool]
 
 class _Method(TypedDict):
     name: str
@@ -18,6 +22,7 @@ class _Method(TypedDict):
 version: str
 statuses: dict[str, tuple[str, str]]
 methods: list[_Method]
+quantities: list[str]
 KIND_RTOL: float
 SYMPLECTIC: int
 REVERSIBLE: int
@@ -69,6 +74,18 @@ def record(
     leave_heading: bool = ...,
     progress: _Progress = ...,
 ) -> _Recorded: ...
+def record_events(
+    scene: _Doubles,
+    method: str,
+    step: float,
+    tol: float,
+    digits: int,
+    max_steps: int,
+    t: _Array,
+    events: list[_Event],
+    progress: _Progress = ...,
+) -> tuple[str, _Array, _Array, _Stats, tuple[_Array, _Array, _Integers, _Integers]]: ...
+def terms_value(scene: _Doubles, states: _Array, terms: _Terms) -> _Array: ...
 def velocity(scene: _Doubles, states: _Array) -> _Array: ...
 def torque(scene: _Doubles, states: _Array) -> _Array: ...
 def apex(scene: _Doubles, states: _Array) -> _Array: ...

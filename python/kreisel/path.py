@@ -28,6 +28,7 @@ class Path(States):
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none or chose its own
     stats   what the run cost, trial runs included
+    events  those that were met, where solve was asked for events; else None
     want    what solve was asked to keep beside t, and all that there is then; None: the states, and with them everything
     """
 

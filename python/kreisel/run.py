@@ -14,39 +14,31 @@ import numpy as np
 
 from . import _core, check, errors, times, toml
 from .check import Array
-from .columns import Columns, picked
+from .columns import Columns
 from .how import How, how
 from .how import every as _every
 from .how import progress as checked_progress
 from .path import Path
 from .plan import Plan, of
 from .scene import Scene
-from .states import NO_STATES, Stats
+from .states import Stats
 
 Progress = Callable[[float], object]
 _MAGIC = b"kreisel run\n"
 _FUSED = {"avx512", "avx2"}        # kernels with equal bits
 
 
-def finished(how: How, end: float, status: str, states: Array, low: Array | None, stats: tuple[int, ...]) -> Path:
-    """The path that the core has recorded; raises what its status stands for."""
-    path = _path(how, end < 0.0, states, low, stats)
-    if how.want is not None:
-        path = _path(how, end < 0.0, NO_STATES, None, stats, picked(path, how.want))
-    if status != "OK":
-        raise _stopped(status, path, end)
-    return path
-
-
-def _path(
+def path_of(
     how: How, back: bool, states: Array, low: Array | None, stats: tuple[int, ...], columns: Any = None
 ) -> Path:
+    """The path that the core has recorded."""
     words = how.scene, states, how.method.name, how.signed(back), how.tol, Stats(*stats)
     want = how.want if columns else None
     return Path(*words, digits=how.digits, _low=low, want=want, _columns=columns or {}, _asked=how.asked)
 
 
-def _stopped(status: str, path: Path, end: float) -> BaseException:
+def stopped(status: str, path: Path, end: float) -> BaseException:
+    """What the status of a run to `end` stands for."""
     last = path.t[-1] if len(path) else 0.0
     return errors.stopped(status, path, f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps")
 
@@ -67,7 +59,7 @@ class Run:
         block = how.scene._block
         status, top = _core.start(block, how.method.name, *how.steering(back), how.leave_heading)
         if top is None:
-            raise _stopped(status, _path(how, back, np.array([block[12:]]), None, self.stats), 0.0)
+            raise stopped(status, path_of(how, back, np.array([block[12:]]), None, self.stats), 0.0)
         self._top = top
 
     def __repr__(self) -> str:
@@ -88,7 +80,7 @@ class Run:
         else:
             status, path = self._reduced(asked, progress)
         if status != "OK":
-            raise _stopped(status, path, float(asked[-1]))
+            raise stopped(status, path, float(asked[-1]))
         return path
 
     def stream(
@@ -104,7 +96,7 @@ class Run:
             status, path = self._record(piece, callback)
             path = path if self.want is None else path.only(self.want)
             if status != "OK":
-                raise _stopped(status, path, float(piece[-1]))
+                raise stopped(status, path, float(piece[-1]))
             yield path
 
     @property
@@ -129,7 +121,7 @@ class Run:
         finally:                # also where progress raised
             self.t, self._fresh = self._top.t, self._fresh and not asked.size
         self.stats = Stats(*stats)
-        return status, _path(self._how, self._back, states, low, self.stats)
+        return status, path_of(self._how, self._back, states, low, self.stats)
 
     def _reduced(self, asked: Array, callback: Progress | None) -> tuple[str, Path]:
         """Piece by piece, so that no more than what is wanted is ever there."""

@@ -1,16 +1,22 @@
 """kreisel.solve: from a scene to a path. All that can be wrong with a request is found before anything runs."""
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 from . import _core, check, geometric, times
+from .check import Array
+from .columns import picked
+from .events import Block, Event, Events, blocks
 from .how import How, how, wanted
 from .how import every as checked_every
 from .how import progress as checked_progress
+from .methods import ELSE
 from .path import Path
-from .run import Run, finished
+from .run import Run, path_of, stopped
 from .scene import Scene
+from .states import NO_STATES
 
 
 def solve(
@@ -26,12 +32,13 @@ def solve(
     error: float | None = None,
     want: Iterable[str] | None = None,
     progress: Callable[[float], object] | None = None,
+    events: Sequence[Event] | None = None,
 ) -> Path:
     """The motion of a scene, which starts at t = 0.
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A number: the start and the
                end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is exact where it applies and no digits are asked for, else taylor;
+    method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for digits and events;
                'geometric' chooses a structure-preserving method and its step so that `error` is met
     step       positive [T]. Fixed-step methods need it: their grid is k step, and a time off it is read by a side step,
                so that states do not depend on what else was asked for. Adaptive methods: the first step
@@ -43,27 +50,46 @@ def solve(
     want       names of quantities, as ("nutation", "energy"): the path keeps t and these, and never all the states;
                where none of them turns with the top about the vertical, taylor leaves that turn out, which is faster
     progress   called about ten times a second with the time reached [T]; what it raises stops the run
+    events     taylor only: what kreisel.events makes, for path.events to tell; a terminal one ends the path
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs; kreisel.Error for a run
     that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both with `.path` up to the last good state.
     """
     if method == "geometric":
-        others = {"step": step, "tol": tol, "digits": digits, "every": every}
+        others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         return _geometric(scene, t, error, max_steps, others, want, progress)
     if error is not None:
         raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
-    return _solve(how(scene, method, step, tol, digits, max_steps, want), t, every, progress)
+    name = ELSE if method == "auto" and events is not None else method
+    chosen = replace(how(scene, name, step, tol, digits, max_steps, want), asked=method)
+    return _solve(chosen, t, every, progress, None if events is None else blocks(chosen.method.name, events))
 
 
-def _solve(chosen: How, t: Any, number: Any, callback: Any) -> Path:
+def _solve(chosen: How, t: Any, number: Any, callback: Any, watched: list[Block] | None) -> Path:
     wanted_times = times.listed(t, chosen.step, checked_every(chosen.method, number), chosen.size)
     end = float(wanted_times[-1]) if wanted_times.size else 0.0
     times.refuse_endless(chosen.scene, end, chosen.step)
-    if chosen.want is not None and wanted_times.size > times.PIECE:
+    if watched is None and chosen.want is not None and wanted_times.size > times.PIECE:
         return Run(chosen, end < 0.0).lead(wanted_times, callback)
     block, name, steering = chosen.scene._block, chosen.method.name, chosen.steering(end < 0.0)
     progress = checked_progress(callback)
-    return finished(chosen, end, *_core.record(block, name, *steering, wanted_times, chosen.leave_heading, progress))
+    if watched is not None:
+        return _finished(chosen, end, *_core.record_events(block, name, *steering, wanted_times, watched, progress))
+    return _finished(chosen, end, *_core.record(block, name, *steering, wanted_times, chosen.leave_heading, progress))
+
+
+def _finished(
+    how: How, end: float, status: str, states: Array, low: Array | None, stats: tuple[int, ...], met: Any = None
+) -> Path:
+    """The path that the core has recorded, with the events that it met; raises what its status stands for."""
+    path = path_of(how, end < 0.0, states, low, stats)
+    if how.want is not None:
+        path = path_of(how, end < 0.0, NO_STATES, None, stats, picked(path, how.want))
+    if met is not None:
+        path = replace(path, events=Events(path_of(how, end < 0.0, met[0], met[1], stats), *met[2:]))
+    if status != "OK":
+        raise stopped(status, path, end)
+    return path
 
 
 def _geometric(

@@ -13,6 +13,7 @@ from .how import WIDTHS
 from .scene import Scene
 
 if TYPE_CHECKING:
+    from .events import Events
     from .plan import Choice
 
 NO_STATES = np.empty((0, 8))
@@ -44,6 +45,7 @@ class States:
     want: tuple[str, ...] | None = None
     _columns: dict[str, Array] = field(default_factory=dict)    # in place of states: t, and what is wanted
     _asked: str = ""                # the method in the user's words
+    events: Events | None = None
 
     def __post_init__(self) -> None:
         self.states.flags.writeable = False

@@ -1,0 +1,52 @@
+// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has come. Floor 5.
+#pragma once
+#include <chrono>
+#include <memory>
+#include "arrays.hpp"
+
+inline bool in_main_thread()
+{
+    static const py::handle main_thread = py::object(py::module_::import("threading").attr("main_thread")).release();
+    return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
+}
+
+// What the core asks from time to time. Taking the GIL is not free, hence the clock; only the main thread may run
+// Python's signal handlers.
+struct watch {
+    using clock = std::chrono::steady_clock;
+    const kr_top *top = nullptr;
+    py::object progress = py::none();
+    bool signals = false;
+    clock::time_point looked = clock::now(), told = looked;       // by the whole run, however short its pieces are
+    std::unique_ptr<py::error_already_set> raised;
+
+    void begin(const py::object &callback)
+    {
+        progress = callback;
+        signals = in_main_thread();
+        raised.reset();
+    }
+    void look()
+    {
+        const bool due = !progress.is_none() && looked - told >= std::chrono::milliseconds(100);
+        if (!signals && !due) return;
+        py::gil_scoped_acquire gil;
+        try {
+            if (signals && PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (due) progress(kr_top_time(top));
+        } catch (py::error_already_set &error) {
+            raised = std::make_unique<py::error_already_set>(std::move(error));
+        }
+        if (due) told = looked;
+    }
+    static int poll(void *context)
+    {
+        auto *self = static_cast<watch *>(context);
+        const auto now = clock::now();
+        if (now - self->looked < std::chrono::milliseconds(10)) return 0;
+        self->looked = now;
+        self->look();
+        return self->raised != nullptr;
+    }
+};
+inline py::tuple counts(const kr_stats &s) { return py::make_tuple(s.steps, s.rejected, s.evaluations, s.iterations); }
