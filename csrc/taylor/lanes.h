@@ -21,7 +21,7 @@
 #  define ALIGNED
 #endif
 /* Unrolled, a loop over 28 orders fits the instruction cache only where one instruction does eight lanes. */
-#if !defined __AVX512F__ || defined KR_PLAIN
+#if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #elif defined __clang__
 #  define UNROLL _Pragma("clang loop unroll(full)")
