@@ -4,7 +4,9 @@
 #include "taylor/taylor.h"
 
 /* The stage asks for no more digits than a double has: the page does without the kernels for 20 and 30. */
+#ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
+#endif
 
 #define EXPORT(type, name, parameters) KR_API type name parameters; KR_API type name parameters
 
