@@ -229,8 +229,7 @@ static void failures(void)
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &still, .count = 1, .extremum = 1}};
     kr_hit hit = {7, 7};
     kr_top *top = make(&s, (kr_config){.max_steps = 3}, e, 2);
-    while (kr_top_seek(top, 100.0, &hit) == KR_OK) IS(hit.which == 0);
-    hit.which = 7;
+    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
     IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 && kr_top_stats(top).steps == 3);
     kr_top_free(top);
 }
