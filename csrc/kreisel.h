@@ -181,45 +181,30 @@ KR_API size_t    kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
-/* Events: where, on the way of a KR_DENSE method that has a polynomial (taylor), a function of the state passes zero.
- * It is a sum of terms factor * of * times, of these quantities, in the user's units: */
+/* Events: where, on taylor's way, a function g of the state passes zero: a sum of terms factor * of * times, of q, what
+ * is seen from space (the apex, m), from the frame of description (the others), and the spin about the apex. */
 typedef enum kr_quantity {
-    KR_ONE,
-    KR_Q_W, KR_Q_X, KR_Q_Y, KR_Q_Z,
-    KR_APEX_X, KR_APEX_Y, KR_APEX_Z,                            /* as kr_state_apex, in space */
-    KR_M_X, KR_M_Y, KR_M_Z,                                     /* angular momentum, in space */
-    KR_VERTICAL_X, KR_VERTICAL_Y, KR_VERTICAL_Z,                /* the upward vertical, in the frame of description */
-    KR_BODY_VELOCITY_X, KR_BODY_VELOCITY_Y, KR_BODY_VELOCITY_Z, /* angular velocity there */
-    KR_BODY_MOMENTUM_X, KR_BODY_MOMENTUM_Y, KR_BODY_MOMENTUM_Z,
-    KR_SPIN,                                                    /* angular velocity about the apex */
-    KR_QUANTITY_COUNT
+    KR_ONE, KR_Q_W, KR_Q_X, KR_Q_Y, KR_Q_Z, KR_APEX_X, KR_APEX_Y, KR_APEX_Z, KR_M_X, KR_M_Y, KR_M_Z,
+    KR_VERTICAL_X, KR_VERTICAL_Y, KR_VERTICAL_Z, KR_BODY_VELOCITY_X, KR_BODY_VELOCITY_Y, KR_BODY_VELOCITY_Z,
+    KR_BODY_MOMENTUM_X, KR_BODY_MOMENTUM_Y, KR_BODY_MOMENTUM_Z, KR_SPIN, KR_QUANTITY_COUNT
 } kr_quantity;
 typedef struct kr_term { double factor; kr_quantity of, times; } kr_term;
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[]);
-
-/* Zeros count where they change the sign (of g itself, or of dg/dt). What differs from zero by less than 2^-50 of the
- * terms' size cannot be told from it: two roots between which g stays there are a touching, and no event. Nor is the
- * start one, nor what lies within 2^-40 of it in g. What follows `where_count` is the top's own. */
+/* Sign changes count; below 2^-50 of its terms' size, in the start of 2^-40, g cannot be told from zero. */
 typedef struct kr_event {
-    const kr_term *terms;           /* g; terms with the same `of` cost less side by side */
-    size_t count;
-    int extremum;                   /* not 0: where g is largest or smallest */
+    const kr_term *terms, *where;   /* g; only where this is positive (where_count 0: everywhere) */
+    size_t count, where_count;
+    int extremum;                   /* not 0: of dg/dt in place of g, where g is largest or smallest */
     int direction;                  /* 1: where g grows with time, or is smallest; -1: the other way; 0: both */
-    const kr_term *where;           /* only where this function is positive; */
-    size_t where_count;             /* 0: everywhere */
+    int side, sign;                 /* from here on the top's own */
     int64_t piece;
-    int side, sign;
     double mark, next;
 } kr_event;
-typedef struct kr_hit {
-    ptrdiff_t which;                /* the event's index; -1: none */
-    int direction;                  /* 1 or -1 */
-} kr_hit;
-/* From here on look for these, which must outlive the top or the next call; n = 0: for none. KR_ERR_METHOD if the method
- * has no polynomial; without the heading only what does not turn about the vertical can be watched. The path is the same to the last bit, watched or not. */
+typedef struct kr_hit { ptrdiff_t which; int direction; } kr_hit;       /* index or -1: none; 1 or -1 */
+/* Look for these, which must outlive the top or the next call; the path is the same to the last bit. KR_ERR_METHOD for
+ * other methods; without the heading only for what does not turn about the vertical. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* As kr_top_advance, but no further than to the next event: kr_top_state is there then. */
-KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
+KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);   /* as kr_top_advance, to the next event at most */
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top and of any body on
  * which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once; to read it needs no memory and cannot

@@ -245,8 +245,6 @@ def test_threads_find_the_same():
         among[i] = kr.solve(scenes[i], 100, events=of_every_kind(scenes[i])).events.states
 
     threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    for go in (threading.Thread.start, threading.Thread.join):
+        list(map(go, threads))
     assert all(np.array_equal(among[i], alone[i]) for i in range(4))

@@ -35,7 +35,8 @@ static void path_is_the_same(void)
             const double t = 0.1 * i;
             while (kr_top_seek(watched, t, &hit) == KR_OK && hit.which >= 0) found++;
             IS(hit.which == -1 && kr_top_advance(plain, t) == KR_OK);
-            const kr_state a[2] = {kr_top_state(watched), kr_top_low(watched)}, b[2] = {kr_top_state(plain), kr_top_low(plain)};
+            const kr_state a[2] = {kr_top_state(watched), kr_top_low(watched)};
+            const kr_state b[2] = {kr_top_state(plain), kr_top_low(plain)};
             IS(memcmp(a, b, sizeof a) == 0);
         }
         IS(found > 5 && kr_top_stats(watched).steps == kr_top_stats(plain).steps);
@@ -228,8 +229,7 @@ static void failures(void)
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &still, .count = 1, .extremum = 1}};
     kr_hit hit = {7, 7};
     kr_top *top = make(&s, (kr_config){.max_steps = 3}, e, 2);
-    while (kr_top_seek(top, 100.0, &hit) == KR_OK) IS(hit.which == 0);
-    hit.which = 7;
+    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
     IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 && kr_top_stats(top).steps == 3);
     kr_top_free(top);
 }

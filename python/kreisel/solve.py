@@ -8,7 +8,7 @@ from typing import Any
 from . import _core, check, geometric, times
 from .check import Array
 from .columns import picked
-from .events import Block, Event, Events, blocks
+from .events import Event, Events, blocks
 from .how import How, how, wanted
 from .how import every as checked_every
 from .how import progress as checked_progress
@@ -40,15 +40,13 @@ def solve(
                end, or with `every` each so many steps. Negative: back in time [T]
     method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for digits and events;
                'geometric' chooses a structure-preserving method and its step so that `error` is met
-    step       positive [T]. Fixed-step methods need it: their grid is k step, and a time off it is read by a side step,
-               so that states do not depend on what else was asked for. Adaptive methods: the first step
+    step       positive [T]. Fixed-step methods need it, and read times off their grid by a side step. Else the first
     tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed. exact meets any
     digits     taylor only, instead of tol: up to 16, 20 or 30; what doubles leave out is path.q_low and path.m_low
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
-    want       names of quantities, as ("nutation", "energy"): the path keeps t and these, and never all the states;
-               where none of them turns with the top about the vertical, taylor leaves that turn out, which is faster
+    want       names, as ("nutation", "energy"): the path keeps t and these; without the heading where none needs it
     progress   called about ten times a second with the time reached [T]; what it raises stops the run
     events     taylor only: what kreisel.events makes, for path.events to tell; a terminal one ends the path
 
@@ -60,12 +58,13 @@ def solve(
         return _geometric(scene, t, error, max_steps, others, want, progress)
     if error is not None:
         raise ValueError(f"error is for method='geometric', which chooses its step; {method!r} takes step or tol")
+    return _solve(scene, method, (step, tol, digits, max_steps, want), t, every, progress, events)
+
+
+def _solve(scene: Any, method: Any, words: tuple[Any, ...], t: Any, number: Any, callback: Any, events: Any) -> Path:
     name = ELSE if method == "auto" and events is not None else method
-    chosen = replace(how(scene, name, step, tol, digits, max_steps, want), asked=method)
-    return _solve(chosen, t, every, progress, None if events is None else blocks(chosen.method.name, events))
-
-
-def _solve(chosen: How, t: Any, number: Any, callback: Any, watched: list[Block] | None) -> Path:
+    chosen = replace(how(scene, name, *words), asked=method)
+    watched = None if events is None else blocks(chosen.method.name, events)
     wanted_times = times.listed(t, chosen.step, checked_every(chosen.method, number), chosen.size)
     end = float(wanted_times[-1]) if wanted_times.size else 0.0
     times.refuse_endless(chosen.scene, end, chosen.step)
