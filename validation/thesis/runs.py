@@ -59,7 +59,7 @@ def theorem42(scene, step, end, every=1):
     c, s = np.cos(half), np.sin(half)
     states = path.states.copy()
     states[:, 1:5] = np.stack([w * c - z * s, x * c + y * s, y * c - x * s, z * c + w * s], axis=-1)
-    return replace(run, path=replace(path, _states=states))
+    return replace(run, path=replace(path, states=states))
 
 
 def restarted(scene, interval, end, tol=TOL, first=FIRST, every=1):
