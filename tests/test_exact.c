@@ -223,14 +223,14 @@ static void sets(void)
         for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
         kr_exact a = {0}, b = {0};
         kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
-        const kr_status made = kr_exact_one_base.plan(&s, 0, &a), mapped = kr_exact_one_base.map_plan(&s, 1e-3, &c);
+        const kr_status made = kr_exact_one_base.plan(&s, 0, &a), mapped = kr_exact_maps_base.plan(&s, 1e-3, &c);
+        IS(kr_exact_map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
+        IS(mapped != KR_OK || same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
         kr_exact_many_base(&a, N, t, base);
         for (int j = 0; kr_exact_set_at(j); j++) {
             const kr_exact_set *set = kr_exact_set_at(j);
             if (!set->runs_here()) continue;
             IS(made == KR_OK && set->one->plan(&s, 0, &b) == KR_OK && memcmp(&b, &a, sizeof a) == 0);
-            IS(set->one->map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
-            IS(mapped != KR_OK || same(set->one->map_state(&c, 77 + i), kr_exact_one_base.map_state(&c, 77 + i)));
             set->many(&a, N, t, out);
             for (int k = 0; k < N; k++) IS(same(out[k], base[k]) && same(set->one->state(&a, t[k]), base[k]));
         }

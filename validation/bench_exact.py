@@ -35,7 +35,7 @@ def library(compiler="gcc"):
     compiler = shutil.which(compiler) or exit(f"needs {compiler}")
     folders = [CSRC / folder for folder in ("", "methods", "exact", "taylor")]
     plain = [file for folder in folders for file in folder.glob("*.c") if file.name != "wasm.c"]
-    kernels = [*CSRC.glob("taylor/kernel*.c"), *(CSRC / "exact" / name for name in ("states.c", "plans.c"))]
+    kernels = [*CSRC.glob("taylor/kernel*.c"), *(CSRC / "exact" / name for name in ("states.c", "plans.c", "maps.c"))]
     jobs = [(file, ["-DKR_X86"]) for file in [*plain, Path(__file__).with_suffix(".c")]]
     jobs += [(file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in kernels]
     with tempfile.TemporaryDirectory() as folder:

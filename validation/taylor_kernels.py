@@ -20,7 +20,7 @@ def compiled(folder, terms, plain):
     terms = [f"-D{name}={n}" for name, n in zip(("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30"), terms or ())]
     kernels, closed, objects = [*CSRC.glob("taylor/kernel*.c")], [*CSRC.glob("exact/*.c")], []
     for name, options in ({} if terms or plain else SETS).items():
-        for file in (*kernels, CSRC / "exact/states.c", *[CSRC / "exact/plans.c"] * (name == "avx2")):
+        for file in (*kernels, *(CSRC / "exact" / part for part in ("states.c", "plans.c", "maps.c"))):
             objects.append(folder / f"{file.stem}_{name}.o")
             subprocess.run([*flags, *options, f"-DKR_SET={name}", "-c", file, "-o", objects[-1]], check=True)
     sources = [*CSRC.glob("*.c"), *CSRC.glob("methods/*.c"), *closed, CSRC / "taylor/taylor.c", HERE / "taylor_kernels.c", *kernels]

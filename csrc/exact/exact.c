@@ -28,8 +28,15 @@ void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state 
 {
     here()->many(plan, n, t, out);
 }
+static const kr_exact_maps *maps_here(void)
+{
+#ifdef KR_X86
+    if (kr_has_avx2()) return &kr_exact_maps_avx2;
+#endif
+    return &kr_exact_maps_base;
+}
 kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
-    return map ? here()->one->map_plan(scene, step, map) : KR_ERR_ARGUMENT;
+    return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
 }
-kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k) { return here()->one->map_state(map, k); }
+kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k) { return maps_here()->state(map, k); }

@@ -3,7 +3,7 @@
 #define KR_PHASE_H
 #include "state.h"
 
-static kr_state state_at(const kr_exact *e, double t)
+static inline kr_state state_at(const kr_exact *e, double t)
 {
     const dd span = two_sum(t, -e->begin);
     kr_state r;

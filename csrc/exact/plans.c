@@ -3,7 +3,7 @@
 #include "set.h"
 #include "euler.h"
 #include "lagrange.h"
-#include "map.h"
+#include "read.h"
 
 static kr_status plan_of(const kr_scene *scene, int own, kr_exact *plan)
 {
@@ -18,4 +18,4 @@ static kr_status plan_of(const kr_scene *scene, int own, kr_exact *plan)
     if (!own) to_user(plan, &top, scene->start.t, top.units.time);
     return KR_OK;
 }
-const kr_exact_one KR_NAME(kr_exact_one) = {plan_of, state_at, map_plan, map_state};
+const kr_exact_one KR_NAME(kr_exact_one) = {plan_of, state_at};

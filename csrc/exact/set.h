@@ -8,12 +8,15 @@
 typedef struct kr_exact_one {                           /* plans.c */
     kr_status (*plan)(const kr_scene *scene, int own, kr_exact *plan);      /* own: in working axes and own units, from 0 */
     kr_state (*state)(const kr_exact *plan, double t);
-    kr_status (*map_plan)(const kr_scene *scene, double step, kr_exact_map *map);
-    kr_state (*map_state)(const kr_exact_map *map, int64_t k);
 } kr_exact_one;
+typedef struct kr_exact_maps {                          /* maps.c */
+    kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map *map);
+    kr_state (*state)(const kr_exact_map *map, int64_t k);
+} kr_exact_maps;
 typedef void kr_exact_many(const kr_exact *plan, size_t n, const double t[], kr_state out[]);       /* states.c */
 
 extern const kr_exact_one kr_exact_one_base, kr_exact_one_avx2;
+extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
 kr_exact_many kr_exact_many_base, kr_exact_many_avx2, kr_exact_many_avx512;
 
 typedef struct kr_exact_set {

@@ -51,7 +51,7 @@ static double elliptic_agm(double a, double b)
     return 0.5 * (a + b);
 }
 /* T = K'/K or its double, whose numerator is given; the dual series need pi / T in full. */
-static double theta_stretch(kr_exact *plan, dd numerator, dd k2)
+static inline double theta_stretch(kr_exact *plan, dd numerator, dd k2)
 {
     const double T = numerator.hi / elliptic_agm(1.0, sqrt(k2.hi));
     if (T < 1.0) {

@@ -3,10 +3,22 @@
 #include "lanes.h"
 #include "series.h"
 
-#define ORDER(n)                                                                                             \
-    static void advance_##n(kr_series *s, double tol, double way) { advance(s, n, WHOLE, tol, way); }        \
-    static void headless_##n(kr_series *s, double tol, double way) { advance(s, n, HEADLESS, tol, way); }    \
-    static void look_##n(kr_series *s) { sum_series(s, 0, n, &s->at, s->at_x, s->at_w); }
+PER_ORDER void whole(kr_series *s, int from, int order) { expand(s, from, order, WHOLE); }
+PER_ORDER void headless(kr_series *s, int from, int order) { expand(s, from, order, HEADLESS); }
+PER_ORDER void look(kr_series *s, int order) { sum_series(s, 0, order, &s->at, s->at_x, s->at_w); }
+PER_ORDER void go(kr_series *s, int order, double log2_tol, double direction)
+{
+    s->end = s->t + direction * step_size(s, order, log2_tol);
+    sum_series(s, 0, order, &s->end, s->end_x, s->end_w);
+}
+#define STEP(form, n)                                                                                        \
+    static void form##_##n(kr_series *s, double log2_tol, double direction)                                  \
+    {                                                                                                        \
+        begin_at_end(s);                                                                                     \
+        form(s, 0, n);                                                                                       \
+        go(s, n, log2_tol, direction);                                                                       \
+    }
+#define ORDER(n) STEP(whole, n) STEP(headless, n) static void look_##n(kr_series *s) { look(s, n); }
 ORDER(12)
 ORDER(16)
 ORDER(18)
@@ -14,12 +26,12 @@ ORDER(22)
 ORDER(28)
 #define EACH(kind) {12, kind##_12, look_12}, {16, kind##_16, look_16}, {18, kind##_18, look_18}, \
                    {22, kind##_22, look_22}, {28, kind##_28, look_28}
-const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {EACH(advance)};
+const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {EACH(whole)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {EACH(headless)};
 
 /* What follows a head of double-doubles (kernel_dd.c). */
 #define TAIL(digits)                                                                                         \
-    static void expand_##digits(kr_series *s) { expand(s, KR_HEAD_##digits, KR_LAST_##digits, WHOLE); }             \
+    static void expand_##digits(kr_series *s) { whole(s, KR_HEAD_##digits, KR_LAST_##digits); }                   \
     static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)                     \
     {                                                                                                        \
         sum_series(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                                     \

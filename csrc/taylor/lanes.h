@@ -23,10 +23,14 @@
 /* Unrolled, a loop over 28 orders fits the instruction cache only where one instruction does eight lanes. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
+#  define PER_ORDER static      /* a loop need not know its end: one copy for all orders */
 #elif defined __clang__
 #  define UNROLL _Pragma("clang loop unroll(full)")
 #else
 #  define UNROLL _Pragma("GCC unroll 32")
+#endif
+#if !defined PER_ORDER
+#  define PER_ORDER INLINE
 #endif
 
 /* What every width can do; `fused` says how the hardware writes a*b + c. */

@@ -171,11 +171,3 @@ INLINE void begin_at_end(kr_series *s)
     duo_store(s->x[0], duo_load(s->end_x));
     quad_store(s->w[0], quad_load(s->end_w));
 }
-
-INLINE void advance(kr_series *s, int order, form what, double log2_tol, double direction)
-{
-    begin_at_end(s);
-    expand(s, 0, order, what);
-    s->end = s->t + direction * step_size(s, order, log2_tol);
-    sum_series(s, 0, order, &s->end, s->end_x, s->end_w);
-}
