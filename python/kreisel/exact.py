@@ -165,7 +165,7 @@ def _path(scene: Scene, states: Array, method: str, step: float | None) -> Path:
     """What Path's constructor makes of these, in a tenth of the time: it would take longer than all else of a call."""
     states.flags.writeable = False
     path = object.__new__(Path)
-    vars(path).update(scene=scene, _states=states, method=method, step=step, tol=None, stats=_NO_STEPS, _columns={})
+    vars(path).update(scene=scene, states=states, method=method, step=step, tol=None, stats=_NO_STEPS, _columns={})
     return path
 
 
