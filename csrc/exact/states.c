@@ -2,6 +2,9 @@
  * loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
 #include "set.h"
 #include "state.h"
+#if defined __SSE2__
+#  include <emmintrin.h>
+#endif
 
 enum { BLOCK = 64 };
 typedef struct block {
@@ -32,6 +35,26 @@ INLINE void write(const block *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
+/* The same past the cache, where there will be more states than it holds: they would be read before they are written. */
+#if defined __SSE2__
+enum { LARGE = 1 << 14 };
+static int is_stream(size_t n, const kr_state out[]) { return n >= LARGE && (uintptr_t)out % 16 == 0; }
+INLINE void stream(const block *b, int n, kr_state *out)
+{
+    for (int i = 0; i < n; i++) {
+        double *to = (double *)&out[i];
+        _mm_stream_pd(to, _mm_set_pd(b->w[i], b->t[i]));
+        _mm_stream_pd(to + 2, _mm_set_pd(b->y[i], b->x[i]));
+        _mm_stream_pd(to + 4, _mm_set_pd(b->mx[i], b->z[i]));
+        _mm_stream_pd(to + 6, _mm_set_pd(b->mz[i], b->my[i]));
+    }
+}
+INLINE void end_stream(void) { _mm_sfence(); }
+#else
+INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
+INLINE void stream(const block *b, int n, kr_state *out) { write(b, n, out); }
+INLINE void end_stream(void) {}
+#endif
 /* At most a block. Rounded up to eights, so that compilers need no loop for a rest. */
 static void states(const kr_exact *plan, block *b, int count)
 {
@@ -47,11 +70,14 @@ static void states(const kr_exact *plan, block *b, int count)
 }
 void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_state out[])
 {
+    const int streams = is_stream(n, out);
     block b = {.t = {0.0}};
     for (size_t from = 0; from < n; from += BLOCK) {
         const int count = n - from < BLOCK ? (int)(n - from) : BLOCK;
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
         states(e, &b, count);
-        write(&b, count, out + from);
+        if (streams) stream(&b, count, out + from);
+        else write(&b, count, out + from);
     }
+    if (streams) end_stream();
 }

@@ -90,11 +90,12 @@ static void set_constants(kr_series s[2], const kr_run *run, double rate)
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
 }
-/* The shortest turn that lifts P to the vertical stands for all that do. */
+/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but for the tolerance: of
+ * 1 / |P| two terms do, which take neither a root nor a quotient. */
 static kr_quat attitude(const kr_run *run, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
-    return run->leave_heading ? q_conj(q_tilt(v_scale(1.0 / v_length(P), P))) : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    return run->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P))) : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
 static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4], kr_state *s)
 {
