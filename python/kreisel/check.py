@@ -61,11 +61,15 @@ def array(name: str, value: Any, what: str) -> Array:
         raise ValueError(f"{name} must be {what}, not {value!r}") from None
     if given.size and given.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {what}, not {value!r}")
-    with np.errstate(over="ignore"):
-        numbers = given.astype(np.float64)
+    numbers = given.copy() if given.dtype == np.float64 else _doubles(given)
     if not np.isfinite(numbers).all():
         raise ValueError(f"{name} must be finite, not {value!r}")
     return numbers
+
+
+def _doubles(given: npt.NDArray[Any]) -> Array:
+    with np.errstate(over="ignore"):
+        return given.astype(np.float64)
 
 
 def row(name: str, value: Any, n: int, what: str) -> list[float]:

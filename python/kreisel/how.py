@@ -2,8 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from . import _core, check, errors
 from .methods import ELSE, Method, fitting
@@ -20,8 +19,7 @@ WIDTHS = {"t": 1, **TURNING, **LEVEL}
 _FIRST_STEP = -0.1      # back in time, for a method that would choose its own: to the core a step of 0 means forward
 
 
-@dataclass(frozen=True)
-class How:
+class How(NamedTuple):
     """step, tol, digits and want as used: None where there is none, or the method's own."""
 
     scene: Scene
@@ -55,13 +53,20 @@ class How:
 
 
 def how(
-    scene: Any, method: Any, step: Any = None, tol: Any = None, digits: Any = None, max_steps: Any = 0, want: Any = None
+    scene: Any,
+    method: Any,
+    step: Any = None,
+    tol: Any = None,
+    digits: Any = None,
+    max_steps: Any = 0,
+    want: Any = None,
+    asked: str = "",
 ) -> How:
     """Raises TypeError or ValueError for what cannot be."""
     check.kind("scene", scene, Scene)
     chosen = fitting(ELSE if method == "auto" and digits is not None else method, scene)
     steering = _step(chosen, step), _tol(chosen, tol), _digits(chosen, digits, tol)
-    return How(scene, chosen, *steering, check.whole("max_steps", max_steps, 0), wanted(want), method)
+    return How(scene, chosen, *steering, check.whole("max_steps", max_steps, 0), wanted(want), asked or method)
 
 
 def wanted(want: Any) -> tuple[str, ...] | None:

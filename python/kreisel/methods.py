@@ -116,7 +116,9 @@ def fitting(name: Any, scene: Scene) -> Method:
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
     if name == "auto":
-        name = EXACT if methods[EXACT].suits(scene) else ELSE
+        if methods[EXACT].suits(scene):
+            return methods[EXACT]
+        name = ELSE
     method = methods.get(name)
     if method is None:
         raise ValueError(unknown(name))

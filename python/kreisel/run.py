@@ -6,7 +6,6 @@ import os
 import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
@@ -230,7 +229,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
-    chosen = replace(how(toml.parse(head["scene"]), method, step, tol, digits, limit, head["want"]), asked=head["asked"])
+    chosen = how(toml.parse(head["scene"]), method, step, tol, digits, limit, head["want"], head["asked"])
     run = Run(chosen, head["back"])
     status = run._top.load(memory)
     if status != "OK":
