@@ -45,7 +45,7 @@ def positive(name: str, value: Any) -> float:
 
 def whole(name: str, value: Any, least: int) -> int:
     """An integer from `least` up, of at most 63 bits."""
-    if isinstance(value, bool) or not isinstance(value, Integral):
+    if type(value) is not int and (isinstance(value, bool) or not isinstance(value, Integral)):
         raise TypeError(f"{name} must be a whole number, not {value!r}")
     n = int(value)
     if not least <= n < 2**63:

@@ -12,10 +12,10 @@ import numpy as np
 from . import _core, check
 from .check import Array
 from .methods import EXACT, fitting, methods
-from .path import Path
+from .path import Path, made
 from .states import Stats
 from .scene import Scene
-from .times import fastest, refuse_endless
+from .times import refuse_endless
 
 _MAP = "bobenko_suris"
 _COUNTABLE = 2.0**53
@@ -51,12 +51,12 @@ class Exact(_Rates):
         if states is None:
             states = _core.exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
-        return _path(self.scene, states, EXACT, None)
+        return made(self.scene, states, EXACT, None, _NO_STEPS)
 
     @cached_property
     def _most(self) -> float:
         """Times below this need no second look."""
-        rate = fastest(self.scene)
+        rate = self.scene._fastest
         return 0.5 * _COUNTABLE / rate if rate > 0.0 else math.inf
 
     def _times(self, t: Any) -> Array:
@@ -93,7 +93,7 @@ class ExactEnsemble:
 
     @cached_property
     def _fastest(self) -> float:
-        return max(map(fastest, self.scenes), default=0.0)
+        return max((scene._fastest for scene in self.scenes), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class ExactMap(_Rates):
         if not (np.rint(numbers) == numbers).all() or np.abs(numbers).max(initial=0.0) >= _COUNTABLE:
             raise ValueError(f"k must be whole and below 2**53, not {k!r}")
         states = _core.exact_map_states(self._plan, numbers.astype(np.int64))
-        return _path(self.scene, states, _MAP, self.step)
+        return made(self.scene, states, _MAP, self.step, _NO_STEPS)
 
 
 @overload
@@ -159,14 +159,6 @@ def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:
     if status != "OK":
         raise _refusal(status, scenes[done], f"scene[{done}]: ")
     return ExactEnsemble(tuple(scenes), plans[:, 0].copy(), plans[:, 1].copy(), plans[:, 2].copy(), plans)
-
-
-def _path(scene: Scene, states: Array, method: str, step: float | None) -> Path:
-    """What Path's constructor makes of these, in a tenth of the time: it would take longer than all else of a call."""
-    states.flags.writeable = False
-    path = object.__new__(Path)
-    vars(path).update(scene=scene, states=states, method=method, step=step, tol=None, stats=_NO_STEPS, _columns={})
-    return path
 
 
 def _row(t: Any) -> Array:

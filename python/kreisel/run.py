@@ -17,7 +17,7 @@ from .columns import Columns
 from .how import How, how
 from .how import every as _every
 from .how import progress as checked_progress
-from .path import Path
+from .path import Path, made
 from .plan import Plan, of
 from .scene import Scene
 from .states import Stats
@@ -31,9 +31,11 @@ def path_of(
     how: How, back: bool, states: Array, low: Array | None, stats: tuple[int, ...], columns: Any = None
 ) -> Path:
     """The path that the core has recorded."""
-    words = how.scene, states, how.method.name, how.signed(back), how.tol, Stats(*stats)
+    words = how.scene, states, how.method.name, how.signed(back)
+    if columns is None and low is None:
+        return made(*words, Stats(*stats), how.tol, digits=how.digits, _asked=how.asked)
     want = how.want if columns else None
-    return Path(*words, digits=how.digits, _low=low, want=want, _columns=columns or {}, _asked=how.asked)
+    return Path(*words, how.tol, Stats(*stats), digits=how.digits, _low=low, want=want, _columns=columns or {}, _asked=how.asked)
 
 
 def stopped(status: str, path: Path, end: float) -> BaseException:

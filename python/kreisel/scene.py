@@ -4,6 +4,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Self
 
 from . import _core, check, errors, quaternion
@@ -59,6 +60,13 @@ class Scene:
             raise errors.refusal(status, f"momentum {m}, attitude {q}, gravity {g!r}")
         for name, value in {"body": body, "momentum": m, "attitude": q, "gravity": g, "_block": block}.items():
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def _fastest(self) -> float:
+        """About how fast the top can turn: by its momentum, or as a pendulum [T^-1]."""
+        largest = max(self.body.moments)
+        torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
+        return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @property
     def attitude_xyzw(self) -> Quaternion:

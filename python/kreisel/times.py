@@ -20,8 +20,8 @@ _WHAT = "a number or a list of times"
 
 def listed(t: Any, step: float | None, every: int | None, size: int = 64) -> Array:
     """All times that t stands for: a list, or the start and the end, or each so many steps; `size` bytes a state."""
-    times = check.array("t", t, _WHAT)
-    if times.ndim == 0:
+    times = t if type(t) is float and math.isfinite(t) else check.array("t", t, _WHAT)
+    if isinstance(times, float) or times.ndim == 0:
         end = float(times)
         return np.array([0.0, end]) if step is None or every is None else _grid(end, step, every, size + 8)
     if times.ndim > 1:
@@ -127,13 +127,6 @@ def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
     if step is not None and not abs(end / step) < _EXACT:
         raise ValueError(_too_many_steps(end, abs(step)))
-    angle = fastest(scene) * abs(end)
+    angle = scene._fastest * abs(end)
     if angle >= _EXACT:
         raise ValueError(f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell where it is")
-
-
-def fastest(scene: Scene) -> float:
-    """About how fast a top can turn: by its momentum, or as a pendulum [T^-1]."""
-    largest = max(scene.body.moments)
-    torque = scene.body.mass * abs(scene.gravity) * math.hypot(*scene.body.com)
-    return max(math.hypot(*scene.momentum) / largest, math.sqrt(torque / largest))
