@@ -19,7 +19,7 @@ class Plan:
 
 
 PLANS = {"quick": Plan("quick", 20, .01, 2, 1, 24),
-         "default": Plan("default", 240, .03, 7, 2, 200),
+         "default": Plan("default", 280, .03, 7, 2, 200),
          "full": Plan("full", 1e9, .5, 15, 15, 1000)}
 
 

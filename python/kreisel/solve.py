@@ -63,7 +63,7 @@ def solve(
 
 def _solve(scene: Any, method: Any, words: tuple[Any, ...], t: Any, number: Any, callback: Any, events: Any) -> Path:
     name = ELSE if method == "auto" and events is not None else method
-    chosen = how(scene, name, *words, asked=method)
+    chosen = how(scene, name, *words, method)
     watched = None if events is None else blocks(chosen.method.name, events)
     wanted_times = times.listed(t, chosen.step, checked_every(chosen.method, number), chosen.size)
     end = float(wanted_times[-1]) if wanted_times.size else 0.0
