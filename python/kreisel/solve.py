@@ -61,7 +61,9 @@ def solve(
     return _solve(scene, method, (step, tol, digits, max_steps, want), t, every, progress, events)
 
 
-def _solve(scene: Any, method: Any, words: tuple[Any, ...], t: Any, number: Any, callback: Any, events: Any) -> Path:
+def _solve(
+    scene: Any, method: Any, words: tuple[Any, Any, Any, Any, Any], t: Any, number: Any, callback: Any, events: Any
+) -> Path:
     name = ELSE if method == "auto" and events is not None else method
     chosen = how(scene, name, *words, method)
     watched = None if events is None else blocks(chosen.method.name, events)
