@@ -16,7 +16,7 @@ TIGHTER = range(2, 17)      # steps are a turn by 2 ** k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
 CHAOS = 1e-6        # only below this do errors that no longer fall mean that rounding is reached [rad]
-ROUNDS_UNTIL = .5
+ROUNDS_UNTIL = .5   # of the time: further rounds of timing are left out for what comes after them
 LOOKS = 100         # about as many states are recorded for the energy
 
 
