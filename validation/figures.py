@@ -51,7 +51,8 @@ def label_ends(axes, ends):
     for i in reversed(range(len(heights))):
         heights[i] = min(heights[i] - (over if i == len(heights) - 1 else 0.0), heights[i + 1] - gap if i + 1 < len(heights) else 1)
     for height, (_, x, y, name, colour) in zip(heights, placed):
-        axes.annotate(name, (x, y), xytext=(1.03, height), textcoords="axes fraction", color=colour, fontsize=9, va="center",
+        inside = x, np.clip(y, low, high)
+        axes.annotate(name, inside, xytext=(1.03, height), textcoords="axes fraction", color=colour, fontsize=9, va="center",
                       annotation_clip=False, arrowprops={"arrowstyle": "-", "color": colour, "linewidth": .5, "alpha": .5})
 
 
