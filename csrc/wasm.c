@@ -1,6 +1,6 @@
 /* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of kreisel.h. Floor 5.
  * Built for WebAssembly only, hence one stage to a page: the only global state there is. */
-#include "stage.h"
+#include "picture.h"
 #include "taylor/taylor.h"
 
 /* The stage asks for no more digits than a double has: the page does without the kernels for 20 and 30. */
@@ -12,6 +12,9 @@ const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 
 static kr_stage stage;
 static kr_measure measured;
+static kr_vec3 velocity;
+static kr_box box;
+static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
 EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
 EXPORT(kr_status, kr_page_add, (const kr_scene *scene, const kr_method *method, double eps, double tol, int against))
@@ -31,9 +34,11 @@ EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
 
 EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
 EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
-EXPORT(double, kr_page_steps, (int i)) { return (double)stage.actor[i].steps; }
-EXPORT(const kr_quat *, kr_page_trace, (int i)) { return stage.actor[i].trace; }
-EXPORT(int, kr_page_trace_size, (void)) { return KR_STAGE_TRACE; }
+EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
+{
+    velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
+    return &velocity;
+}
 EXPORT(const kr_measure *, kr_page_measure, (int i))
 {
     measured = kr_stage_measure(&stage, i);
@@ -43,3 +48,15 @@ EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
 EXPORT(const double *, kr_page_time, (void)) { return stage.time; }
 EXPORT(const kr_measure *, kr_page_record, (void)) { return stage.record[0]; }
 EXPORT(int, kr_page_record_width, (void)) { return (int)(sizeof stage.record[0] / (sizeof(double))); }
+
+EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
+{
+    box = kr_picture_box(body);
+    return &box;
+}
+EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
+EXPORT(int, kr_page_way, (int i, double radius)) { return kr_picture_way(&stage.actor[i], radius, points); }
+EXPORT(int, kr_page_rod, (int i, double scale, double radius))
+{
+    return KR_PICTURE_SIDES * kr_picture_rod(&stage.actor[i], scale, radius, points);
+}

@@ -14,7 +14,7 @@ FLOORS = [  # an #include points downwards, or to a header beside it; methods st
     "method.h methods.def rest_frame.h extrapolation.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "exact/*",
     "methods/* taylor/* gsl/*",
-    "table.c top.* steps.c deep.c save.c stage.*",
+    "table.c top.* steps.c deep.c save.c stage.* picture.*",
     "events/*",
     "wasm.c",
 ]

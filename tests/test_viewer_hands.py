@@ -29,7 +29,7 @@ def test_drag_of_face_or_edge_turns(page, kind):
 
 @pytest.mark.parametrize("shape", ["free", "lagrange", "kowalewski", "goryachev_chaplygin"])
 def test_drag_of_a_corner_resizes(page, shape):
-    page.evaluate("name => kreisel.page.edit((s) => kreisel.takeShape(s, name))", shape)
+    page.evaluate("name => kreisel.page.set('shape', name)", shape)
     before = scene(page)["body"]
     start, end = drag(page, "corner", (25, -30), number=5)
     after = scene(page)["body"]

@@ -63,6 +63,7 @@ def licences(modules: Path) -> str:
         "kreisel": ROOT / "LICENSE",
         "three.js": modules / "three/LICENSE",
         "uPlot": modules / "uplot/LICENSE",
+        "lit-html": modules / "lit-html/LICENSE",
         "wasi-libc": ZIG / "lib/libc/wasi/LICENSE-MIT",
         "musl, inside wasi-libc": ZIG / "lib/libc/musl/COPYRIGHT",
         "Zig, functions of its own beside them": ZIG / "LICENSE",

@@ -12,6 +12,7 @@ const [SCENE, IN, IN2, IN3] = [0, 20, 32, 36].map((offset) => scratch + 8 * offs
 
 const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
+const putScene = (block, gravity, q, m) => put(SCENE, [...block, gravity, 0, ...q, ...m]);
 
 function text(pointer) {
   const bytes = new Uint8Array(C.memory.buffer, pointer);
@@ -23,17 +24,13 @@ function check(status) {
 
 export const version = text(C.kr_version());
 
-export const methods = Array.from({ length: C.kr_method_count() }, (_, i) => {
-  const pointer = C.kr_method_at(i);
-  const flags = C.kr_method_flags(pointer);
-  return {
-    pointer,
-    name: text(C.kr_method_name(pointer)),
-    text: text(C.kr_method_text(pointer)),
-    adaptive: !!(flags & 4),
-    suits: (block, gravity) => !!C.kr_method_suits(pointer, put(SCENE, [...block, gravity, 0, 1, 0, 0, 0, 0, 0, 0])),
-  };
-});
+export const methods = new Map(
+  Array.from({ length: C.kr_method_count() }, (_, i) => {
+    const pointer = C.kr_method_at(i);
+    const suits = (block, gravity) => !!C.kr_method_suits(pointer, putScene(block, gravity, [1, 0, 0, 0], [0, 0, 0]));
+    return [text(C.kr_method_name(pointer)), { pointer, adaptive: !!(C.kr_method_flags(pointer) & 4), suits }];
+  }),
+);
 
 // A body as its user describes it -> kr_body: mass, moments (3), centre of mass (3), principal axes (w, x, y, z).
 export function makeBody(body) {
@@ -44,38 +41,40 @@ export function makeBody(body) {
 export const kind = (block) =>
   ["general", "euler", "lagrange", "kowalewski", "goryachev_chaplygin"][C.kr_body_kind(put(SCENE, block), 1e-12)];
 
-export function velocity(block, gravity, q, m) {
-  put(SCENE, [...block, gravity, 0, ...q, ...m]);
-  C.kr_state_velocity(IN, SCENE, SCENE + 8 * 12);
-  return Array.from(doubles(IN, 3));
+// How a body is drawn: a cuboid with half edges, its centre seen from the fixed point, its turn in the body's frame.
+export function cuboidOf(body) {
+  const { half, pivot, density } = body;
+  if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density: density ?? 1 };
+  const [a, b, c, x, y, z, ...rest] = doubles(C.kr_page_box(put(SCENE, makeBody(body))), 11);
+  return { half: [a, b, c], centre: [x, y, z], turn: rest.slice(0, 4), density: rest[4] };
 }
 
 const tracks = [];
+const points = (n, into) => (into.set(new Float32Array(C.memory.buffer, C.kr_page_points(), 3 * n)), n);
 export const stage = {
   clear() {
     C.kr_page_clear();
     for (const pointer of tracks.splice(0)) C.free(pointer);
   },
-  add(block, gravity, q, m, method, eps, tol, against) {
-    put(SCENE, [...block, gravity, 0, ...q, ...m]);
-    check(C.kr_page_add(SCENE, method.pointer, eps, method.adaptive ? tol : 0, against));
+  add(block, gravity, q, m, { pointer, adaptive }, eps, tol, against) {
+    check(C.kr_page_add(putScene(block, gravity, q, m), pointer, eps, adaptive ? tol : 0, against));
   },
   addTrack(block, gravity, states, eps, against) {
-    const room = C.malloc(8 * states.length);
+    const room = put(C.malloc(8 * states.length), states);
     tracks.push(room);
-    put(room, states);
-    put(SCENE, [...block, gravity, ...states.subarray(0, 8)]);
-    check(C.kr_page_add_track(SCENE, room, states.length / 8, eps, against));
+    const [, w, x, y, z, ...m] = states.subarray(0, 8);
+    check(C.kr_page_add_track(putScene(block, gravity, [w, x, y, z], m), room, states.length / 8, eps, against));
   },
   advance: (target, most) => C.kr_page_advance(target, most),
   common: () => C.kr_page_common(),
   state: (i) => doubles(C.kr_page_state(i), 8), // t, q, m
+  velocity: (i) => Array.from(doubles(C.kr_page_velocity(i), 3)),
   failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
-  steps: (i) => C.kr_page_steps(i),
-  trace: (i) => doubles(C.kr_page_trace(i), 4 * C.kr_page_trace_size()),
+  way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
+  rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),
   measure: (i) => Array.from(doubles(C.kr_page_measure(i), 5)), // energy, <m,p>/g, <m,a>/|a|, K or G, frame error
   rows: () => C.kr_page_rows(),
-  time: () => doubles(C.kr_page_time(), C.kr_page_rows()),
+  time: () => Array.from(doubles(C.kr_page_time(), C.kr_page_rows())),
   record(i, what) {
     const width = C.kr_page_record_width();
     const all = doubles(C.kr_page_record(), width * C.kr_page_rows());

@@ -3,72 +3,60 @@
 import { Plane, Quaternion, Vector3 } from "three";
 import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js";
 
-export function takeHold(view, page) {
+export function takeHold(view, page, panel) {
+  const { canvas } = view;
+  const hands = { tipSeen: false, cancel };
   let drag = null;
-  const canvas = view.canvas;
 
-  canvas.addEventListener(
-    "pointerdown",
-    (event) => {
-      const hit = drag ? null : view.pick(event.clientX, event.clientY);
-      if (!hit || event.button > 1) return;
-      const move = hit.kind === "corner" && (event.button === 1 || event.altKey || page.cornersMove());
-      if (event.button === 1 && !move) return;
-      event.preventDefault();
-      page.run(false);
-      view.enable(false);
-      canvas.setPointerCapture(event.pointerId);
-      const top = view.tops[hit.i];
-      // A finger takes hold beside the middle of a handle: keep that distance.
-      const grip = hit.kind === "face" ? hit.point : view.handle(hit.kind, hit.i, hit.corner);
-      const facing = view.camera.getWorldDirection(new Vector3());
-      const plane = new Plane().setFromNormalAndCoplanarPoint(facing, grip);
-      const offset = meet(view, plane, event.clientX, event.clientY)?.sub(grip) ?? new Vector3();
-      const kind = move ? "pivot" : hit.kind;
-      drag = { ...hit, kind, top, plane, offset, x: event.clientX, y: event.clientY };
-      view.moving = move;
-      page.seen(hit.kind);
-    },
-    true,
-  );
-
-  canvas.addEventListener("pointermove", (event) => {
-    if (!drag) {
-      if (event.pointerType === "mouse" && !event.buttons)
-        canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
-      return;
-    }
+  function take(event) {
+    const hit = drag || event.button > 1 ? null : view.pick(event.clientX, event.clientY);
+    const move = hit?.kind === "corner" && (event.button === 1 || event.altKey || panel.cornersMove);
+    if (!hit || (event.button === 1 && !move)) return;
+    event.preventDefault();
+    page.run(false);
+    view.orbit.enabled = false;
+    canvas.setPointerCapture(event.pointerId);
+    // A finger takes hold beside the middle of a handle: keep that distance.
+    const grip = hit.kind === "face" ? hit.point : view.handle(hit.kind, hit.i, hit.corner);
+    const plane = new Plane().setFromNormalAndCoplanarPoint(view.camera.getWorldDirection(new Vector3()), grip);
+    const offset = meet(view, plane, event)?.sub(grip) ?? new Vector3();
+    const { clientX: x, clientY: y, pointerId } = event;
+    drag = { ...hit, kind: move ? "pivot" : hit.kind, top: view.tops[hit.i], plane, offset, x, y, pointerId };
+    view.moving = move;
+    hands.tipSeen ||= hit.kind === "tip";
+  }
+  function move(event) {
+    if (!drag && event.pointerType === "mouse" && !event.buttons)
+      canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
+    const at = drag?.pointerId === event.pointerId && meet(view, drag.plane, event)?.sub(drag.offset);
+    if (!at) return;
     if (!drag.before) {
       page.begin(drag.top); // now that it moves: a click changes nothing
       drag.before = structuredClone(page.scene);
     }
-    const at = meet(view, drag.plane, event.clientX, event.clientY)?.sub(drag.offset);
-    if (!at) return;
     page.edit((scene) => moves[drag.kind](view, scene, drag, at, event));
-  });
-
-  const end = () => {
-    if (!drag) return;
+  }
+  function end({ pointerId } = drag) {
+    if (drag?.pointerId !== pointerId) return;
     drag = null;
     view.moving = false;
-    view.enable(true);
+    view.orbit.enabled = true;
     view.draw();
     page.tell();
-  };
+  }
+  function cancel() {
+    const before = drag?.before;
+    if (drag) end();
+    if (before) page.load(before, false);
+  }
+  canvas.addEventListener("pointerdown", take, true); // before the orbit takes it
+  canvas.addEventListener("pointermove", move);
   canvas.addEventListener("pointerup", end);
   canvas.addEventListener("pointercancel", end);
-  return {
-    cancel() {
-      if (!drag) return false;
-      const { before } = drag;
-      end();
-      if (before) page.replace(before);
-      return true;
-    },
-  };
+  return hands;
 }
 
-const meet = (view, plane, x, y) => view.ray(x, y).ray.intersectPlane(plane, new Vector3());
+const meet = (view, plane, { clientX, clientY }) => view.ray(clientX, clientY).ray.intersectPlane(plane, new Vector3());
 // A point of the world as the cuboid sees it, from the fixed point.
 const inBody = (view, scene, drag, at) => {
   const turn = quaternion(scene.attitude).conjugate();
@@ -93,16 +81,11 @@ const moves = {
   corner(view, scene, drag, at) {
     becomeCuboid(scene);
     const { half, pivot } = scene.body;
-    const signs = cornerSigns(drag.corner);
+    const from = cornerSigns(drag.corner).map((sign, k) => sign - pivot[k] / half[k]); // times half: the corner
     const wanted = inBody(view, scene, drag, at);
-    const sizes = half.map((h, k) => {
-      const from = signs[k] - pivot[k] / h; // the corner lies at half times this
-      return Math.abs(from) > 1e-3 ? Math.max(wanted[k] / from, 0.05) : h;
-    });
-    if (scene.shape === "free" || scene.shape === "lagrange") return resize(scene, sizes);
-    const ratio = Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * signs[k] - pivot[k]));
-    const alike = half.map((h) => h * ratio);
-    return resize(scene, alike);
+    const sizes = half.map((h, k) => (Math.abs(from[k]) > 1e-3 ? wanted[k] / from[k] : h));
+    const ratio = Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * from[k]));
+    resize(scene, ["free", "lagrange"].includes(scene.shape) ? sizes : half.map((h) => h * ratio));
   },
   pivot(view, scene, drag, at) {
     becomeCuboid(scene);

@@ -1,23 +1,17 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here.
 import { kind, makeBody, methods, stage, TICKS } from "./core.js";
-import { bytes, cast, complete } from "./scene.js";
+import { bytes, cast, complete, take } from "./scene.js";
 
-const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 const SLICE = 2000; // steps between two looks at the watch
 const MOMENT = 8; // milliseconds of a frame that stepping may take
+const GOES_ON = /^(speed|distance|stop|chart|show)/; // what is set without beginning anew
 
 export class Page {
   constructor(view) {
     this.view = view;
     this.past = [];
     this.running = false;
-    this.listeners = [];
-  }
-  onChange(listener) {
-    this.listeners.push(listener);
-  }
-  tell() {
-    this.listeners.forEach((listener) => listener());
+    this.tell = () => {}; // what is to be done after a change
   }
 
   load(given, fit = true) {
@@ -30,42 +24,34 @@ export class Page {
       this.scene = before;
       this.build(false);
       this.say(`That cannot be: ${error.message}`);
-      return;
     }
     this.tell();
   }
   // The stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
-    const block = makeBody(scene.body);
-    if (!scene.methods.length) throw new Error("there is no method in it");
+    const { gravity } = scene;
+    this.block = makeBody(scene.body);
+    this.kind = kind(this.block);
     for (const [i, name] of scene.methods.entries()) {
-      const method = methods.find((m) => m.name === name);
-      if (!method) throw new Error(`there is no method ${name} in the page`);
-      if (!method.suits(block, scene.gravity)) scene.methods[i] = "strang"; // the body became one that it is not for
+      if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
+      if (!methods.get(name).suits(this.block, gravity)) scene.methods[i] = "strang"; // the body became another
     }
-    this.kind = kind(block);
     stage.clear();
-    this.tops = cast(scene).map((top) => ({ ...top, eps: Math.max(1, Math.round(top.eps * TICKS)) }));
-    for (const top of this.tops) {
-      const m = (top.side && scene.second) || scene.momentum;
-      if (top.track) {
-        const states = new Float64Array(bytes(top.track.states).buffer);
-        stage.addTrack(block, scene.gravity, states, top.eps, top.against);
-      } else {
-        const method = methods.find((each) => each.name === top.method);
-        const tol = top.role === "ghost" ? 1e-13 : scene.tol;
-        stage.add(block, scene.gravity, scene.attitude, m, method, top.eps, tol, top.against);
-      }
+    this.tops = cast(scene, this.block).map((top) => ({ ...top, ticks: Math.max(1, Math.round(top.eps * TICKS)) }));
+    for (const { track, method, side, role, ticks, against } of this.tops) {
+      const m = (side && scene.second) || scene.momentum;
+      const tol = role === "ghost" ? 1e-13 : scene.tol;
+      if (track) stage.addTrack(this.block, gravity, new Float64Array(bytes(track.states).buffer), ticks, against);
+      else stage.add(this.block, gravity, scene.attitude, m, methods.get(method), ticks, tol, against);
     }
-    this.block = block;
     this.target = this.clock = 0;
     this.goal = null;
     this.failed = false;
-    this.view.build(scene, this.tops, block, fit);
+    this.view.build(this, fit);
   }
 
-  // A change: by hand, or by a control. The state of the moment becomes the new start.
+  // Before a change: the scene is kept for undo, and the state of the moment becomes the new start.
   begin(top) {
     this.past.push(JSON.stringify(this.scene));
     if (this.past.length > 200) this.past.shift();
@@ -74,18 +60,36 @@ export class Page {
   adopt(top) {
     const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
     const leader = live.includes(top) && !(this.scene.second && top.side) ? top : live[0];
-    const [, w, x, y, z, ...m] = stage.state(this.tops.indexOf(leader));
-    Object.assign(this.scene, { attitude: [w, x, y, z], momentum: m });
+    const [, w, x, y, z, ...momentum] = stage.state(this.tops.indexOf(leader));
     const beside = this.tops.indexOf(live.find((each) => each.side));
-    if (this.scene.second) this.scene.second = Array.from(stage.state(beside).slice(5));
+    const second = this.scene.second && Array.from(stage.state(beside).slice(5));
+    this.scene = { ...this.scene, attitude: [w, x, y, z], momentum, second };
   }
   edit(change) {
     const scene = structuredClone(this.scene);
     change(scene);
-    // A track is of another motion then.
-    if (["body", "attitude", "momentum", "gravity"].some((key) => differ(scene[key], this.scene[key])))
-      scene.tracks = [];
+    const differs = (key) => JSON.stringify(scene[key]) !== JSON.stringify(this.scene[key]);
+    if (["body", "attitude", "momentum", "gravity"].some(differs)) scene.tracks = []; // they are of another motion
     this.load(scene, false);
+  }
+  // What a control sets, at a place such as "show.trace". One undo for all that a hand does to it at a time.
+  set(place, x, gesture) {
+    const { scene, past } = this;
+    const depth = past.length;
+    try {
+      if (GOES_ON.test(place)) {
+        take(scene, place, x);
+        this.view.show(scene);
+        return this.tell();
+      }
+      if (!gesture || gesture !== this.gesture) this.begin();
+      this.gesture = gesture;
+      this.edit((next) => take(next, place, x));
+    } catch (error) {
+      past.length = depth;
+      this.scene = scene;
+      this.say(error.message);
+    }
   }
   replace(scene, fit = false) {
     this.begin();
@@ -95,7 +99,7 @@ export class Page {
     const last = this.past.pop();
     if (!last) return;
     this.run(false);
-    this.load(JSON.parse(last), true);
+    this.load(JSON.parse(last));
   }
 
   run(on) {
@@ -104,7 +108,13 @@ export class Page {
     this.tell();
   }
   get over() {
-    return this.scene.stop !== null && this.clock >= Math.round(this.scene.stop * TICKS);
+    return this.clock >= this.end;
+  }
+  get end() {
+    return this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
+  }
+  get moving() {
+    return this.running || this.goal !== null;
   }
   reset() {
     this.run(false);
@@ -112,7 +122,7 @@ export class Page {
   }
   step() {
     this.run(false);
-    const eps = Math.min(...this.tops.map((top) => top.eps));
+    const eps = Math.min(...this.tops.map((top) => top.ticks));
     this.advance((Math.floor(this.clock / eps) + 1) * eps);
   }
   // To a time, over as many frames as it takes; back to the start first if it is past.
@@ -124,9 +134,6 @@ export class Page {
     this.goal = goal;
     this.tell();
   }
-  get moving() {
-    return this.running || this.goal !== null;
-  }
   // What a frame does after so many seconds. The speed reached, where it is less than asked.
   frame(passed) {
     const { clock, goal } = this;
@@ -137,19 +144,18 @@ export class Page {
   }
   // On to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
-    const end = this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
-    const goal = Math.min(target, end);
+    this.target = Math.min(target, this.end);
     const until = performance.now() + most;
-    this.target = goal;
+    const enough = this.target - Math.max(...this.tops.map((top) => top.ticks));
     let before = -1;
     this.late = false;
     while (before < this.clock && !this.late) {
       before = this.clock;
-      this.clock = stage.advance(goal, SLICE);
-      this.late = performance.now() > until && this.clock < goal - Math.max(...this.tops.map((top) => top.eps));
+      this.clock = stage.advance(this.target, SLICE);
+      this.late = performance.now() > until && this.clock < enough;
     }
     if (this.late) this.target = this.clock; // time itself goes slower
-    const failure = this.tops.map((_, i) => (this.tops[i].track ? "" : stage.failure(i))).find(Boolean);
+    const failure = this.tops.map((top, i) => (top.track ? "" : stage.failure(i))).find(Boolean);
     if (failure && !this.failed) this.say(`A top stopped: ${failure}`);
     this.failed = !!failure;
     if (this.over) this.run(false);

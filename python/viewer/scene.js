@@ -1,6 +1,6 @@
 // What is on the stage, as plain data that JSON can hold, and the rules by which it changes. No drawing here.
 import { Quaternion, Vector3 } from "three";
-import { makeBody, methods } from "./core.js";
+import { cuboidOf, methods, stage, TICKS } from "./core.js";
 
 export const plain = {
   version: 1,
@@ -23,154 +23,128 @@ export const plain = {
   tracks: [], // { name, eps, states: base64 of float64 t, q, m }
   show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
-export const complete = (given) => ({
-  ...structuredClone({ ...plain, ...given }),
-  show: { ...plain.show, ...given.show },
-});
+export function complete(given) {
+  const scene = structuredClone({ ...plain, ...given, show: { ...plain.show, ...given.show } });
+  for (const key of ["attitude", "momentum", "eps", "methods"])
+    if (!Array.isArray(scene[key])) throw new Error(`${key} is no list`);
+  if (!scene.methods.length || !scene.eps.length) throw new Error("there is no method in it, or no step");
+  return scene;
+}
 
 export const quaternion = ([w, x, y, z]) => new Quaternion(x, y, z, w);
-export const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 export const wxyz = (q) => [q.w, q.x, q.y, q.z];
+export const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 
-// The tops that a scene asks for, in the order of the stage. `side`: 0 the first method, 1 what stands beside it.
-export function cast(scene) {
-  const tops = [];
-  const ghost = { eps: scene.eps[0], side: 0, role: "ghost", colour: "#8f96a3", against: -1 };
-  if (scene.ghost) tops.push({ method: truth(scene), ...ghost });
-  const first = tops.length;
-  scene.methods.forEach((method, side) =>
-    scene.eps.forEach((eps, second) => {
-      const apart = side === 1 && scene.second;
-      const against = scene.ghost && !apart ? 0 : second ? tops.length - 1 : side && !apart ? first : -1;
-      tops.push({ method, eps, side, role: second ? "thin" : "thick", colour: COLOURS[2 * side + second], against });
-    }),
-  );
-  scene.tracks.forEach((track, i) =>
-    tops.push({
-      track,
-      method: track.name,
-      eps: track.eps,
-      side: 1,
-      role: "thick",
-      colour: TRACKS[i % 2],
-      against: 0,
-    }),
-  );
-  return tops;
-}
+// The tops that a scene asks for, in the order of the stage. `side`: 0 the first method, 1 what stands beside it;
+// `against`: the top with which it is compared, -1 none.
 const COLOURS = ["#d8432e", "#2f6fde", "#e0a100", "#2c9c4b"]; // red, blue, yellow, green: the thesis'
 const TRACKS = ["#9a4fd0", "#d0508f"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that the core has, and that applies
-export function truth(scene) {
-  const block = makeBody(scene.body);
-  return SHARPEST.find((name) => methods.some((m) => m.name === name && m.suits(block, scene.gravity)));
+export function cast({ eps: steps, ghost, second, tracks, methods: names, gravity }, block) {
+  const tops = [];
+  const sharpest = SHARPEST.find((name) => methods.get(name)?.suits(block, gravity));
+  const grey = { role: "ghost", colour: "#8f96a3", side: 0, against: -1 };
+  if (ghost) tops.push({ ...grey, method: sharpest, eps: steps[0] });
+  const first = tops.length;
+  names.forEach((method, side) =>
+    steps.forEach((eps, thin) => {
+      const apart = side === 1 && second;
+      const against = ghost && !apart ? 0 : thin ? tops.length - 1 : side && !apart ? first : -1;
+      tops.push({ method, eps, side, role: thin ? "thin" : "thick", colour: COLOURS[2 * side + thin], against });
+    }),
+  );
+  tracks.forEach((track, i) => {
+    const look = { side: 1, role: "thick", colour: TRACKS[i % 2], against: 0 };
+    tops.push({ ...look, track, method: track.name, eps: track.eps });
+  });
+  return tops;
 }
 
-// How a body is drawn: a cuboid with half edges, its centre seen from the fixed point, its turn in the body's frame.
-export function picture(body) {
-  if (body.half) {
-    return {
-      half: body.half,
-      centre: body.pivot.map((x) => -x || 0),
-      turn: [1, 0, 0, 0],
-      density: body.density ?? 1,
-    };
-  }
-  const found = cuboidOf(body, body.mass);
-  if (found) return { ...found, density: body.mass / (8 * found.half[0] * found.half[1] * found.half[2]) };
-  // Mass and lever as they are often made up fit no body. Only their product moves it: take a body of density 1.
-  const excess = (mass) => {
-    const box = cuboidOf(body, mass);
-    return box ? 8 * box.half[0] * box.half[1] * box.half[2] - mass : -1;
-  };
-  let low = body.mass * 4096;
-  while (low > body.mass / 4096 && excess(low) < 0) low /= 1.01;
-  let high = low * 1.01;
-  for (let i = 0; i < 50; i++) {
-    const middle = (low + high) / 2;
-    if (excess(middle) < 0) high = middle;
-    else low = middle;
-  }
-  return { ...(cuboidOf(body, low) ?? { half: [1, 1, 1], centre: [0, 0, 0], turn: [1, 0, 0, 0] }), density: 1 };
+// A value that was asked for goes to its place, such as "show.trace"; some say how.
+export const look = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
+export function take(scene, place, x) {
+  if (rules[place]) return rules[place](scene, x);
+  if (Number.isNaN(x)) throw new Error("that is no number");
+  const keys = place.split(".");
+  const last = keys.pop();
+  keys.reduce((at, key) => at[key], scene)[last] = x;
 }
-// The cuboid of this mass with the body's inertia and the same lever; none if no body has them.
-function cuboidOf(body, mass) {
-  const c = body.com.map((x) => (x * body.mass) / mass);
-  const square = c[0] ** 2 + c[1] ** 2 + c[2] ** 2;
-  const inertia = body.inertia.map((x, i) => x - mass * ((i % 4 ? 0 : square) - c[i % 3] * c[(i / 3) | 0]));
-  try {
-    const [, x, y, z, , , , ...turn] = makeBody({ mass, inertia, com: [0, 0, 0] });
-    const squares = [y + z - x, z + x - y, x + y - z].map((sum) => (1.5 * sum) / mass);
-    if (!squares.every((s) => s > 1e-9 * square)) return null;
-    return { half: squares.map(Math.sqrt), centre: c, turn };
-  } catch {
-    return null;
-  }
+function ticks(x) {
+  if (!(x >= 1 / TICKS && x < 1000)) throw new Error(`${x} is no step: from a millionth to a thousand`);
+  return Math.round(x * TICKS) / TICKS;
 }
+// The nearest time at which all steps meet.
+function meeting(t) {
+  const common = stage.common();
+  return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;
+}
+const rules = {
+  "eps.0": (scene, x) => (scene.eps[0] = ticks(x)),
+  "eps.1": (scene, x) => (scene.eps = [scene.eps[0], ticks(x)]),
+  both: (scene, on) => (scene.eps = on ? [scene.eps[0], 0.2] : [scene.eps[0]]),
+  "methods.1"(scene, name) {
+    scene.methods = [scene.methods[0], name].filter(Boolean);
+    if (!name) scene.second = null;
+  },
+  stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : null),
+  shape(scene, shape) {
+    becomeCuboid(scene);
+    scene.shape = shape;
+    if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
+    resize(scene, scene.body.half);
+    if (shape === "goryachev_chaplygin") scene.momentum[2] = 0; // else G is not constant
+  },
+};
 
 // A change by hand works on a cuboid along its own frame: the attitude takes up how it lay.
 export function becomeCuboid(scene) {
   if (scene.body.half) return;
-  const { half, centre, turn, density } = picture(scene.body);
-  const back = quaternion(turn).conjugate();
-  scene.body = { half, pivot: new Vector3(...centre).applyQuaternion(back).negate().toArray(), density };
+  const { half, centre, turn, density } = cuboidOf(scene.body);
+  const pivot = new Vector3(...centre).applyQuaternion(quaternion(turn).conjugate()).negate().toArray();
+  scene.body = { half, pivot, density };
   scene.attitude = wxyz(quaternion(scene.attitude).multiply(quaternion(turn)));
 }
-
 // Sizes in the order N, B, T that each shape allows, nearest to those given (thesis 5.6.5, 5.8.1).
+const plate = (ratio) => (n, b) => ((b = Math.sqrt((n * b) / ratio)), [ratio * b, b, b / 2]);
 const SHAPES = {
-  free: (half) => half,
-  lagrange: ([n, b, t]) => [Math.sqrt(n * b), Math.sqrt(n * b), t],
-  kowalewski: ([n, b]) => ((b = Math.sqrt((n / Math.sqrt(3)) * b)), [Math.sqrt(3) * b, b, b / 2]),
-  goryachev_chaplygin: ([n, b]) => ((b = Math.sqrt((n / Math.sqrt(7)) * b)), [Math.sqrt(7) * b, b, b / 2]),
+  free: (...half) => half,
+  lagrange: (n, b, t) => [Math.sqrt(n * b), Math.sqrt(n * b), t],
+  kowalewski: plate(Math.sqrt(3)),
+  goryachev_chaplygin: plate(Math.sqrt(7)),
 };
 export function resize(scene, half) {
   const old = scene.body;
-  const fit = SHAPES[scene.shape](half.map((x) => Math.min(Math.max(x, 0.05), 50)));
+  const fit = SHAPES[scene.shape](...half.map((x) => Math.min(Math.max(x, 0.05), 50)));
   scene.body = { ...old, half: fit, pivot: old.pivot.map((x, i) => (x * fit[i]) / old.half[i]) };
 }
-export function takeShape(scene, shape) {
-  becomeCuboid(scene);
-  scene.shape = shape;
-  if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
-  resize(scene, scene.body.half);
-  if (shape === "goryachev_chaplygin") scene.momentum[2] = 0; // else G is not constant
-}
 
+// The scene in words: of a file, and of a program.
 const list = (numbers) => `[${numbers.join(", ")}]`;
-export function toToml(scene, { body } = scene) {
-  const box = () =>
-    `cuboid = { half = ${list(body.half)}, pivot = ${list(body.pivot)}, density = ${body.density ?? 1} }`;
-  const rows = () => [0, 3, 6].map((i) => list(body.inertia.slice(i, i + 3))).join(", ");
-  const any = () => `mass = ${body.mass}\ninertia = [${rows()}]\ncom = ${list(body.com)}`;
-  return `momentum = ${list(scene.momentum)}\nattitude = ${list(scene.attitude)}\ngravity = ${scene.gravity}\n
-[body]\n${body.half ? box() : any()}\n`.replace(/(?<![\w.])(-?\d+)(?![\w.])/g, "$1.0");
+const rows = (inertia) => list([0, 3, 6].map((i) => list(inertia.slice(i, i + 3))));
+export function toToml({ body, momentum, attitude, gravity }) {
+  const box = `cuboid = { half = ${list(body.half ?? [])}, pivot = ${list(body.pivot ?? [])}, density = ${body.density ?? 1} }`;
+  const any = () => `mass = ${body.mass}\ninertia = ${rows(body.inertia)}\ncom = ${list(body.com)}`;
+  return `momentum = ${list(momentum)}\nattitude = ${list(attitude)}\ngravity = ${gravity}\n
+[body]\n${body.half ? box : any()}\n`.replace(/(?<![\w.])(-?\d+)(?![\w.])/g, "$1.0");
 }
-export function toPython(scene, { body } = scene) {
-  const rows = () => [0, 3, 6].map((i) => list(body.inertia.slice(i, i + 3))).join(", ");
+export function toPython({ body, momentum, attitude, gravity, methods: names, eps: steps, tol }) {
   const made = body.half
     ? `kr.Body.cuboid(half=${list(body.half)}, pivot=${list(body.pivot)}, density=${body.density ?? 1})`
-    : `kr.Body(mass=${body.mass}, inertia=[${rows()}], com=${list(body.com)})`;
-  const adaptive = (name) => methods.find((m) => m.name === name).adaptive;
-  const solves = scene.methods.flatMap((name) =>
-    adaptive(name)
-      ? [`path = kr.solve(scene, t=100, method="${name}", tol=${scene.tol})`]
-      : scene.eps.map((eps) => `path = kr.solve(scene, t=100, method="${name}", step=${eps}, every=1)`),
-  );
+    : `kr.Body(mass=${body.mass}, inertia=${rows(body.inertia)}, com=${list(body.com)})`;
+  const how = (name) => (methods.get(name).adaptive ? [`tol=${tol}`] : steps.map((eps) => `step=${eps}, every=1`));
+  const solves = names.flatMap((name) => how(name).map((by) => `path = kr.solve(scene, t=100, method="${name}", ${by})`));
   return `import kreisel as kr
 
 body = ${made}
-scene = kr.Scene(body, momentum=${list(scene.momentum)}, attitude=${list(scene.attitude)}, gravity=${scene.gravity})
+scene = kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})
 ${solves.join("\n")}
 print(path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
 `;
 }
 
 // As text for a link: UTF-8 in base64 without the signs that links mind.
+export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
 export const toLink = (scene) =>
-  btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(scene))))
-    .replace(/\+/g, "-")
-    .replace(/\//g, "_");
+  btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(scene)))).replace(/\+/g, "-").replace(/\//g, "_");
 export const fromLink = (words) =>
   JSON.parse(new TextDecoder().decode(bytes(words.replace(/-/g, "+").replace(/_/g, "/"))));
-export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));

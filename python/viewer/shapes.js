@@ -3,11 +3,14 @@ import * as THREE from "three";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { stage } from "./core.js";
 import { cornerSigns, quaternion } from "./scene.js";
 
 const FLOOR = -2.7;
 const vector = (...numbers) => new THREE.Vector3(...numbers);
 const AXES = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)];
+const ROD = new THREE.CylinderGeometry(1, 1, 1, 16);
+const BALL = new THREE.SphereGeometry(1, 20, 14);
 
 export function ground(world) {
   const sky = new THREE.HemisphereLight("#ffffff", "#8d93a5", 2);
@@ -37,40 +40,35 @@ export function applyTheme(world, grid, dark) {
 
 // A cuboid: translucent faces, edges and corners to take hold of. Thin ones have edges only: two bodies at one place
 // would mix their colours.
-export function box({ half, centre, turn }, colour, thin, ghost) {
+export function box({ half, centre, turn }, { colour, role }) {
   const group = new THREE.Group();
-  const body = group.add(new THREE.Group()).children[0];
-  body.position.set(...centre);
-  body.quaternion.copy(quaternion(turn));
-  const paint = { color: colour, transparent: ghost, opacity: ghost ? 0.55 : 1, shininess: 40 };
-  const faces = new THREE.Mesh(
-    new THREE.BoxGeometry(...half.map((h) => 2 * h)),
-    new THREE.MeshPhongMaterial({ ...paint, transparent: true, side: 2, depthWrite: false }),
-  );
-  faces.visible = !thin;
-  const solid = new THREE.MeshPhongMaterial(paint);
-  const edges = new THREE.InstancedMesh(new THREE.CylinderGeometry(1, 1, 1, 10), solid, 12);
-  const corners = new THREE.InstancedMesh(new THREE.SphereGeometry(2.6, 20, 14), solid, 8);
-  if (!ghost) {
-    corners.userData.kind = "corner";
-    edges.userData.kind = faces.userData.kind = "face";
+  group.position.set(...centre);
+  group.quaternion.copy(quaternion(turn));
+  const glass = new THREE.MeshPhongMaterial({ color: colour, transparent: true, side: 2, depthWrite: false });
+  const [ghost, opacity] = role === "ghost" ? [true, 0.55] : [false, 1];
+  const solid = new THREE.MeshPhongMaterial({ color: colour, transparent: ghost, opacity, shininess: 40 });
+  const faces = new THREE.Mesh(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass);
+  faces.visible = role === "thick";
+  group.add(faces);
+  for (let i = 0; i < 8; i++) {
+    const corner = group.add(new THREE.Mesh(BALL, solid)).children.at(-1);
+    corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
+    corner.userData = { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6] };
+    for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
+      const edge = group.add(new THREE.Mesh(ROD, solid)).children.at(-1);
+      edge.position.copy(corner.position).setComponent(k, 0);
+      edge.quaternion.setFromUnitVectors(AXES[1], AXES[k]);
+      edge.userData = { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] };
+    }
   }
-  body.add(faces, edges, corners);
+  faces.userData = { kind: "face" };
   group.look = (opacity, thickness) => {
-    faces.material.opacity = opacity;
-    const radius = thickness * Math.max(...half) * (thin ? 0.012 : 0.024);
-    for (let i = 0; i < 12; i++) {
-      const k = i >> 2;
-      const side = (j) => (j === k ? 0 : (i >> +(j !== (k + 1) % 3)) & 1 ? 1 : -1);
-      const at = vector(...half.map((h, j) => h * side(j)));
-      const along = new THREE.Quaternion().setFromUnitVectors(AXES[1], AXES[k]);
-      edges.setMatrixAt(i, new THREE.Matrix4().compose(at, along, vector(radius, 2 * half[k], radius)));
+    glass.opacity = opacity;
+    const radius = thickness * Math.max(...half) * (role === "thick" ? 0.024 : 0.012);
+    for (const { scale, userData } of group.children.slice(1)) {
+      scale.set(...userData.stretch).multiplyScalar(radius);
+      scale.y += userData.length ?? 0;
     }
-    for (let i = 0; i < 8; i++) {
-      const at = vector(...cornerSigns(i).map((sign, k) => sign * half[k]));
-      corners.setMatrixAt(i, new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(at));
-    }
-    for (const mesh of [edges, corners]) [mesh.instanceMatrix.needsUpdate, mesh.boundingSphere] = [true, null];
   };
   return group;
 }
@@ -82,16 +80,15 @@ export function arrow(colour, radius, opacity = 1) {
   const rod = new THREE.CylinderGeometry(radius, radius, 1, 16).rotateX(Math.PI / 2);
   const shaft = new THREE.Mesh(rod.translate(0, 0, 0.5), paint);
   const tip = new THREE.Mesh(new THREE.ConeGeometry(radius * 3, radius * 8, 24).rotateX(Math.PI / 2), paint);
-  const unseen = new THREE.MeshBasicMaterial({ visible: false });
-  const target = new THREE.Mesh(new THREE.SphereGeometry(Math.max(radius * 5, 0.12)), unseen);
+  const target = new THREE.Mesh(BALL, new THREE.MeshBasicMaterial({ visible: false }));
+  target.scale.setScalar(Math.max(radius * 5, 0.12));
   shaft.renderOrder = tip.renderOrder = 10;
   group.add(shaft, tip, target);
   group.tip = target; // larger than the tip, for fingers
-  group.point = (v) => {
-    const length = v.length() || 1e-9;
-    group.quaternion.setFromUnitVectors(vector(0, 0, 1), v.divideScalar(length));
-    shaft.scale.z = length;
-    tip.position.z = target.position.z = length;
+  group.point = (...v) => {
+    const [direction, length] = [vector(...v), Math.hypot(...v) || 1e-9];
+    group.quaternion.setFromUnitVectors(AXES[2], direction.divideScalar(length));
+    shaft.scale.z = tip.position.z = target.position.z = length;
   };
   return group;
 }
@@ -101,127 +98,76 @@ export function sphere(radius) {
   const faint = { color: "#8a93a6", transparent: true };
   const paint = new THREE.MeshBasicMaterial({ ...faint, opacity: 0.09, depthWrite: false });
   const globe = new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), paint);
-  const circle = new THREE.BufferGeometry().setFromPoints(
-    Array.from({ length: 129 }, (_, i) => vector(Math.cos((i * Math.PI) / 64), Math.sin((i * Math.PI) / 64), 0)),
-  );
+  const circle = new THREE.BufferGeometry().setFromPoints(new THREE.EllipseCurve(0, 0, 1, 1).getPoints(128));
   const line = new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 });
   for (let i = -2; i <= 2; i++) {
-    const ring = new THREE.Line(circle, line);
+    const ring = globe.add(new THREE.Line(circle, line)).children.at(-1);
     ring.scale.setScalar(radius * Math.cos((i * Math.PI) / 6));
     ring.position.z = radius * Math.sin((i * Math.PI) / 6);
-    globe.add(ring);
   }
   return globe;
 }
 
-// The last steps of a ring buffer of attitudes, oldest first.
-function* last(trace, steps, most, stride = 1) {
-  const size = trace.length / 4;
-  const n = Math.min(Math.floor(Math.min(steps, size - 1) / stride), most - 1);
-  const q = new THREE.Quaternion();
-  for (let j = n; j >= 0; j--) {
-    const k = 4 * ((steps - j * stride) % size);
-    yield [n - j, n, q.set(trace[k + 1], trace[k + 2], trace[k + 3], trace[k])];
-  }
-}
-
+// The way of the apex, newest point first and strongest in colour. Each point ends one piece and begins the next.
 const POINTS = 2048;
-export function pathLine(colour) {
+export function pathLine(colour, dark) {
   const geometry = new LineGeometry();
-  geometry.setPositions(new Float32Array(3 * POINTS));
-  geometry.setColors(new Float32Array(3 * POINTS));
+  geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
+  const interleaved = () => new THREE.InstancedInterleavedBuffer(new Float32Array(3 * POINTS), 3, 1);
+  const [places, shades] = [interleaved(), interleaved()];
+  for (const [name, buffer] of Object.entries({ instance: places, instanceColor: shades })) {
+    geometry.setAttribute(`${name}Start`, new THREE.InterleavedBufferAttribute(buffer, 3, 0));
+    geometry.setAttribute(`${name}End`, new THREE.InterleavedBufferAttribute(buffer, 3, 3));
+  }
+  const [paint, back, mixed] = [new THREE.Color(colour), new THREE.Color(dark ? "#2a303c" : "#dddcd8"), new THREE.Color()];
+  for (let i = 0; i < POINTS; i++)
+    mixed.lerpColors(back, paint, Math.max(0.15, 1 - (0.9 * i) / POINTS)).toArray(shades.array, 3 * i);
   const line = new Line2(geometry, new LineMaterial({ vertexColors: true }));
   line.frustumCulled = false;
-  const place = geometry.attributes.instanceStart.data;
-  const shade = geometry.attributes.instanceColorStart.data;
-  const [paint, back, mixed, p] = [new THREE.Color(colour), new THREE.Color(), new THREE.Color(), vector()];
-  line.follow = (trace, steps, apex, radius, thickness, dark) => {
+  line.follow = (i, radius, thickness) => {
     line.material.linewidth = 2.4 * thickness;
-    back.set(dark ? "#2a303c" : "#dddcd8");
-    for (const [i, n, q] of last(trace, steps, POINTS, steps < POINTS ? 1 : 2)) {
-      const age = (n - i) / POINTS; // the newer lies above the older
-      p.copy(apex)
-        .applyQuaternion(q)
-        .multiplyScalar(radius * (1 - 0.02 * age))
-        .toArray(place.array, 6 * i);
-      mixed.lerpColors(back, paint, Math.max(0.15, 1 - 0.9 * age)).toArray(shade.array, 6 * i);
-      if (i) {
-        place.array.copyWithin(6 * i - 3, 6 * i, 6 * i + 3);
-        shade.array.copyWithin(6 * i - 3, 6 * i, 6 * i + 3);
-      }
-      geometry.instanceCount = n;
-    }
-    place.needsUpdate = shade.needsUpdate = true;
+    geometry.instanceCount = stage.way(i, radius, places.array) - 1;
+    places.needsUpdate = true;
   };
   return line;
 }
 
-// The elastic rod: each step shifts the origins before it by -eps T (thesis 5.7). Its cross-section is that of the
-// bending stiffnesses: thick across the axis about which the body is hard to turn.
+// The elastic rod: rings of points about its centre line.
 const RINGS = 400;
-const SIDES = 10;
+const SIDES = 12;
 export function rodMesh(colour) {
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3 * RINGS * SIDES), 3));
+  const places = new THREE.BufferAttribute(new Float32Array(3 * RINGS * SIDES), 3);
+  geometry.setAttribute("position", places);
   const faces = [];
-  for (let r = 0; r + 1 < RINGS; r++)
-    for (let s = 0; s < SIDES; s++) {
-      const [a, b] = [r * SIDES + s, r * SIDES + ((s + 1) % SIDES)];
-      faces.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
-    }
+  for (let a = 0; a < (RINGS - 1) * SIDES; a++) {
+    const b = a % SIDES === SIDES - 1 ? a + 1 - SIDES : a + 1;
+    faces.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
+  }
   geometry.setIndex(faces);
   const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, side: 2, shininess: 40 }));
   mesh.frustumCulled = false;
-  mesh.follow = (trace, steps, eps, apex, block, zoom, thickness) => {
-    const stride = Math.max(1, Math.round(0.05 / eps));
-    const [u, v, ru, rv] = crossSection(apex, block);
-    const radius = 0.08 * thickness;
-    const places = geometry.attributes.position;
-    const [at, p, side] = [vector(), vector(), vector()];
-    const kept = Array.from(last(trace, steps, RINGS, stride), ([, , q]) => q.clone());
-    for (let ring = kept.length - 1; ring >= 0; ring--) {
-      const q = kept[ring];
-      for (let s = 0; s < SIDES; s++) {
-        const angle = (2 * Math.PI * s) / SIDES;
-        side.copy(u).multiplyScalar(radius * ru * Math.cos(angle));
-        side.addScaledVector(v, radius * rv * Math.sin(angle));
-        p.copy(side).applyQuaternion(q).add(at);
-        places.setXYZ(ring * SIDES + s, p.x, p.y, p.z);
-      }
-      at.addScaledVector(p.copy(apex).applyQuaternion(q), -eps * stride * zoom * 0.5);
-    }
-    geometry.setDrawRange(0, 6 * SIDES * Math.max(0, kept.length - 1));
+  mesh.follow = (i, scale, radius) => {
+    const n = stage.rod(i, scale, radius, places.array);
+    geometry.setDrawRange(0, 6 * (n - SIDES));
     places.needsUpdate = true;
     geometry.computeVertexNormals();
   };
   return mesh;
 }
-// Two directions of the body across the apex, and how thick the rod is along each: 1, or the ratio of the moments.
-function crossSection(apex, block) {
-  const moments = block.slice(1, 4);
-  const turn = quaternion(block.slice(7));
-  const axes = AXES.map((e) => e.clone().applyQuaternion(turn));
-  const along = axes.map((axis) => Math.abs(axis.dot(apex)));
-  const k = along.indexOf(Math.max(...along));
-  const [i, j] = [(k + 1) % 3, (k + 2) % 3];
-  const most = Math.max(moments[i], moments[j]);
-  return [axes[i], axes[j], moments[j] / most, moments[i] / most];
-}
 
 // Principal axes N, B, T at the fixed point, and the centre of mass.
 export function axisLines(block, zoom, reach) {
-  const group = new THREE.Group();
-  const frame = group.add(new THREE.Group()).children[0];
+  const frame = new THREE.Group();
   frame.quaternion.copy(quaternion(block.slice(7)));
   ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
-    const line = arrow(colour, 0.014);
-    line.point(AXES[k].clone().multiplyScalar(reach * zoom * 0.8));
-    frame.add(line);
+    const line = frame.add(arrow(colour, 0.014)).children.at(-1);
+    line.point(...AXES[k].toArray().map((x) => x * reach * zoom * 0.8));
   });
   const paint = new THREE.MeshBasicMaterial({ color: "#ffb020", depthTest: false, transparent: true });
-  const dot = new THREE.Mesh(new THREE.SphereGeometry(0.07, 20, 14), paint);
+  const dot = frame.add(new THREE.Mesh(BALL, paint)).children.at(-1);
+  dot.scale.setScalar(0.07);
   dot.renderOrder = 11;
   dot.position.set(...block.slice(4, 7)).multiplyScalar(zoom);
-  frame.add(dot);
-  return group;
+  return frame;
 }

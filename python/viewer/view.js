@@ -2,11 +2,12 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { applyTheme, arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
-import { stage, TICKS, velocity } from "./core.js";
-import { cornerSigns, picture, quaternion } from "./scene.js";
+import { cuboidOf, stage } from "./core.js";
+import { cornerSigns } from "./scene.js";
 
 const SIDES = [new THREE.Vector3(0, -1, 0), new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, -1e-3, 1)];
-const dark = matchMedia("(prefers-color-scheme: dark)");
+const RANK = { tip: 0, corner: 1, face: 2 };
+export const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export class View {
   constructor(parent) {
@@ -23,157 +24,127 @@ export class View {
     for (const camera of this.cameras) camera.up.set(0, 0, 1);
     this.cameras[0].position.set(5.4, -9.6, 4.4);
     this.cameras[1].position.set(0, -12, 0);
-    this.orbits = this.cameras.map((camera) => {
-      const orbit = new OrbitControls(camera, this.canvas);
-      orbit.target.set(0, 0, -0.1);
-      orbit.minDistance = 2;
-      orbit.maxDistance = 60;
-      orbit.addEventListener("change", () => (this.dirty = true));
-      orbit.update();
-      return orbit;
-    });
+    this.orbit = new OrbitControls(this.cameras[0], this.canvas);
+    this.orbit.target.set(0, 0, -0.1);
+    [this.orbit.minDistance, this.orbit.maxDistance] = [2, 60];
+    this.orbit.addEventListener("change", () => (this.dirty = true));
     this.tops = [];
-    this.flat = false;
-    dark.addEventListener("change", () => this.theme());
     this.theme();
   }
   theme() {
     applyTheme(this.world, this.floor, dark.matches);
-    this.dirty = true;
+    if (this.page) this.build(this.page, false);
   }
   get camera() {
-    return this.cameras[+this.flat];
-  }
-  get orbit() {
-    return this.orbits[+this.flat];
-  }
-  enable(on) {
-    this.held = !on;
-    this.orbits.forEach((orbit, i) => (orbit.enabled = on && i === +this.flat));
+    return this.orbit.object;
   }
 
-  // The free part of the window is beside the panel, on a phone above it.
+  // The picture lies in the window's upper left corner; the panel is to the right of it, or below.
   size(width, height, right, bottom) {
     this.renderer.setSize(width, height);
     const [w, h] = [width - right, height - bottom];
     const [wide, flat] = this.cameras;
-    // The picture is w by h; the window sees more of it to the right and below.
     wide.aspect = w / h;
     wide.fov = w > h ? 30 : Math.min(60, 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w));
     const [x, y] = w > h ? [(3 * w) / h, 3] : [3, (3 * h) / w];
     [flat.left, flat.right, flat.top, flat.bottom] = [-x, x, y, -y];
-    for (const camera of this.cameras) {
-      camera.setViewOffset(w, h, 0, 0, width, height);
-      camera.updateProjectionMatrix();
-    }
+    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, 0, width, height);
     this.pixels = [width, height];
     this.dirty = true;
   }
 
   // Anew for a scene. `fit`: choose the scales of length and arrows too, as for a scene just loaded.
-  build(scene, tops, block, fit) {
-    this.scene = scene;
-    this.block = block;
-    this.body = picture(scene.body);
+  build(page, fit) {
+    this.page = page;
+    this.body = cuboidOf(page.scene.body);
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
-    if (fit || !this.zoom) this.fit(scene, block);
+    if (fit || !this.zoom) this.fit();
     for (const top of this.tops) {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
     }
-    this.tops = tops.map((top, i) => this.makeTop(top, i));
-    this.show(scene);
+    this.tops = page.tops.map((top, i) => this.makeTop(top, i));
+    this.show(page.scene);
   }
-  fit(scene, block) {
+  fit() {
+    const { block, scene } = this.page;
     this.zoom = 2.4 / this.reach;
     // Arrows at the length of the body at most: |m|^2 / 2 I <= kinetic energy now + what the fall can give.
     const [mass, ...moments] = block.slice(0, 4);
-    const omega = velocity(block, scene.gravity, scene.attitude, scene.momentum);
+    const omega = stage.velocity(0);
     const doubled = omega.reduce((sum, w, k) => sum + w * scene.momentum[k], 0);
     const energy = doubled + 4 * mass * Math.abs(scene.gravity) * Math.hypot(...block.slice(4, 7));
     this.momentumZoom = 3.2 / Math.max(Math.hypot(...scene.momentum), Math.sqrt(energy * Math.max(...moments)));
     this.velocityZoom = 2.4 / Math.max(Math.hypot(...omega), Math.sqrt(energy / Math.max(...moments)));
-    const far = 12.6 + (scene.methods.length > 1 || scene.tracks.length ? scene.distance : scene.show.rod ? 3 : 0);
+    const far = 12.6 + (this.page.tops.some((top) => top.side) ? scene.distance : scene.show.rod ? 3 : 0);
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
-    [this.world.fog.near, this.world.fog.far] = [far, 2.1 * far];
     this.cameras[1].updateProjectionMatrix();
-    this.orbits.forEach((orbit) => orbit.update());
-    this.cameras.forEach((camera) => camera.updateMatrixWorld());
+    [this.world.fog.near, this.world.fog.far] = [far, 2.1 * far];
   }
   makeTop(top, i) {
-    const thin = top.role !== "thick";
-    const group = this.world.add(new THREE.Group()).children.at(-1);
-    const body = box(this.body, top.colour, thin, top.role === "ghost");
-    body.scale.setScalar(this.zoom);
-    const parts = { group, body, line: pathLine(top.colour), ...top };
-    group.add(body, parts.line);
-    if (top.role !== "ghost") {
-      parts.m = arrow("#1f9d4d", thin ? 0.014 : 0.028);
-      parts.w = arrow("#3566e0", thin ? 0.014 : 0.028);
-      group.add(parts.m, parts.w);
-      parts.m.tip.userData = { kind: "tip", i };
-      body.traverse((part) => part.userData.kind && (part.userData.i = i));
+    const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
+    const { block, scene } = this.page;
+    const body = new THREE.Group();
+    const cuboid = box(this.body, top);
+    const parts = { ...top, group: new THREE.Group(), body, cuboid, line: pathLine(top.colour, dark.matches) };
+    cuboid.scale.setScalar(this.zoom);
+    cuboid.position.multiplyScalar(this.zoom);
+    parts.group.add(body.add(cuboid), parts.line);
+    if (!ghost) {
+      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
+      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
+      parts.group.add(parts.m, parts.w);
+      parts.m.tip.userData.kind = "tip";
     }
-    if (top.role === "thick") {
-      parts.globe = sphere(this.trail() * this.zoom);
+    parts.handles = ghost ? [] : [parts.m.tip, ...cuboid.children];
+    for (const { userData } of parts.handles) userData.i = i;
+    if (thick) {
+      parts.globe = sphere(this.trail);
       parts.rod = rodMesh(top.colour);
-      parts.axes = axisLines(this.block, this.zoom, this.reach);
-      body.add(parts.axes);
-      parts.axes.scale.setScalar(1 / this.zoom);
+      parts.axes = axisLines(block, this.zoom, this.reach);
       parts.p = arrow("#8a93a6", 0.02, 0.6);
-      group.add(parts.globe, parts.rod, parts.p, needle());
-      const { gravity } = this.scene;
-      parts.p.point(new THREE.Vector3(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)))); // in sight, however strong
-      parts.p.visible = gravity !== 0;
+      parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity))); // in sight, however strong
+      parts.p.visible = scene.gravity !== 0;
+      body.add(parts.axes);
+      parts.group.add(parts.globe, parts.rod, parts.p, needle());
     }
+    this.world.add(parts.group);
     return parts;
   }
   // What of a scene is looks alone. The first method stands left, what is beside it right.
-  show(scene) {
+  show({ show, distance }) {
     const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
-      top.group.position.x = beside ? (top.side - 0.5) * scene.distance : 0;
-      top.body.look(scene.show.opacity, scene.show.thickness);
+      top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
+      top.cuboid.look(show.opacity, show.thickness);
     }
-    this.floor.visible = scene.show.floor;
-    this.flat = scene.show.flat;
-    this.enable(!this.held);
+    this.floor.visible = show.floor;
+    this.orbit.object = this.cameras[+show.flat];
+    this.orbit.update();
+    this.camera.updateMatrixWorld();
     this.draw();
   }
-  // From the fixed point through the centre of mass: the apex; how far from there.
-  apex() {
-    const c = this.block.slice(4, 7);
-    const length = Math.hypot(...c);
-    const axis = length ? new THREE.Vector3(...c).divideScalar(length) : new THREE.Vector3(0, 0, 1);
-    return axis.applyQuaternion(quaternion(this.block.slice(7)));
-  }
-  trail() {
-    const { centre } = this.body;
-    return Math.max(2 * Math.hypot(...centre), 0.85 * this.reach);
+  // How far from the fixed point the way of the apex is drawn.
+  get trail() {
+    return this.zoom * Math.max(2 * Math.hypot(...this.body.centre), 0.85 * this.reach);
   }
 
   draw() {
-    const { show } = this.scene;
+    const { show } = this.page.scene;
     this.tops.forEach((top, i) => {
       const [, w, x, y, z, ...m] = stage.state(i);
       top.body.quaternion.set(x, y, z, w);
-      const steps = stage.steps(i);
-      if (top.role !== "ghost") {
-        top.m.point(new THREE.Vector3(...m).multiplyScalar(this.momentumZoom));
-        const omega = velocity(this.block, this.scene.gravity, [w, x, y, z], m);
-        top.w.point(new THREE.Vector3(...omega).multiplyScalar(this.velocityZoom));
-      }
+      top.m?.point(...m.map((each) => each * this.momentumZoom));
+      top.w?.point(...stage.velocity(i).map((each) => each * this.velocityZoom));
       top.line.visible = show.trace && top.role !== "ghost";
-      const trace = stage.trace(i);
-      const apex = this.apex();
-      if (top.line.visible) top.line.follow(trace, steps, apex, this.trail() * this.zoom, show.thickness, dark.matches);
+      if (top.line.visible) top.line.follow(i, this.trail, show.thickness);
       if (top.role !== "thick") return;
       top.globe.visible = show.trace;
       top.axes.visible = show.axes || !!this.moving;
       top.rod.visible = show.rod;
-      if (show.rod) top.rod.follow(trace, steps, top.eps / TICKS, apex, this.block, this.zoom, show.thickness);
+      if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness);
     });
     this.dirty = true;
   }
@@ -194,16 +165,9 @@ export class View {
 
   // What is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const ray = this.ray(x, y);
-    const rank = { tip: 0, corner: 1, face: 2 };
-    return ray
-      .intersectObjects(
-        this.tops.map((top) => top.group),
-        true,
-      )
-      .filter((hit) => hit.object.userData.kind && this.tops[hit.object.userData.i])
-      .map((hit) => ({ ...hit.object.userData, corner: hit.instanceId, point: hit.point, distance: hit.distance }))
-      .sort((a, b) => rank[a.kind] - rank[b.kind] || a.distance - b.distance)[0];
+    const hits = this.ray(x, y).intersectObjects(this.tops.flatMap((top) => top.handles), false);
+    const found = hits.map(({ object, point, distance }) => ({ ...object.userData, point, distance }));
+    return found.sort((a, b) => RANK[a.kind] - RANK[b.kind] || a.distance - b.distance)[0];
   }
   ray(x, y) {
     const ray = new THREE.Raycaster();
@@ -221,10 +185,7 @@ export class View {
     this.world.updateMatrixWorld(true);
     const top = this.tops[i];
     if (kind === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
-    const { half } = this.body;
-    const at = (...signs) => top.body.children[0].localToWorld(new THREE.Vector3(...half.map((h, k) => h * signs[k])));
-    if (kind === "face") return at(0, -1, 0);
-    if (kind === "edge") return at(1, -1, 0);
-    return at(...cornerSigns(number));
+    const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: cornerSigns(number) }[kind];
+    return top.cuboid.localToWorld(new THREE.Vector3(...signs.map((sign, k) => sign * this.body.half[k])));
   }
 }

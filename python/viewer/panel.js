@@ -1,0 +1,175 @@
+// The panel: what can be set and read, as a function of the page's state. lit-html writes what differs.
+import { html, nothing, render } from "lit-html";
+import { methods, stage, TICKS } from "./core.js";
+import { presets } from "./presets.js";
+import { look } from "./scene.js";
+
+const AXES = ["first", "second", "vertical"];
+const SHAPES = {
+  free: "free",
+  lagrange: "Lagrange: square",
+  kowalewski: "Kowalewski",
+  goryachev_chaplygin: "Goryachev-Chaplygin",
+};
+const CHARTS = {
+  energy: "Energy error E − E₀",
+  vertical: "Change of ⟨m, p⟩",
+  axial: "Change of ⟨m, a⟩",
+  fourth: "Change of K or G",
+};
+const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
+const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
+const button = ([id, [words, act, key]]) =>
+  html`<button id=${id} @click=${act} aria-keyshortcuts=${key ?? nothing}>${words}</button>`;
+const section = (title, content, open = false) =>
+  html`<details ?open=${open}><summary>${title}</summary>${content}</details>`;
+
+export class Panel {
+  constructor(place, page, charts, buttons) {
+    Object.assign(this, { place, page, charts, buttons, choose: () => {} });
+    this.cornersMove = false;
+  }
+  draw() {
+    render([this.header(), this.plots(), ...this.sections()], this.place);
+  }
+
+  // Controls: each shows what the scene has at a place, and asks the page to set it.
+  set(place, x, { target }, gesture) {
+    this.page.set(place, x, gesture);
+    const now = look(this.page.scene, place);
+    if (target.type === "number") target.value = now ?? target.value; // another one than was typed, or the old one
+    if (target.type === "select-one") target.value = now ?? "";
+  }
+  slider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
+    const x = look(this.page.scene, place) ?? 0.2;
+    const at = log ? Math.log10(x) : x;
+    const slide = (event) => {
+      const to = event.target.valueAsNumber;
+      this.set(place, log ? round(10 ** to) : to, event, place);
+    };
+    return html`<label class="slider">${words}
+      <input type="range" min=${min} max=${Math.max(max, at)} step=${step} .value=${at} ?disabled=${off}
+        @input=${slide} @change=${() => (this.page.gesture = null)}>
+      ${this.number(`${words}, number`, place, { off })}</label>`;
+  }
+  number(words, place, { off = false, none = "" } = {}) {
+    const x = look(this.page.scene, place) ?? "";
+    const set = (event) => this.set(place, event.target.valueAsNumber, event);
+    return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
+      .value=${x === "" ? x : +x.toPrecision(6)} @change=${set}>`;
+  }
+  check(words, place, on = look(this.page.scene, place)) {
+    const set = (event) => this.set(place, event.target.checked, event);
+    return html`<label class="check"><input type="checkbox" .checked=${on} @change=${set}>${words}</label>`;
+  }
+  select(words, place, choices, chosen = look(this.page.scene, place) ?? "") {
+    const set = (event) => this.set(place, event.target.value, event);
+    const option = ([value, text, off]) =>
+      html`<option value=${value} .selected=${value === chosen} ?disabled=${off}>${text}</option>`;
+    return html`<select aria-label=${words} @change=${set}>${choices.map(option)}</select>`;
+  }
+  pair(words, control) {
+    return html`<label class="pair">${words}${control}</label>`;
+  }
+
+  header() {
+    const { page } = this;
+    const { motion } = this.buttons;
+    const known = presets.findIndex((preset) => preset.name === page.scene.name);
+    const option = ({ name }, i) => html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
+    const given = html`<option value="-1" .selected=${known < 0} ?hidden=${known >= 0}>${page.scene.name}</option>`;
+    return html`<header>
+      <div class="row"><label for="preset">What to look at</label><span id="clock" role="timer" aria-label="Time"></span></div>
+      <select id="preset" @change=${({ target }) => this.choose(+target.value)}>${presets.map(option)}${given}</select>
+      <p id="about">${page.scene.about}</p>
+      <div class="row">
+        ${Object.entries({ ...motion, run: [page.moving ? "Stop" : "Start", ...motion.run.slice(1)] }).map(button)}
+      </div>
+    </header>`;
+  }
+  plots() {
+    const { charts, page } = this;
+    const tick = (top, i) => html`<label class="check" style="color: ${top.colour}"><input type="checkbox"
+      .checked=${!charts.hidden.has(i)} @change=${() => (charts.toggle(i), this.draw())}>${name(top)}</label>`;
+    const log = ({ target }) => ((charts.log = target.checked), charts.build());
+    return html`<section id="charts" aria-label="Charts" ?hidden=${stage.rows() < 2}>
+      <div class="row">${this.select("Quantity in the chart", "chart", Object.entries(CHARTS))}
+        <label class="check"><input type="checkbox" @change=${log}>log</label></div>
+      <div class="chart" role="img" aria-label="Change of the integral over time"></div>
+      <div id="legend" role="group" aria-label="Tops in the charts">${page.tops.length > 1 ? page.tops.map(tick) : ""}</div>
+      <div ?hidden=${!charts.compared}><b>Frame error L [rad]</b>
+        <div class="chart" role="img" aria-label="Frame error over time"></div></div>
+    </section>`;
+  }
+  sections() {
+    return [
+      section("Motion", this.motion(), true),
+      section("Body", this.body()),
+      section("Compare", this.compare()),
+      section("Looks: trace, rod, view", this.looks()),
+      section("Integrals", this.table()),
+      section("Save and share", html`<div class="row">${Object.entries(this.buttons.files).map(button)}</div>`),
+    ];
+  }
+  motion() {
+    const jump = ({ target }) => target.value !== "" && this.page.jump(target.valueAsNumber);
+    return [
+      this.slider("Step ε", "eps.0", { min: -3, max: 0, step: 0.05, log: true }),
+      this.slider("Speed", "speed"),
+      this.slider("Gravity", "gravity"),
+      this.pair("Jump to t", html`<input id="jump" type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
+      html`<fieldset><legend>Momentum m in space</legend>
+        ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}</fieldset>`,
+    ];
+  }
+  body() {
+    const [mass, ...b] = this.page.block.slice(0, 7).map((x) => +x.toPrecision(4));
+    const kind = this.page.kind.replace(/(^|_)./g, (first) => first.replace("_", "-").toUpperCase());
+    const move = ({ target }) => (this.cornersMove = target.checked);
+    return [
+      this.pair("Shape", this.select("Shape", "shape", Object.entries(SHAPES))),
+      html`<label class="check"><input type="checkbox" @change=${move}>Corners move the fixed point (or Alt, middle
+        button)</label>`,
+      html`<p id="body">${kind} top: mass ${mass}, moments ${b.slice(0, 3).join(", ")}, centre of mass
+        ${b.slice(3).join(", ")} (along N, B, T)</p>`,
+    ];
+  }
+  compare() {
+    const { scene, block } = this.page;
+    const choices = [...methods].map(([name, { suits }]) => [name, name, !suits(block, scene.gravity)]);
+    const common = stage.common();
+    return [
+      this.pair("Method", this.select("Method", "methods.0", choices)),
+      this.pair("Beside it", this.select("Beside it", "methods.1", [["", "nothing"], ...choices])),
+      this.slider("Distance", "distance", { max: 6 }),
+      this.check("Each with a second step ε₂ too", "both", scene.eps.length > 1),
+      this.slider("Step ε₂", "eps.1", { min: -3, max: 0, step: 0.05, log: true, off: scene.eps.length < 2 }),
+      this.check("Ghost: as exact as the core can", "ghost"),
+      this.pair("Stop at t", this.number("Stop at t", "stop", { none: "never" })),
+      html`<p>Steps meet each ${common ? common / TICKS : "never, in numbers that fit"}</p>`,
+    ];
+  }
+  looks() {
+    return [
+      this.check("Trace of the apex", "show.trace"),
+      this.check("Elastic rod (Kirchhoff)", "show.rod"),
+      this.check("Principal axes and centre of mass", "show.axes"),
+      this.check("Floor", "show.floor"),
+      this.check("2D view", "show.flat"),
+      this.slider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
+      this.slider("Thickness", "show.thickness", { min: 0.2, max: 4 }),
+      Object.entries(this.buttons.looks).map(button),
+    ];
+  }
+  table() {
+    const { tops, kind } = this.page;
+    const cell = (words) => html`<td>${words}`;
+    const row = (top, i) =>
+      html`<tr><th scope="row" style="color: ${top.colour}">${name(top)}${this.charts.integrals(i).map(cell)}`;
+    return html`<table><caption>Value now, and below it the change since the start</caption>
+      <thead><tr>${["top", "⟨m, p⟩", "⟨m, a⟩", "E", kind === "goryachev_chaplygin" ? "G" : "K"].map(
+        (word) => html`<th scope="col">${word}`,
+      )}</tr></thead>
+      <tbody id="integrals">${tops.map(row)}</tbody></table>`;
+  }
+}
