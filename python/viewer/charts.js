@@ -33,7 +33,7 @@ export class Charts {
       points: { show: false },
       spanGaps: true,
     }));
-    const grid = { stroke: style("panel").borderTopColor, width: 1 };
+    const grid = { stroke: style("charts").borderBottomColor, width: 1 };
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
     const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
     return {
@@ -42,7 +42,10 @@ export class Charts {
       legend: { show: false },
       cursor: { drag: { x: true, y: false } },
       scales: { x: { time: false }, y: { distr: this.log ? 3 : 1 } },
-      axes: [{ ...ink, size: 22 }, { ...ink, size: 48, space: 16, values: words }],
+      axes: [
+        { ...ink, size: 22 },
+        { ...ink, size: 48, space: 16, values: words },
+      ],
       series: [{}, ...series],
     };
   }

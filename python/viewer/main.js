@@ -7,7 +7,7 @@ import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import { presets } from "./presets.js";
 import { fromLink } from "./scene.js";
-import { dark, View } from "./view.js";
+import { View } from "./view.js";
 
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
 const $ = (id) => document.getElementById(id);
@@ -40,7 +40,7 @@ page.tell = () => {
   panel.draw();
   if (charts.tops !== page.tops || charts.what !== page.scene.chart) charts.build();
 };
-dark.addEventListener("change", () => (view.theme(), charts.build()));
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (view.build(page, false), charts.build()));
 view.canvas.addEventListener("dblclick", (event) => {
   charts.only(view.pick(event.clientX, event.clientY)?.i);
   panel.draw();
@@ -60,7 +60,7 @@ const KEYS = {
   p: ["principal axes", flip("axes")],
   v: ["2D view", flip("flat")],
   a: ["from the next side", press("side")],
-  d: ["panel", () => (($("panel").hidden = !$("panel").hidden), size())],
+  d: ["panel", () => ($("panel").hidden = !$("panel").hidden)],
   s: ["picture", press("png")],
   "?": ["this list", () => say("Keys", keyList())],
   Escape: ["leave a drag", () => hands.cancel()],
@@ -80,16 +80,6 @@ addEventListener("keydown", (event) => {
   act();
 });
 
-// The free part of the window is beside the panel, on a phone above it.
-function size() {
-  const panel = $("panel");
-  const phone = innerWidth <= 700;
-  const [right, bottom] = panel.hidden ? [0, 0] : phone ? [0, panel.offsetHeight] : [panel.offsetWidth + 12, 0];
-  view.size(innerWidth, innerHeight, right, bottom);
-}
-addEventListener("resize", size);
-new ResizeObserver(size).observe($("panel"));
-
 let last = 0;
 let shown = { at: 0 };
 function frame(now) {
@@ -105,14 +95,16 @@ function frame(now) {
   view.render();
   requestAnimationFrame(frame);
 }
-// What the green tip is for, until it was taken once.
+// What the green tip is for, until it was taken once: beside it, away from the top if there is room.
 function label() {
   const [tip, first] = [$("tip"), view.tops.findIndex((top) => top.m)];
   tip.hidden = hands.tipSeen || first < 0 || (innerWidth <= 700 && page.running);
   if (tip.hidden || !view.dirty) return;
   const [x, y] = view.project(view.handle("tip", first));
+  const [width, room] = [view.pixels[0], 220];
+  const left = x > width - room || (x < width / 2 && x > room);
   Object.assign(tip.style, { left: `${x}px`, top: `${y}px` });
-  tip.classList.toggle("left", x > Math.max(0.4 * innerWidth, 220));
+  tip.classList.toggle("left", left);
 }
 
 try {
@@ -122,21 +114,12 @@ try {
   page.load(presets[0]);
   page.say(`The scene given cannot be shown: ${error.message}`);
 }
-size();
 if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);
 
 // For tests and for the curious: the page's state and what moves it.
-window.kreisel = {
-  version,
-  page,
-  view,
-  charts,
-  stage,
-  presets,
-  choose,
-  at: (kind, i = 0, number = 0) => view.project(view.handle(kind, i, number)),
-  advance: (t) => page.advance(Math.round(t * TICKS)),
-  states: () => page.tops.map((_, i) => Array.from(stage.state(i))),
-};
+const at = (kind, i = 0, number = 0) => view.project(view.handle(kind, i, number));
+const advance = (t) => page.advance(Math.round(t * TICKS));
+const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
+window.kreisel = { version, page, view, charts, stage, presets, choose, at, advance, states };

@@ -132,7 +132,9 @@ export function toPython({ body, momentum, attitude, gravity, methods: names, ep
     ? `kr.Body.cuboid(half=${list(body.half)}, pivot=${list(body.pivot)}, density=${body.density ?? 1})`
     : `kr.Body(mass=${body.mass}, inertia=${rows(body.inertia)}, com=${list(body.com)})`;
   const how = (name) => (methods.get(name).adaptive ? [`tol=${tol}`] : steps.map((eps) => `step=${eps}, every=1`));
-  const solves = names.flatMap((name) => how(name).map((by) => `path = kr.solve(scene, t=100, method="${name}", ${by})`));
+  const solves = names.flatMap((name) =>
+    how(name).map((by) => `path = kr.solve(scene, t=100, method="${name}", ${by})`),
+  );
   return `import kreisel as kr
 
 body = ${made}
@@ -145,6 +147,8 @@ print(path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
 // As text for a link: UTF-8 in base64 without the signs that links mind.
 export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
 export const toLink = (scene) =>
-  btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(scene)))).replace(/\+/g, "-").replace(/\//g, "_");
+  btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(scene))))
+    .replace(/\+/g, "-")
+    .replace(/\//g, "_");
 export const fromLink = (words) =>
   JSON.parse(new TextDecoder().decode(bytes(words.replace(/-/g, "+").replace(/_/g, "/"))));

@@ -13,16 +13,15 @@ const ROD = new THREE.CylinderGeometry(1, 1, 1, 16);
 const BALL = new THREE.SphereGeometry(1, 20, 14);
 
 export function ground(world) {
-  const sky = new THREE.HemisphereLight("#ffffff", "#8d93a5", 2);
   const sun = new THREE.DirectionalLight("#fff4e0", 2.2);
   sun.position.set(3, -5, 8);
   const grid = new THREE.PolarGridHelper(14, 24, 14, 128);
+  grid.material = new THREE.LineBasicMaterial({ color: "#808894", transparent: true, opacity: 0.6 });
   grid.rotation.x = Math.PI / 2;
   grid.position.z = FLOOR;
-  grid.material = new THREE.LineBasicMaterial({ transparent: true });
   world.fog = new THREE.Fog("#000");
-  world.background = new THREE.Color();
-  world.add(sky, sun, grid);
+  world.background = world.fog.color;
+  world.add(new THREE.HemisphereLight("#ffffff", "#8d93a5", 2), sun, grid);
   return grid;
 }
 // What the fixed point stands on.
@@ -31,43 +30,35 @@ export function needle() {
   const cone = new THREE.CylinderGeometry(0.008, 0.05, -FLOOR, 16).rotateX(Math.PI / 2);
   return new THREE.Mesh(cone.translate(0, 0, FLOOR / 2), paint);
 }
-export function applyTheme(world, grid, dark) {
-  world.background.set(dark ? "#11141b" : "#f4f3ef");
-  world.fog.color.copy(world.background);
-  grid.material.color.set(dark ? "#5a6578" : "#a9aba8");
-  grid.material.opacity = dark ? 0.55 : 0.7;
-}
 
 // A cuboid: translucent faces, edges and corners to take hold of. Thin ones have edges only: two bodies at one place
 // would mix their colours.
-export function box({ half, centre, turn }, { colour, role }) {
+export function box({ half }, { colour: color, role }) {
   const group = new THREE.Group();
-  group.position.set(...centre);
-  group.quaternion.copy(quaternion(turn));
-  const glass = new THREE.MeshPhongMaterial({ color: colour, transparent: true, side: 2, depthWrite: false });
-  const [ghost, opacity] = role === "ghost" ? [true, 0.55] : [false, 1];
-  const solid = new THREE.MeshPhongMaterial({ color: colour, transparent: ghost, opacity, shininess: 40 });
-  const faces = new THREE.Mesh(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass);
-  faces.visible = role === "thick";
-  group.add(faces);
+  const glass = new THREE.MeshPhongMaterial({ color, transparent: true, side: 2, depthWrite: false });
+  const [thick, ghost] = [role === "thick", role === "ghost"];
+  const solid = new THREE.MeshPhongMaterial({ color, transparent: ghost, opacity: ghost ? 0.55 : 1, shininess: 40 });
+  const put = (shape, paint, userData) => {
+    const part = new THREE.Mesh(shape, paint);
+    group.add(Object.assign(part, { userData }));
+    return part;
+  };
+  put(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass, { kind: "face" }).visible = thick;
   for (let i = 0; i < 8; i++) {
-    const corner = group.add(new THREE.Mesh(BALL, solid)).children.at(-1);
+    const corner = put(BALL, solid, { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 });
     corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
-    corner.userData = { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6] };
     for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
-      const edge = group.add(new THREE.Mesh(ROD, solid)).children.at(-1);
+      const edge = put(ROD, solid, { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] });
       edge.position.copy(corner.position).setComponent(k, 0);
       edge.quaternion.setFromUnitVectors(AXES[1], AXES[k]);
-      edge.userData = { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] };
     }
   }
-  faces.userData = { kind: "face" };
   group.look = (opacity, thickness) => {
     glass.opacity = opacity;
-    const radius = thickness * Math.max(...half) * (role === "thick" ? 0.024 : 0.012);
+    const radius = thickness * Math.max(...half) * (thick ? 0.024 : 0.012);
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(radius);
-      scale.y += userData.length ?? 0;
+      scale.y += userData.length;
     }
   };
   return group;
@@ -110,7 +101,7 @@ export function sphere(radius) {
 
 // The way of the apex, newest point first and strongest in colour. Each point ends one piece and begins the next.
 const POINTS = 2048;
-export function pathLine(colour, dark) {
+export function pathLine(colour, ground) {
   const geometry = new LineGeometry();
   geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
   const interleaved = () => new THREE.InstancedInterleavedBuffer(new Float32Array(3 * POINTS), 3, 1);
@@ -119,9 +110,9 @@ export function pathLine(colour, dark) {
     geometry.setAttribute(`${name}Start`, new THREE.InterleavedBufferAttribute(buffer, 3, 0));
     geometry.setAttribute(`${name}End`, new THREE.InterleavedBufferAttribute(buffer, 3, 3));
   }
-  const [paint, back, mixed] = [new THREE.Color(colour), new THREE.Color(dark ? "#2a303c" : "#dddcd8"), new THREE.Color()];
+  const [paint, mixed] = [new THREE.Color(colour), new THREE.Color()];
   for (let i = 0; i < POINTS; i++)
-    mixed.lerpColors(back, paint, Math.max(0.15, 1 - (0.9 * i) / POINTS)).toArray(shades.array, 3 * i);
+    mixed.lerpColors(ground, paint, Math.max(0.2, 1 - (0.9 * i) / POINTS)).toArray(shades.array, 3 * i);
   const line = new Line2(geometry, new LineMaterial({ vertexColors: true }));
   line.frustumCulled = false;
   line.follow = (i, radius, thickness) => {
@@ -161,8 +152,8 @@ export function axisLines(block, zoom, reach) {
   const frame = new THREE.Group();
   frame.quaternion.copy(quaternion(block.slice(7)));
   ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
-    const line = frame.add(arrow(colour, 0.014)).children.at(-1);
-    line.point(...AXES[k].toArray().map((x) => x * reach * zoom * 0.8));
+    const axis = frame.add(arrow(colour, 0.014)).children.at(-1);
+    axis.point(...AXES[k].clone().multiplyScalar(reach * zoom * 0.8));
   });
   const paint = new THREE.MeshBasicMaterial({ color: "#ffb020", depthTest: false, transparent: true });
   const dot = frame.add(new THREE.Mesh(BALL, paint)).children.at(-1);

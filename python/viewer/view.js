@@ -1,22 +1,21 @@
 // The picture: three.js draws what the stage holds. Reads the scene and the core, changes neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { applyTheme, arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
+import { arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
-import { cornerSigns } from "./scene.js";
+import { cornerSigns, quaternion } from "./scene.js";
 
 const SIDES = [new THREE.Vector3(0, -1, 0), new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, -1e-3, 1)];
 const RANK = { tip: 0, corner: 1, face: 2 };
-export const dark = matchMedia("(prefers-color-scheme: dark)");
 
 export class View {
   constructor(parent) {
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.canvas = parent.appendChild(this.renderer.domElement);
-    this.canvas.tabIndex = 0;
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The top, its momentum in green and its angular velocity in blue");
+    this.canvas = this.renderer.domElement;
+    parent.prepend(this.canvas);
+    const label = "The top, its momentum in green and its angular velocity in blue";
+    Object.assign(this.canvas, { tabIndex: 0, role: "img", ariaLabel: label });
     this.world = new THREE.Scene();
     this.floor = ground(this.world);
     const flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 200);
@@ -25,37 +24,35 @@ export class View {
     this.cameras[0].position.set(5.4, -9.6, 4.4);
     this.cameras[1].position.set(0, -12, 0);
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
+    Object.assign(this.orbit, { minDistance: 2, maxDistance: 60 });
     this.orbit.target.set(0, 0, -0.1);
-    [this.orbit.minDistance, this.orbit.maxDistance] = [2, 60];
     this.orbit.addEventListener("change", () => (this.dirty = true));
     this.tops = [];
-    this.theme();
-  }
-  theme() {
-    applyTheme(this.world, this.floor, dark.matches);
-    if (this.page) this.build(this.page, false);
+    const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
+    new ResizeObserver(resize).observe(parent);
+    this.size(parent.clientWidth, parent.clientHeight);
   }
   get camera() {
     return this.orbit.object;
   }
 
-  // The picture lies in the window's upper left corner; the panel is to the right of it, or below.
-  size(width, height, right, bottom) {
-    this.renderer.setSize(width, height);
-    const [w, h] = [width - right, height - bottom];
+  size(w, h) {
     const [wide, flat] = this.cameras;
     wide.aspect = w / h;
     wide.fov = w > h ? 30 : Math.min(60, 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w));
     const [x, y] = w > h ? [(3 * w) / h, 3] : [3, (3 * h) / w];
-    [flat.left, flat.right, flat.top, flat.bottom] = [-x, x, y, -y];
-    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, 0, width, height);
-    this.pixels = [width, height];
+    Object.assign(flat, { left: -x, right: x, top: y, bottom: -y });
+    for (const camera of this.cameras) camera.updateProjectionMatrix();
+    this.renderer.setSize(w, h);
+    this.pixels = [w, h];
     this.dirty = true;
+    this.render(); // at once: a canvas of another size is empty
   }
 
   // Anew for a scene. `fit`: choose the scales of length and arrows too, as for a scene just loaded.
   build(page, fit) {
     this.page = page;
+    this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
     this.body = cuboidOf(page.scene.body);
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
@@ -86,31 +83,28 @@ export class View {
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
     const { block, scene } = this.page;
-    const body = new THREE.Group();
-    const cuboid = box(this.body, top);
-    const parts = { ...top, group: new THREE.Group(), body, cuboid, line: pathLine(top.colour, dark.matches) };
+    const [group, body, cuboid] = [new THREE.Group(), new THREE.Group(), box(this.body, top)];
+    cuboid.position.set(...this.body.centre).multiplyScalar(this.zoom);
+    cuboid.quaternion.copy(quaternion(this.body.turn));
     cuboid.scale.setScalar(this.zoom);
-    cuboid.position.multiplyScalar(this.zoom);
-    parts.group.add(body.add(cuboid), parts.line);
-    if (!ghost) {
-      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
-      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
-      parts.group.add(parts.m, parts.w);
-      parts.m.tip.userData.kind = "tip";
-    }
-    parts.handles = ghost ? [] : [parts.m.tip, ...cuboid.children];
+    const parts = { ...top, group, body, cuboid, line: pathLine(top.colour, this.world.background), handles: [] };
+    this.world.add(group.add(body.add(cuboid), parts.line));
+    if (ghost) return parts;
+    parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
+    parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
+    group.add(parts.m, parts.w);
+    parts.m.tip.userData.kind = "tip";
+    parts.handles = [parts.m.tip, ...cuboid.children];
     for (const { userData } of parts.handles) userData.i = i;
-    if (thick) {
-      parts.globe = sphere(this.trail);
-      parts.rod = rodMesh(top.colour);
-      parts.axes = axisLines(block, this.zoom, this.reach);
-      parts.p = arrow("#8a93a6", 0.02, 0.6);
-      parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity))); // in sight, however strong
-      parts.p.visible = scene.gravity !== 0;
-      body.add(parts.axes);
-      parts.group.add(parts.globe, parts.rod, parts.p, needle());
-    }
-    this.world.add(parts.group);
+    if (!thick) return parts;
+    parts.globe = sphere(this.trail);
+    parts.rod = rodMesh(top.colour);
+    parts.axes = axisLines(block, this.zoom, this.reach);
+    parts.p = arrow("#8a93a6", 0.02, 0.6);
+    parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity))); // in sight, however strong
+    parts.p.visible = scene.gravity !== 0;
+    body.add(parts.axes);
+    group.add(parts.globe, parts.rod, parts.p, needle());
     return parts;
   }
   // What of a scene is looks alone. The first method stands left, what is beside it right.
@@ -165,7 +159,10 @@ export class View {
 
   // What is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const hits = this.ray(x, y).intersectObjects(this.tops.flatMap((top) => top.handles), false);
+    const hits = this.ray(x, y).intersectObjects(
+      this.tops.flatMap((top) => top.handles),
+      false,
+    );
     const found = hits.map(({ object, point, distance }) => ({ ...object.userData, point, distance }));
     return found.sort((a, b) => RANK[a.kind] - RANK[b.kind] || a.distance - b.distance)[0];
   }
