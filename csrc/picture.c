@@ -51,6 +51,16 @@ kr_box kr_picture_box(const kr_body *body)
     return box;
 }
 
+void kr_picture_reach(const kr_scene *scene, double *momentum, double *velocity)
+{
+    const kr_body *b = &scene->body;
+    const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com), largest = v_largest(b->inertia);
+    const double energy = kr_state_kinetic(scene, &scene->start) + fall;
+    *momentum = fmax(v_length(scene->start.m), sqrt(2.0 * energy * largest));
+    *velocity = fmax(v_length(kr_state_velocity(scene, &scene->start)), sqrt(2.0 * energy / largest));
+    if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;
+}
+
 /* The unit vector from the fixed point to the centre of mass, as the body was described. */
 static kr_vec3 apex_in_body(const kr_scene *scene)
 {

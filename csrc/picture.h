@@ -17,6 +17,9 @@ typedef struct kr_box {
  * and mass times lever, for only the product moves a top: of density 1, or else the largest. If there is none at all, a
  * cube of edge 2. */
 kr_box kr_picture_box(const kr_body *body);
+/* How long momentum and velocity get: |m|^2 / 2 I <= kinetic energy now + what the fall can give, for the largest moment
+ * I, and a velocity to match; 1 for what never moves. */
+void kr_picture_reach(const kr_scene *scene, double *momentum, double *velocity);
 /* Where the apex was, on a sphere that is 2 % smaller for the oldest: KR_PICTURE_POINTS at most. How many. */
 int kr_picture_way(const kr_actor *actor, double radius, float point[][3]);
 /* Rings of KR_PICTURE_SIDES points about the rod's centre line, which begins at the fixed point and is `scale` long for

@@ -13,6 +13,7 @@ const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 static kr_stage stage;
 static kr_measure measured;
 static kr_vec3 velocity;
+static double reach[2];
 static kr_box box;
 static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
@@ -49,6 +50,11 @@ EXPORT(const double *, kr_page_time, (void)) { return stage.time; }
 EXPORT(const kr_measure *, kr_page_record, (void)) { return stage.record[0]; }
 EXPORT(int, kr_page_record_width, (void)) { return (int)(sizeof stage.record[0] / (sizeof(double))); }
 
+EXPORT(const double *, kr_page_reach, (int i))
+{
+    kr_picture_reach(&stage.actor[i].scene, &reach[0], &reach[1]);
+    return reach;
+}
 EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 {
     box = kr_picture_box(body);

@@ -82,6 +82,23 @@ static const kr_actor *top(kr_scene scene, int64_t eps, int64_t target)
     kr_stage_advance(&stage, target, INT64_MAX);
     return &stage.actor[0];
 }
+/* The arrows' scale: never passed where it is the energy's bound, and not far from it. */
+static void test_reach(void)
+{
+    double momentum, velocity, longest = 0.0;
+    const kr_actor *actor = top(kr_scene_default(), 10000, 0);
+    kr_picture_reach(&actor->scene, &momentum, &velocity);
+    for (int i = 1; i <= 5000; i++) {
+        kr_stage_advance(&stage, 10000 * i, INT64_MAX);
+        longest = fmax(longest, v_length(actor->now.m));
+    }
+    IS(longest <= momentum && longest > 0.5 * momentum && velocity > 0.0);
+    kr_scene still = kr_scene_default();
+    still.gravity = 0.0;
+    still.start.m = v3(0.0, 0.0, 0.0);
+    kr_picture_reach(&still, &momentum, &velocity);
+    IS(momentum == 1.0 && velocity == 1.0);
+}
 static void test_way(void)
 {
     const kr_actor *actor = top(kr_scene_default(), 10000, 0);
@@ -140,6 +157,7 @@ int main(void)
     test_box_of_density_one();
     test_box_of_numbers_that_fit_no_body();
     test_box_of_a_plate_and_of_none();
+    test_reach();
     test_way();
     test_rod();
     test_section();

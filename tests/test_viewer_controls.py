@@ -144,7 +144,7 @@ def test_buttons_and_keys(page):
     assert not page.locator("#panel").is_visible()
     page.keyboard.press("d")
     page.keyboard.press("?")
-    assert "principal axes" in page.locator("#text").input_value()
+    assert "Principal axes" in page.locator("#text").input_value()
     page.keyboard.press("Escape")
     page.keyboard.press("z")
     assert scene(page)["name"] == "Kowalewski"

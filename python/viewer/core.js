@@ -69,6 +69,7 @@ export const stage = {
   common: () => C.kr_page_common(),
   state: (i) => doubles(C.kr_page_state(i), 8), // t, q, m
   velocity: (i) => Array.from(doubles(C.kr_page_velocity(i), 3)),
+  reach: (i) => doubles(C.kr_page_reach(i), 2), // how long momentum and velocity get
   failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
   way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
   rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),

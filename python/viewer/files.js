@@ -1,5 +1,5 @@
 // What can be taken along: files, a link, text to copy.
-import { toLink, toPython, toToml } from "./scene.js";
+import { toPython, toToml } from "./scene.js";
 
 const $ = (id) => document.getElementById(id);
 
@@ -28,21 +28,22 @@ const pageWith = (source, scene) =>
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
+// Each by its name: what it does, and its key.
 export function fileButtons(page, view, charts, source) {
-  const here = () => `${location.href.split("#")[0]}#scene=${toLink(page.scene)}`;
+  const here = () => `${location.href.split("#")[0]}#scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
   const picture = () => {
     view.dirty = true;
     view.render();
     view.canvas.toBlob((blob) => save("kreisel.png", blob));
   };
   return {
-    png: ["Picture", picture, "S"],
-    csv: ["CSV", () => save("kreisel.csv", charts.csv())],
-    json: ["JSON", () => save("kreisel.json", JSON.stringify(page.scene, null, 1))],
-    toml: ["TOML", () => save("kreisel.toml", toToml(page.scene))],
-    html: ["This page", () => save("kreisel.html", pageWith(source, page.scene))],
-    link: ["Link", () => say("Link to this scene", here())],
-    python: ["Python", () => say("The same in Python", toPython(page.scene))],
+    Picture: [picture, "S"],
+    CSV: [() => save("kreisel.csv", charts.csv())],
+    JSON: [() => save("kreisel.json", JSON.stringify(page.scene, null, 1))],
+    TOML: [() => save("kreisel.toml", toToml(page.scene))],
+    "This page": [() => save("kreisel.html", pageWith(source, page.scene))],
+    Link: [() => say("Link to this scene", here())],
+    Python: [() => say("The same in Python", toPython(page.scene))],
     ...video(view.canvas),
   };
 }
@@ -61,5 +62,5 @@ function video(canvas) {
     recorder.start();
     target.textContent = "End video";
   };
-  return type && canvas.captureStream ? { video: ["Video", click] } : {};
+  return type && canvas.captureStream ? { Video: [click] } : {};
 }

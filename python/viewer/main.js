@@ -6,7 +6,6 @@ import { fileButtons, say } from "./files.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import { presets } from "./presets.js";
-import { fromLink } from "./scene.js";
 import { View } from "./view.js";
 
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
@@ -17,16 +16,7 @@ const framed = window.parent !== window; // in a notebook: it waits to be starte
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
-const panel = new Panel($("panel"), page, charts, {
-  motion: {
-    run: ["Start", () => page.run(!page.moving), "Space"],
-    step: ["Step", () => page.step(), "ArrowRight"],
-    reset: ["Reset", () => page.reset(), "R"],
-    undo: ["Undo", () => page.undo(), "Control+Z"],
-  },
-  looks: { side: ["From the next side", () => view.turn(), "A"] },
-  files: fileButtons(page, view, charts, source),
-});
+const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
 const hands = takeHold(view, page, panel);
 
 function choose(i) {
@@ -34,8 +24,6 @@ function choose(i) {
   page.replace(presets[i], true);
   page.run(!calm.matches);
 }
-panel.choose = choose;
-
 page.tell = () => {
   panel.draw();
   if (charts.tops !== page.tops || charts.what !== page.scene.chart) charts.build();
@@ -46,38 +34,37 @@ view.canvas.addEventListener("dblclick", (event) => {
   panel.draw();
 });
 
-const flip = (what) => () => page.set(`show.${what}`, !page.scene.show[what]);
-const press = (id) => () => $(id).click();
+// Keys: those that a control names as its own, and these.
 const KEYS = {
-  " ": ["run, stop", press("run")],
-  ArrowRight: ["one step", press("step")],
-  r: ["back to the start", press("reset")],
-  z: ["undo (Ctrl Z too)", press("undo")],
-  j: ["jump to a time", () => (($("jump").closest("details").open = true), $("jump").focus())],
-  c: ["compare four", () => choose(1)],
-  t: ["trace", flip("trace")],
-  e: ["elastic rod", flip("rod")],
-  p: ["principal axes", flip("axes")],
-  v: ["2D view", flip("flat")],
-  a: ["from the next side", press("side")],
-  d: ["panel", () => ($("panel").hidden = !$("panel").hidden)],
-  s: ["picture", press("png")],
+  C: ["compare four", () => choose(1)],
+  D: ["panel", () => ($("panel").hidden = !$("panel").hidden)],
   "?": ["this list", () => say("Keys", keyList())],
   Escape: ["leave a drag", () => hands.cancel()],
 };
-const keyList = () => {
-  const keys = Object.entries(KEYS).map(([key, [what]]) => `${key === " " ? "Space" : key}  ${what}`);
-  return [`1 .. ${presets.length}  what to look at`, ...keys, "double click  a top alone in the charts"].join("\n");
-};
+function keyList() {
+  const words = (control) => (control.labels?.[0] ?? control).textContent.trim();
+  const controls = [...document.querySelectorAll("[aria-keyshortcuts]")];
+  const keys = controls.map((control) => `${control.getAttribute("aria-keyshortcuts")}  ${words(control)}`);
+  const others = Object.entries(KEYS).map(([key, [what]]) => `${key}  ${what}`);
+  return [`1 .. ${presets.length}  what to look at`, ...keys, ...others, "double click  a top alone in charts"].join(
+    "\n",
+  );
+}
+function press(control) {
+  if (control.type !== "number") return control.click();
+  control.closest("details").open = true;
+  control.focus();
+}
 addEventListener("keydown", (event) => {
-  const { key, target } = event;
-  const undo = (event.ctrlKey || event.metaKey) && key === "z" && !target.closest("input[type=number]");
-  const typing = target.closest("input, select, textarea, summary, button") && key !== "Escape";
-  if (target.closest("dialog") || (!undo && (typing || event.ctrlKey || event.metaKey || event.altKey))) return;
-  const [, act] = KEYS[key.length === 1 ? key.toLowerCase() : key] ?? [, presets[key - 1] && (() => choose(key - 1))];
-  if (!act) return;
+  const { key, target, ctrlKey, metaKey, altKey } = event;
+  const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
+  const chord = ctrlKey || metaKey ? `Control+${name}` : name;
+  const takes = chord === name ? "input, select, textarea, summary, button" : "input[type=number], textarea";
+  if (altKey || target.closest("dialog") || (target.closest(takes) && key !== "Escape")) return;
+  const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
+  if (!control && !KEYS[chord] && !presets[chord - 1]) return;
   event.preventDefault();
-  act();
+  control ? press(control) : KEYS[chord] ? KEYS[chord][1]() : choose(chord - 1);
 });
 
 let last = 0;
@@ -108,8 +95,8 @@ function label() {
 }
 
 try {
-  const linked = location.hash.startsWith("#scene=") && fromLink(location.hash.slice(7));
-  page.load(linked || JSON.parse($("scene").textContent) || presets[0]);
+  const linked = location.hash.startsWith("#scene=") && decodeURIComponent(location.hash.slice(7));
+  page.load(JSON.parse(linked || $("scene").textContent) || presets[0]);
 } catch (error) {
   page.load(presets[0]);
   page.say(`The scene given cannot be shown: ${error.message}`);

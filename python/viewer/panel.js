@@ -19,15 +19,14 @@ const CHARTS = {
 };
 const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
-const button = ([id, [words, act, key]]) =>
-  html`<button id=${id} @click=${act} aria-keyshortcuts=${key ?? nothing}>${words}</button>`;
+const button = (words, act, key, off = false) =>
+  html`<button aria-keyshortcuts=${key ?? nothing} ?disabled=${off} @click=${act}>${words}</button>`;
 const section = (title, content, open = false) =>
   html`<details ?open=${open}><summary>${title}</summary>${content}</details>`;
 
 export class Panel {
-  constructor(place, page, charts, buttons) {
-    Object.assign(this, { place, page, charts, buttons, choose: () => {} });
-    this.cornersMove = false;
+  constructor(place, page, charts, files, choose) {
+    Object.assign(this, { place, page, charts, files, choose, cornersMove: false });
   }
   draw() {
     render([this.header(), this.plots(), ...this.sections()], this.place);
@@ -58,9 +57,10 @@ export class Panel {
     return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
       .value=${x === "" ? x : +x.toPrecision(6)} @change=${set}>`;
   }
-  check(words, place, on = look(this.page.scene, place)) {
+  check(words, place, key, on = look(this.page.scene, place)) {
     const set = (event) => this.set(place, event.target.checked, event);
-    return html`<label class="check"><input type="checkbox" .checked=${on} @change=${set}>${words}</label>`;
+    return html`<label class="check"><input type="checkbox" aria-keyshortcuts=${key ?? nothing} .checked=${on}
+      @change=${set}>${words}</label>`;
   }
   select(words, place, choices, chosen = look(this.page.scene, place) ?? "") {
     const set = (event) => this.set(place, event.target.value, event);
@@ -74,7 +74,6 @@ export class Panel {
 
   header() {
     const { page } = this;
-    const { motion } = this.buttons;
     const known = presets.findIndex((preset) => preset.name === page.scene.name);
     const option = ({ name }, i) => html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
     const given = html`<option value="-1" .selected=${known < 0} ?hidden=${known >= 0}>${page.scene.name}</option>`;
@@ -83,7 +82,9 @@ export class Panel {
       <select id="preset" @change=${({ target }) => this.choose(+target.value)}>${presets.map(option)}${given}</select>
       <p id="about">${page.scene.about}</p>
       <div class="row">
-        ${Object.entries({ ...motion, run: [page.moving ? "Stop" : "Start", ...motion.run.slice(1)] }).map(button)}
+        ${button(page.moving ? "Stop" : "Start", () => page.run(!page.moving), "Space")}
+        ${button("Step", () => page.step(), "ArrowRight")} ${button("Reset", () => page.reset(), "R")}
+        ${button("Undo", () => page.undo(), "Z Control+Z", !page.past.length)}
       </div>
     </header>`;
   }
@@ -102,13 +103,14 @@ export class Panel {
     </section>`;
   }
   sections() {
+    const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
     return [
       section("Motion", this.motion(), true),
       section("Body", this.body()),
       section("Compare", this.compare()),
       section("Looks: trace, rod, view", this.looks()),
       section("Integrals", this.table()),
-      section("Save and share", html`<div class="row">${Object.entries(this.buttons.files).map(button)}</div>`),
+      section("Save and share", html`<div class="row">${files}</div>`),
     ];
   }
   motion() {
@@ -117,7 +119,7 @@ export class Panel {
       this.slider("Step ε", "eps.0", { min: -3, max: 0, step: 0.05, log: true }),
       this.slider("Speed", "speed"),
       this.slider("Gravity", "gravity"),
-      this.pair("Jump to t", html`<input id="jump" type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
+      this.pair("Jump to t", html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
       html`<fieldset><legend>Momentum m in space</legend>
         ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}</fieldset>`,
     ];
@@ -142,7 +144,7 @@ export class Panel {
       this.pair("Method", this.select("Method", "methods.0", choices)),
       this.pair("Beside it", this.select("Beside it", "methods.1", [["", "nothing"], ...choices])),
       this.slider("Distance", "distance", { max: 6 }),
-      this.check("Each with a second step ε₂ too", "both", scene.eps.length > 1),
+      this.check("Each with a second step ε₂ too", "both", null, scene.eps.length > 1),
       this.slider("Step ε₂", "eps.1", { min: -3, max: 0, step: 0.05, log: true, off: scene.eps.length < 2 }),
       this.check("Ghost: as exact as the core can", "ghost"),
       this.pair("Stop at t", this.number("Stop at t", "stop", { none: "never" })),
@@ -151,14 +153,14 @@ export class Panel {
   }
   looks() {
     return [
-      this.check("Trace of the apex", "show.trace"),
-      this.check("Elastic rod (Kirchhoff)", "show.rod"),
-      this.check("Principal axes and centre of mass", "show.axes"),
+      this.check("Trace of the apex", "show.trace", "T"),
+      this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
+      this.check("Principal axes and centre of mass", "show.axes", "P"),
       this.check("Floor", "show.floor"),
-      this.check("2D view", "show.flat"),
+      this.check("2D view", "show.flat", "V"),
       this.slider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
       this.slider("Thickness", "show.thickness", { min: 0.2, max: 4 }),
-      Object.entries(this.buttons.looks).map(button),
+      button("From the next side", () => this.page.view.turn(), "A"),
     ];
   }
   table() {

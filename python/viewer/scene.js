@@ -23,11 +23,33 @@ export const plain = {
   tracks: [], // { name, eps, states: base64 of float64 t, q, m }
   show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
+const listOf =
+  (fits, least, most = least) =>
+  (x) =>
+    Array.isArray(x) && x.length >= least && x.length <= most && x.every(fits);
+const numbers = (n) => listOf(Number.isFinite, n);
+const word = (x) => typeof x === "string";
+const positive = (x) => x > 0 && Number.isFinite(x);
+const isTrack = (track) => word(track?.name) && word(track.states) && positive(track.eps);
+const CHECKS = {
+  body: (b) => (numbers(3)(b?.half) ? numbers(3)(b.pivot) : numbers(9)(b?.inertia) && numbers(3)(b.com)),
+  attitude: numbers(4),
+  momentum: numbers(3),
+  second: (x) => x === null || numbers(3)(x),
+  methods: listOf(word, 1, 2),
+  eps: listOf(positive, 1, 2),
+  stop: (x) => x === null || positive(x),
+  tracks: listOf(isTrack, 0, 2),
+  shape: (x) => Object.hasOwn(SHAPES, x),
+};
+// What is left out is as above; what is there must be of the same kind.
 export function complete(given) {
+  if (given?.constructor !== Object) throw new Error("it is no scene");
   const scene = structuredClone({ ...plain, ...given, show: { ...plain.show, ...given.show } });
-  for (const key of ["attitude", "momentum", "eps", "methods"])
-    if (!Array.isArray(scene[key])) throw new Error(`${key} is no list`);
-  if (!scene.methods.length || !scene.eps.length) throw new Error("there is no method in it, or no step");
+  for (const [key, model] of Object.entries(plain)) {
+    const fits = CHECKS[key] ?? ((x) => typeof x === typeof model);
+    if (!fits(scene[key])) throw new Error(`its ${key} cannot be ${JSON.stringify(scene[key])}`);
+  }
   return scene;
 }
 
@@ -144,11 +166,4 @@ print(path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
 `;
 }
 
-// As text for a link: UTF-8 in base64 without the signs that links mind.
 export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-export const toLink = (scene) =>
-  btoa(String.fromCharCode(...new TextEncoder().encode(JSON.stringify(scene))))
-    .replace(/\+/g, "-")
-    .replace(/\//g, "_");
-export const fromLink = (words) =>
-  JSON.parse(new TextDecoder().decode(bytes(words.replace(/-/g, "+").replace(/_/g, "/"))));

@@ -84,19 +84,13 @@ export function arrow(colour, radius, opacity = 1) {
   return group;
 }
 
-// The faint sphere on which the apex moves.
+// The faint sphere on which the apex moves, with its parallels: edges that bend by more than ten degrees.
 export function sphere(radius) {
   const faint = { color: "#8a93a6", transparent: true };
   const paint = new THREE.MeshBasicMaterial({ ...faint, opacity: 0.09, depthWrite: false });
   const globe = new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), paint);
-  const circle = new THREE.BufferGeometry().setFromPoints(new THREE.EllipseCurve(0, 0, 1, 1).getPoints(128));
-  const line = new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 });
-  for (let i = -2; i <= 2; i++) {
-    const ring = globe.add(new THREE.Line(circle, line)).children.at(-1);
-    ring.scale.setScalar(radius * Math.cos((i * Math.PI) / 6));
-    ring.position.z = radius * Math.sin((i * Math.PI) / 6);
-  }
-  return globe;
+  const bands = new THREE.EdgesGeometry(new THREE.SphereGeometry(radius, 96, 6), 10).rotateX(Math.PI / 2);
+  return globe.add(new THREE.LineSegments(bands, new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 })));
 }
 
 // The way of the apex, newest point first and strongest in colour. Each point ends one piece and begins the next.

@@ -65,16 +65,11 @@ export class View {
     this.show(page.scene);
   }
   fit() {
-    const { block, scene } = this.page;
+    const { tops, scene } = this.page;
+    const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
-    // Arrows at the length of the body at most: |m|^2 / 2 I <= kinetic energy now + what the fall can give.
-    const [mass, ...moments] = block.slice(0, 4);
-    const omega = stage.velocity(0);
-    const doubled = omega.reduce((sum, w, k) => sum + w * scene.momentum[k], 0);
-    const energy = doubled + 4 * mass * Math.abs(scene.gravity) * Math.hypot(...block.slice(4, 7));
-    this.momentumZoom = 3.2 / Math.max(Math.hypot(...scene.momentum), Math.sqrt(energy * Math.max(...moments)));
-    this.velocityZoom = 2.4 / Math.max(Math.hypot(...omega), Math.sqrt(energy / Math.max(...moments)));
-    const far = 12.6 + (this.page.tops.some((top) => top.side) ? scene.distance : scene.show.rod ? 3 : 0);
+    [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
+    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance : scene.show.rod ? 3 : 0);
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
     this.cameras[1].updateProjectionMatrix();
