@@ -33,25 +33,52 @@ kr_measure kr_stage_measure(const kr_stage *stage, int i)
         m.error = 0.5 * kr_attitude_error(a->now.q, b->now.q);
     return m;
 }
+static kr_measure least(kr_measure a, kr_measure b)     /* fmin and fmax leave out what is not a number */
+{
+    const kr_measure m = {fmin(a.energy, b.energy), fmin(a.vertical, b.vertical), fmin(a.axial, b.axial),
+                          fmin(a.fourth, b.fourth), fmin(a.error, b.error)};
+    return m;
+}
+static kr_measure greatest(kr_measure a, kr_measure b)
+{
+    const kr_measure m = {fmax(a.energy, b.energy), fmax(a.vertical, b.vertical), fmax(a.axial, b.axial),
+                          fmax(a.fourth, b.fourth), fmax(a.error, b.error)};
+    return m;
+}
+static void widen(kr_row *row, const kr_measure low[], const kr_measure high[])
+{
+    for (int i = 0; i < KR_STAGE_TOPS; i++) {
+        row->low[i] = least(row->low[i], low[i]);
+        row->high[i] = greatest(row->high[i], high[i]);
+    }
+}
+static void begin_row(kr_row *row)
+{
+    const kr_measure none = {NAN, NAN, NAN, NAN, NAN};
+    for (int i = 0; i < KR_STAGE_TOPS; i++) row->at[i] = row->low[i] = row->high[i] = none;
+}
+/* Each row takes up the one before it: the last, which begins its span, goes to the row that is to come. */
 static void halve_record(kr_stage *stage)
 {
-    for (int64_t row = 0; 2 * row < stage->rows; row++) {
-        stage->time[row] = stage->time[2 * row];
-        for (int i = 0; i < stage->tops; i++) stage->record[row][i] = stage->record[2 * row][i];
+    for (int64_t k = 1; 2 * k <= stage->rows; k++) {
+        stage->row[k] = stage->row[2 * k];
+        widen(&stage->row[k], stage->row[2 * k - 1].low, stage->row[2 * k - 1].high);
     }
-    stage->rows = (stage->rows + 1) / 2;
+    stage->rows /= 2;
     stage->stride *= 2;
 }
 static void record(kr_stage *stage)
 {
-    if (!stage->common || stage->clock % stage->stride) return;
-    if (stage->rows == KR_STAGE_ROWS) {
-        halve_record(stage);
-        if (stage->clock % stage->stride) return;
-    }
-    stage->time[stage->rows] = (double)stage->clock / KR_STAGE_TICKS;
-    for (int i = 0; i < stage->tops; i++) stage->record[stage->rows][i] = kr_stage_measure(stage, i);
+    const int64_t often = stage->stride / KR_STAGE_LOOKS;
+    if (!stage->common || stage->clock % (often > stage->common ? often : stage->common)) return;
+    if (stage->rows == KR_STAGE_ROWS) halve_record(stage);
+    kr_row *row = &stage->row[stage->rows];
+    for (int i = 0; i < stage->tops; i++) row->at[i] = kr_stage_measure(stage, i);
+    widen(row, row->at, row->at);
+    if (stage->clock % stage->stride) return;
+    row->time = (double)stage->clock / KR_STAGE_TICKS;
     stage->rows++;
+    begin_row(&stage->row[stage->rows]);
 }
 
 void kr_stage_clear(kr_stage *stage)
@@ -87,6 +114,7 @@ static void enter(kr_stage *stage)
     stage->stride = stage->common;
     stage->tops++;
     stage->rows = 0;
+    begin_row(&stage->row[0]);
     record(stage);
 }
 kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps, double tol,

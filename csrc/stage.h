@@ -9,7 +9,8 @@
 enum {
     KR_STAGE_TOPS = 8,
     KR_STAGE_TRACE = 4096,          /* attitudes kept of each top, one a step; then the oldest goes */
-    KR_STAGE_ROWS = 1024,           /* rows of the record; when it is full every other one goes, and from then on */
+    KR_STAGE_ROWS = 1024,           /* rows of the record; when it is full two become one, and from then on */
+    KR_STAGE_LOOKS = 64,            /* at the tops from one row to the next, if they meet that often */
     KR_STAGE_TICKS = 1000000        /* ticks to the unit of time */
 };
 
@@ -32,13 +33,18 @@ typedef struct kr_actor {
     kr_quat trace[KR_STAGE_TRACE];  /* attitude after step k at k % KR_STAGE_TRACE */
 } kr_actor;
 
+typedef struct kr_row {
+    double time;
+    kr_measure at[KR_STAGE_TOPS];
+    kr_measure low[KR_STAGE_TOPS], high[KR_STAGE_TOPS];     /* the extremes since the row before: it may have swung often */
+} kr_row;
+
 typedef struct kr_stage {
     int tops;
     int64_t clock;                  /* ticks that all tops have reached, up to their steps */
     int64_t common;                 /* the least common multiple of the steps; 0 if it does not fit */
     int64_t stride, rows;           /* ticks from row to row of the record; how many there are */
-    double time[KR_STAGE_ROWS];
-    kr_measure record[KR_STAGE_ROWS][KR_STAGE_TOPS];
+    kr_row row[KR_STAGE_ROWS + 1];  /* behind the last: the extremes since then */
     kr_actor actor[KR_STAGE_TOPS];
 } kr_stage;
 

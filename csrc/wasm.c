@@ -46,9 +46,7 @@ EXPORT(const kr_measure *, kr_page_measure, (int i))
     return &measured;
 }
 EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
-EXPORT(const double *, kr_page_time, (void)) { return stage.time; }
-EXPORT(const kr_measure *, kr_page_record, (void)) { return stage.record[0]; }
-EXPORT(int, kr_page_record_width, (void)) { return (int)(sizeof stage.record[0] / (sizeof(double))); }
+EXPORT(const kr_row *, kr_page_row, (int k)) { return &stage.row[k]; }
 
 EXPORT(const double *, kr_page_reach, (int i))
 {

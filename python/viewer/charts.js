@@ -6,17 +6,25 @@ const NAMES = ["energy", "vertical", "axial", "fourth", "error"];
 const style = (id) => getComputedStyle(document.getElementById(id));
 const short = (x) =>
   x === 0 ? "0" : Math.abs(x) >= 0.01 && Math.abs(x) < 1000 ? String(+x.toPrecision(3)) : x.toExponential(0);
+// At most four powers of ten.
+function decades(low, high) {
+  const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+  const step = Math.ceil((to - from + 1) / 4);
+  return Array.from({ length: Math.floor((to - from) / step) + 1 }, (_, i) => 10 ** (from + i * step));
+}
 
 export class Charts {
+  hidden = new Set(); // tops whose boxes are unticked
+  log = false;
   constructor(page) {
     this.page = page;
-    this.hidden = new Set(); // tops whose boxes are unticked
-    this.log = false;
   }
   // Anew for other tops, another quantity or scale.
   build() {
-    this.tops = this.page.tops;
-    this.what = this.page.scene.chart;
+    const { tops, scene } = this.page;
+    if (this.tops?.map((top) => top.method + top.role).join() !== tops.map((top) => top.method + top.role).join())
+      this.hidden.clear();
+    Object.assign(this, { tops, what: scene.chart });
     this.plots?.forEach((plot) => plot.destroy());
     const places = [...document.querySelectorAll(".chart")];
     this.plots = places.map((place, second) => new uPlot(this.options(second), this.data(second), place));
@@ -36,30 +44,38 @@ export class Charts {
     const grid = { stroke: style("charts").borderBottomColor, width: 1 };
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
     const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
+    const powers = this.log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };
     return {
       width: document.getElementById("panel").clientWidth - 28,
       height: 118,
       legend: { show: false },
-      cursor: { drag: { x: true, y: false } },
+      cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
       scales: { x: { time: false }, y: { distr: this.log ? 3 : 1 } },
       axes: [
         { ...ink, size: 22 },
-        { ...ink, size: 48, space: 16, values: words },
+        { ...ink, size: 48, space: 16, values: words, ...powers },
       ],
       series: [{}, ...series],
     };
   }
   data(second) {
     const what = second ? 4 : NAMES.indexOf(this.what);
-    const rows = this.page.tops.map((_, i) => {
-      const values = stage.record(i, what);
-      const change = second ? values : values.map((x) => x - values[0]);
+    const pairs = (one, other) => one.flatMap((x, row) => [x, other[row]]);
+    const rows = this.tops.map((_, i) => {
+      const [start] = second ? [0] : stage.record(i, what);
+      const change = pairs(stage.record(i, what, 1), stage.record(i, what, 2)).map((x) => x - start);
       return change.map((x) => (Number.isNaN(x) ? null : this.log ? Math.abs(x) || null : x));
     });
-    return [stage.time(), ...rows];
+    return [pairs(stage.time(), stage.time()), ...rows]; // up and down between the extremes that a row holds
   }
   update() {
-    if (stage.rows() > 1) this.plots.forEach((plot, second) => plot.setData(this.data(second)));
+    if (stage.rows() < 2) return;
+    this.plots.forEach((plot, second) => {
+      const { min, max } = plot.scales.x;
+      const zoomed = min > 0 || max < plot.data[0].at(-1);
+      plot.setData(this.data(second), !zoomed);
+      if (zoomed) plot.redraw();
+    });
   }
   // One top shown or hidden; one alone, or all of them.
   toggle(i) {

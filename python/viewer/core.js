@@ -28,7 +28,8 @@ export const methods = new Map(
   Array.from({ length: C.kr_method_count() }, (_, i) => {
     const pointer = C.kr_method_at(i);
     const suits = (block, gravity) => !!C.kr_method_suits(pointer, putScene(block, gravity, [1, 0, 0, 0], [0, 0, 0]));
-    return [text(C.kr_method_name(pointer)), { pointer, adaptive: !!(C.kr_method_flags(pointer) & 4), suits }];
+    const what = { adaptive: !!(C.kr_method_flags(pointer) & 4), text: text(C.kr_method_text(pointer)) };
+    return [text(C.kr_method_name(pointer)), { pointer, suits, ...what }];
   }),
 );
 
@@ -47,6 +48,14 @@ export function cuboidOf(body) {
   if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density: density ?? 1 };
   const [a, b, c, x, y, z, ...rest] = doubles(C.kr_page_box(put(SCENE, makeBody(body))), 11);
   return { half: [a, b, c], centre: [x, y, z], turn: rest.slice(0, 4), density: rest[4] };
+}
+
+// Of the record: of each row (time, measures of 8 tops, and their extremes twice) one number.
+function column(k) {
+  const first = C.kr_page_row(0);
+  const width = (C.kr_page_row(1) - first) / 8;
+  const all = doubles(first, width * C.kr_page_rows());
+  return Array.from({ length: C.kr_page_rows() }, (_, row) => all[width * row + k]);
 }
 
 const tracks = [];
@@ -75,10 +84,6 @@ export const stage = {
   rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),
   measure: (i) => Array.from(doubles(C.kr_page_measure(i), 5)), // energy, <m,p>/g, <m,a>/|a|, K or G, frame error
   rows: () => C.kr_page_rows(),
-  time: () => Array.from(doubles(C.kr_page_time(), C.kr_page_rows())),
-  record(i, what) {
-    const width = C.kr_page_record_width();
-    const all = doubles(C.kr_page_record(), width * C.kr_page_rows());
-    return Array.from({ length: C.kr_page_rows() }, (_, row) => all[row * width + 5 * i + what]);
-  },
+  time: () => column(0),
+  record: (i, what, kind = 0) => column(1 + 40 * kind + 5 * i + what), // 1, 2: least and greatest since the row before
 };

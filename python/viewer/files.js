@@ -13,12 +13,12 @@ function save(name, ...content) {
 export function say(title, text) {
   $("title").textContent = title;
   $("text").value = text;
+  $("copy").textContent = "Copy";
   $("dialog").showModal();
-  $("text").select();
 }
 $("copy").addEventListener("click", () => {
   $("text").select();
-  navigator.clipboard?.writeText($("text").value).catch(() => document.execCommand("copy"));
+  $("copy").textContent = document.execCommand("copy") ? "Copied" : "Press Ctrl C";
 });
 
 // The page as it came, with another scene inside. What would end the script element early is written as an escape.
@@ -30,7 +30,8 @@ const pageWith = (source, scene) =>
 
 // Each by its name: what it does, and its key.
 export function fileButtons(page, view, charts, source) {
-  const here = () => `${location.href.split("#")[0]}#scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
+  const place = location.href === "about:srcdoc" ? "the address of a saved page, then " : location.href.split("#")[0];
+  const here = () => `${place}#scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
   const picture = () => {
     view.dirty = true;
     view.render();
@@ -44,11 +45,12 @@ export function fileButtons(page, view, charts, source) {
     "This page": [() => save("kreisel.html", pageWith(source, page.scene))],
     Link: [() => say("Link to this scene", here())],
     Python: [() => say("The same in Python", toPython(page.scene))],
-    ...video(view.canvas),
+    ...video(view),
   };
 }
 
-function video(canvas) {
+function video(view) {
+  const { canvas } = view;
   const type = ["video/mp4", "video/webm"].find((kind) => globalThis.MediaRecorder?.isTypeSupported(kind));
   let recorder = null;
   const click = ({ target }) => {
@@ -57,9 +59,11 @@ function video(canvas) {
     recorder.ondataavailable = ({ data }) => save(`kreisel.${type.slice(6)}`, data); // one piece, at the end
     recorder.onstop = () => {
       recorder = null;
+      view.recording = false;
       target.textContent = "Video";
     };
     recorder.start();
+    view.recording = true; // or a picture that stands still gives no film
     target.textContent = "End video";
   };
   return type && canvas.captureStream ? { Video: [click] } : {};

@@ -5,7 +5,7 @@ import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js"
 
 export function takeHold(view, page, panel) {
   const { canvas } = view;
-  const hands = { tipSeen: false, cancel };
+  const hands = { tipSeen: false, hold: () => drag !== null, cancel };
   let drag = null;
 
   function take(event) {
@@ -30,9 +30,9 @@ export function takeHold(view, page, panel) {
       canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
     const at = drag?.pointerId === event.pointerId && meet(view, drag.plane, event)?.sub(drag.offset);
     if (!at) return;
-    if (!drag.before) {
+    if (!drag.moved) {
       page.begin(drag.top); // now that it moves: a click changes nothing
-      drag.before = structuredClone(page.scene);
+      drag.moved = true;
     }
     page.edit((scene) => moves[drag.kind](view, scene, drag, at, event));
   }
@@ -45,9 +45,9 @@ export function takeHold(view, page, panel) {
     page.tell();
   }
   function cancel() {
-    const before = drag?.before;
+    const moved = drag?.moved;
     if (drag) end();
-    if (before) page.load(before, false);
+    if (moved) page.undo();
   }
   canvas.addEventListener("pointerdown", take, true); // before the orbit takes it
   canvas.addEventListener("pointermove", move);

@@ -13,6 +13,7 @@ const $ = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 const framed = window.parent !== window; // in a notebook: it waits to be started
 
+addEventListener("error", ({ message }) => ($("words").textContent = `The page cannot go on: ${message}`));
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
@@ -37,18 +38,20 @@ view.canvas.addEventListener("dblclick", (event) => {
 // Keys: those that a control names as its own, and these.
 const KEYS = {
   C: ["compare four", () => choose(1)],
-  D: ["panel", () => ($("panel").hidden = !$("panel").hidden)],
   "?": ["this list", () => say("Keys", keyList())],
-  Escape: ["leave a drag", () => hands.cancel()],
+  Escape: ["leave a drag or a jump", () => page.run(false)],
 };
 function keyList() {
   const words = (control) => (control.labels?.[0] ?? control).textContent.trim();
   const controls = [...document.querySelectorAll("[aria-keyshortcuts]")];
   const keys = controls.map((control) => `${control.getAttribute("aria-keyshortcuts")}  ${words(control)}`);
   const others = Object.entries(KEYS).map(([key, [what]]) => `${key}  ${what}`);
-  return [`1 .. ${presets.length}  what to look at`, ...keys, ...others, "double click  a top alone in charts"].join(
-    "\n",
-  );
+  const hands = [
+    "Shift, while dragging the green tip  along itself",
+    "Alt or middle button, at a corner  the fixed point",
+  ];
+  const more = [...hands, "Double click  a top alone in the charts; a chart whole again"];
+  return [`1 .. ${presets.length}  What to look at`, ...keys, ...others, ...more].join("\n");
 }
 function press(control) {
   if (control.type !== "number") return control.click();
@@ -57,22 +60,26 @@ function press(control) {
 }
 addEventListener("keydown", (event) => {
   const { key, target, ctrlKey, metaKey, altKey } = event;
+  if (hands.hold()) return key === "Escape" && hands.cancel();
   const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
   const chord = ctrlKey || metaKey ? `Control+${name}` : name;
-  const takes = chord === name ? "input, select, textarea, summary, button" : "input[type=number], textarea";
-  if (altKey || target.closest("dialog") || (target.closest(takes) && key !== "Escape")) return;
+  const own = /^(Space|Enter|Arrow.*)$/.test(name) ? "input, select, summary, button" : "input[type=number], select";
+  if (altKey || target.closest(`dialog, ${own}`)) return;
   const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
   if (!control && !KEYS[chord] && !presets[chord - 1]) return;
   event.preventDefault();
   control ? press(control) : KEYS[chord] ? KEYS[chord][1]() : choose(chord - 1);
 });
+$("fold").addEventListener("click", () => ($("panel").hidden = !$("panel").hidden));
 
 let last = 0;
 let shown = { at: 0 };
 function frame(now) {
   const rate = page.frame(Math.min((now - last) / 1000, 0.1));
   last = now;
-  $("clock").textContent = `${rate ? `speed ${rate.toPrecision(1)}, ` : ""}t = ${(page.clock / TICKS).toFixed(2)}`;
+  const more = page.goal ? ` → ${page.goal / TICKS}` : "";
+  const slow = rate ? `speed ${rate.toPrecision(2)}, ` : "";
+  $("clock").textContent = `${slow}t = ${(page.clock / TICKS).toFixed(2)}${more}`;
   if (now - shown.at > 120 && shown.clock !== page.clock) {
     shown = { at: now, clock: page.clock };
     panel.draw();
@@ -94,13 +101,17 @@ function label() {
   tip.classList.toggle("left", left);
 }
 
-try {
-  const linked = location.hash.startsWith("#scene=") && decodeURIComponent(location.hash.slice(7));
-  page.load(JSON.parse(linked || $("scene").textContent) || presets[0]);
-} catch (error) {
-  page.load(presets[0]);
-  page.say(`The scene given cannot be shown: ${error.message}`);
+function open() {
+  try {
+    const linked = location.hash.startsWith("#scene=") && decodeURIComponent(location.hash.slice(7));
+    page.load(JSON.parse(linked || $("scene").textContent) || presets[0]);
+  } catch (error) {
+    page.load(presets[0]);
+    page.say(`The scene given cannot be shown: ${error.message}`);
+  }
 }
+open();
+addEventListener("hashchange", open);
 if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);

@@ -2,16 +2,20 @@
 import { kind, makeBody, methods, stage, TICKS } from "./core.js";
 import { bytes, cast, complete, take } from "./scene.js";
 
-const SLICE = 2000; // steps between two looks at the watch
 const MOMENT = 8; // milliseconds of a frame that stepping may take
+const [LEAST, MOST] = [8, 2000]; // steps between two looks at the watch; all tops step at least once
 const GOES_ON = /^(speed|distance|stop|chart|show)/; // what is set without beginning anew
+const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
 export class Page {
+  past = [];
+  running = false;
+  tell = () => {}; // what is to be done after a change
   constructor(view) {
     this.view = view;
-    this.past = [];
-    this.running = false;
-    this.tell = () => {}; // what is to be done after a change
+  }
+  say(words) {
+    document.getElementById("words").textContent = words;
   }
 
   load(given, fit = true) {
@@ -30,91 +34,100 @@ export class Page {
   // The stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
-    const { gravity } = scene;
+    const { gravity, attitude } = scene;
     this.block = makeBody(scene.body);
     this.kind = kind(this.block);
-    for (const [i, name] of scene.methods.entries()) {
+    scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
-      if (!methods.get(name).suits(this.block, gravity)) scene.methods[i] = "strang"; // the body became another
-    }
+      if (methods.get(name).suits(this.block, gravity)) return;
+      scene.methods[i] = "strang";
+      this.say(`${name} is not for this body: strang instead`);
+    });
     stage.clear();
     this.tops = cast(scene, this.block).map((top) => ({ ...top, ticks: Math.max(1, Math.round(top.eps * TICKS)) }));
     for (const { track, method, side, role, ticks, against } of this.tops) {
       const m = (side && scene.second) || scene.momentum;
       const tol = role === "ghost" ? 1e-13 : scene.tol;
       if (track) stage.addTrack(this.block, gravity, new Float64Array(bytes(track.states).buffer), ticks, against);
-      else stage.add(this.block, gravity, scene.attitude, m, methods.get(method), ticks, tol, against);
+      else stage.add(this.block, gravity, attitude, m, methods.get(method), ticks, tol, against);
     }
-    this.target = this.clock = 0;
-    this.goal = null;
-    this.failed = false;
+    Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: 0, rate: scene.speed });
     this.view.build(this, fit);
   }
 
-  // Before a change: the scene is kept for undo, and the state of the moment becomes the new start.
-  begin(top) {
-    this.past.push(JSON.stringify(this.scene));
+  // Before a change: scene and time are kept for undo,
+  keep(fit) {
+    this.past.push({ scene: structuredClone(this.scene), clock: this.clock, fit });
     if (this.past.length > 200) this.past.shift();
-    if (this.clock > 0 && !this.scene.tracks.length) this.adopt(top); // a track begins where it begins
+    this.say("");
   }
-  adopt(top) {
+  // and the state of the moment becomes the new start. Not with a track: it begins where it begins.
+  begin(top, fit) {
+    this.keep(fit);
+    if (!this.clock || this.scene.tracks.length) return;
+    const { second } = this.scene;
+    const [, w, x, y, z, ...momentum] = this.leader(top);
+    const beside = second && this.leader(this.tops.find((each) => each.side));
+    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside && beside.slice(5) });
+  }
+  // The state of a live top; else of the first.
+  leader(top) {
     const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
-    const leader = live.includes(top) && !(this.scene.second && top.side) ? top : live[0];
-    const [, w, x, y, z, ...momentum] = stage.state(this.tops.indexOf(leader));
-    const beside = this.tops.indexOf(live.find((each) => each.side));
-    const second = this.scene.second && Array.from(stage.state(beside).slice(5));
-    this.scene = { ...this.scene, attitude: [w, x, y, z], momentum, second };
+    return Array.from(stage.state(this.tops.indexOf(live.includes(top) ? top : live[0])));
   }
   edit(change) {
     const scene = structuredClone(this.scene);
     change(scene);
-    const differs = (key) => JSON.stringify(scene[key]) !== JSON.stringify(this.scene[key]);
-    if (["body", "attitude", "momentum", "gravity"].some(differs)) scene.tracks = []; // they are of another motion
+    if (["body", "attitude", "momentum", "second", "gravity"].some((key) => differ(scene[key], this.scene[key]))) {
+      scene.tracks = []; // they are of another motion
+      if (scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
+    }
     this.load(scene, false);
+  }
+  dress(scene) {
+    this.scene = scene;
+    this.view.show(scene);
+    this.tell();
   }
   // What a control sets, at a place such as "show.trace". One undo for all that a hand does to it at a time.
   set(place, x, gesture) {
-    const { scene, past } = this;
-    const depth = past.length;
+    const [before, depth] = [structuredClone(this.scene), this.past.length];
+    const change = (scene) => (take(scene, place, x), scene);
     try {
-      if (GOES_ON.test(place)) {
-        take(scene, place, x);
-        this.view.show(scene);
-        return this.tell();
-      }
-      if (!gesture || gesture !== this.gesture) this.begin();
+      change(structuredClone(before)); // a refused one must change nothing
+      const goesOn = GOES_ON.test(place);
+      if (!gesture || gesture !== this.gesture) goesOn ? this.keep() : this.begin();
       this.gesture = gesture;
-      this.edit((next) => take(next, place, x));
+      goesOn ? this.dress(change(before)) : this.edit(change);
     } catch (error) {
-      past.length = depth;
-      this.scene = scene;
+      this.past.length = depth;
       this.say(error.message);
     }
   }
-  replace(scene, fit = false) {
-    this.begin();
-    this.load(scene, fit);
+  replace(scene) {
+    this.begin(null, true);
+    this.load(scene);
   }
   undo() {
-    const last = this.past.pop();
-    if (!last) return;
+    const { scene, clock, fit } = this.past.pop() ?? {};
+    if (!scene) return;
+    if (Object.keys(scene).every((key) => GOES_ON.test(key) || !differ(scene[key], this.scene[key])))
+      return this.dress(scene);
     this.run(false);
-    this.load(JSON.parse(last));
+    this.load(scene, fit);
+    if (clock) this.jump(clock / TICKS);
   }
 
   run(on) {
     this.goal = null;
-    this.running = on && !this.over;
+    this.running = on;
     this.tell();
-  }
-  get over() {
-    return this.clock >= this.end;
-  }
-  get end() {
-    return this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
   }
   get moving() {
     return this.running || this.goal !== null;
+  }
+  get end() {
+    return this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
   }
   reset() {
     this.run(false);
@@ -136,32 +149,37 @@ export class Page {
   }
   // What a frame does after so many seconds. The speed reached, where it is less than asked.
   frame(passed) {
-    const { clock, goal } = this;
+    const { target, goal, scene } = this;
     if (goal !== null) this.advance(goal, 4 * MOMENT);
-    else if (this.running) this.advance(this.target + passed * this.scene.speed * TICKS, MOMENT);
     if (goal !== null && !this.late) this.run(false);
-    return this.running && this.late && (this.clock - clock) / TICKS / passed;
+    if (!this.running) return 0;
+    this.advance(target + passed * scene.speed * TICKS, MOMENT);
+    this.rate += 0.05 * ((this.target - target) / TICKS / passed - this.rate);
+    return this.rate < 0.9 * scene.speed && this.rate;
   }
   // On to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
     this.target = Math.min(target, this.end);
     const until = performance.now() + most;
     const enough = this.target - Math.max(...this.tops.map((top) => top.ticks));
-    let before = -1;
+    let [before, now] = [-1, performance.now()];
     this.late = false;
     while (before < this.clock && !this.late) {
       before = this.clock;
-      this.clock = stage.advance(this.target, SLICE);
-      this.late = performance.now() > until && this.clock < enough;
+      this.clock = stage.advance(this.target, this.slice);
+      const took = performance.now() - now;
+      this.slice = Math.max(LEAST, Math.min(MOST, this.slice * (took < 1 ? 2 : 2 / took)));
+      now += took;
+      this.late = now > until && this.clock < enough;
     }
     if (this.late) this.target = this.clock; // time itself goes slower
-    const failure = this.tops.map((top, i) => (top.track ? "" : stage.failure(i))).find(Boolean);
-    if (failure && !this.failed) this.say(`A top stopped: ${failure}`);
-    this.failed = !!failure;
-    if (this.over) this.run(false);
+    const failed = (top, i) =>
+      !top.track && stage.failure(i) && `${top.method} ${top.eps} stopped: ${stage.failure(i)}`;
+    const failures = this.tops.map(failed).filter(Boolean);
+    if (failures.length > this.failures) this.say(failures.at(-1));
+    this.failures = failures.length;
+    if (target > this.end) this.say(`The stop time ${this.scene.stop} is reached`);
+    if (target > this.end || this.failures === this.tops.length) this.run(false);
     this.view.draw();
-  }
-  say(words) {
-    document.getElementById("words").textContent = words;
   }
 }

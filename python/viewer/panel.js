@@ -51,8 +51,7 @@ export class Panel {
         @input=${slide} @change=${() => (this.page.gesture = null)}>
       ${this.number(`${words}, number`, place, { off })}</label>`;
   }
-  number(words, place, { off = false, none = "" } = {}) {
-    const x = look(this.page.scene, place) ?? "";
+  number(words, place, { off = false, none = "", x = look(this.page.scene, place) ?? "" } = {}) {
     const set = (event) => this.set(place, event.target.valueAsNumber, event);
     return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
       .value=${x === "" ? x : +x.toPrecision(6)} @change=${set}>`;
@@ -70,6 +69,12 @@ export class Panel {
   }
   pair(words, control) {
     return html`<label class="pair">${words}${control}</label>`;
+  }
+
+  // As it is now; while somebody writes it, as it was.
+  momentum() {
+    if (!document.activeElement.closest("fieldset")) this.now = this.page.leader().slice(5);
+    return this.now;
   }
 
   header() {
@@ -90,11 +95,16 @@ export class Panel {
   }
   plots() {
     const { charts, page } = this;
-    const tick = (top, i) => html`<label class="check" style="color: ${top.colour}"><input type="checkbox"
+    const tick = (top, i) => html`<label class="check" style="accent-color: ${top.colour}"><input type="checkbox"
       .checked=${!charts.hidden.has(i)} @change=${() => (charts.toggle(i), this.draw())}>${name(top)}</label>`;
     const log = ({ target }) => ((charts.log = target.checked), charts.build());
-    return html`<section id="charts" aria-label="Charts" ?hidden=${stage.rows() < 2}>
-      <div class="row">${this.select("Quantity in the chart", "chart", Object.entries(CHARTS))}
+    const common = stage.common();
+    const far =
+      common > page.clock && html`<p>Values are taken where all steps meet: first at t = ${common / TICKS}</p>`;
+    const fourth = /kowalewski|chaplygin/.test(page.kind);
+    const choices = Object.entries(CHARTS).map((choice) => [...choice, choice[0] === "fourth" && !fourth]);
+    return html`${page.clock && far ? far : ""}<section id="charts" aria-label="Charts" ?hidden=${stage.rows() < 2}>
+      <div class="row">${this.select("Quantity in the chart", "chart", choices)}
         <label class="check"><input type="checkbox" @change=${log}>log</label></div>
       <div class="chart" role="img" aria-label="Change of the integral over time"></div>
       <div id="legend" role="group" aria-label="Tops in the charts">${page.tops.length > 1 ? page.tops.map(tick) : ""}</div>
@@ -121,7 +131,8 @@ export class Panel {
       this.slider("Gravity", "gravity"),
       this.pair("Jump to t", html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
       html`<fieldset><legend>Momentum m in space</legend>
-        ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}</fieldset>`,
+        ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`, { x: this.momentum()[k] }))}
+        </fieldset><p>Green is the momentum m, blue the angular velocity ω, grey the vertical p.</p>`,
     ];
   }
   body() {
@@ -142,11 +153,13 @@ export class Panel {
     const common = stage.common();
     return [
       this.pair("Method", this.select("Method", "methods.0", choices)),
+      html`<p>${methods.get(scene.methods[0]).text}</p>`,
       this.pair("Beside it", this.select("Beside it", "methods.1", [["", "nothing"], ...choices])),
       this.slider("Distance", "distance", { max: 6 }),
       this.check("Each with a second step ε₂ too", "both", null, scene.eps.length > 1),
       this.slider("Step ε₂", "eps.1", { min: -3, max: 0, step: 0.05, log: true, off: scene.eps.length < 2 }),
       this.check("Ghost: as exact as the core can", "ghost"),
+      this.pair("Tolerance", this.number("Tolerance of adaptive methods", "tol")),
       this.pair("Stop at t", this.number("Stop at t", "stop", { none: "never" })),
       html`<p>Steps meet each ${common ? common / TICKS : "never, in numbers that fit"}</p>`,
     ];
@@ -167,7 +180,7 @@ export class Panel {
     const { tops, kind } = this.page;
     const cell = (words) => html`<td>${words}`;
     const row = (top, i) =>
-      html`<tr><th scope="row" style="color: ${top.colour}">${name(top)}${this.charts.integrals(i).map(cell)}`;
+      html`<tr><th scope="row" style="border-color: ${top.colour}">${name(top)}${this.charts.integrals(i).map(cell)}`;
     return html`<table><caption>Value now, and below it the change since the start</caption>
       <thead><tr>${["top", "⟨m, p⟩", "⟨m, a⟩", "E", kind === "goryachev_chaplygin" ? "G" : "K"].map(
         (word) => html`<th scope="col">${word}`,

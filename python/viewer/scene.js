@@ -39,6 +39,9 @@ const CHECKS = {
   methods: listOf(word, 1, 2),
   eps: listOf(positive, 1, 2),
   stop: (x) => x === null || positive(x),
+  tol: positive,
+  speed: (x) => x >= 0 && x < 1e9,
+  chart: (x) => ["energy", "vertical", "axial", "fourth"].includes(x),
   tracks: listOf(isTrack, 0, 2),
   shape: (x) => Object.hasOwn(SHAPES, x),
 };
@@ -108,13 +111,14 @@ const rules = {
     scene.methods = [scene.methods[0], name].filter(Boolean);
     if (!name) scene.second = null;
   },
+  tol: (scene, x) => (scene.tol = Math.min(Math.max(x, 1e-14), 0.1)),
   stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : null),
   shape(scene, shape) {
     becomeCuboid(scene);
     scene.shape = shape;
     if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
     resize(scene, scene.body.half);
-    if (shape === "goryachev_chaplygin") scene.momentum[2] = 0; // else G is not constant
+    if (shape === "goryachev_chaplygin") for (const m of [scene.momentum, scene.second ?? []]) m[2] = 0; // or G changes
   },
 };
 
@@ -136,7 +140,8 @@ const SHAPES = {
 };
 export function resize(scene, half) {
   const old = scene.body;
-  const fit = SHAPES[scene.shape](...half.map((x) => Math.min(Math.max(x, 0.05), 50)));
+  const least = 0.02 * Math.max(...half, ...old.half.map((h) => 0.02 * h)); // no plate thinner, nothing inside out
+  const fit = SHAPES[scene.shape](...half.map((x) => Math.max(x, least)));
   scene.body = { ...old, half: fit, pivot: old.pivot.map((x, i) => (x * fit[i]) / old.half[i]) };
 }
 

@@ -31,8 +31,7 @@ export function needle() {
   return new THREE.Mesh(cone.translate(0, 0, FLOOR / 2), paint);
 }
 
-// A cuboid: translucent faces, edges and corners to take hold of. Thin ones have edges only: two bodies at one place
-// would mix their colours.
+// A cuboid: translucent faces, edges and corners to take hold of.
 export function box({ half }, { colour: color, role }) {
   const group = new THREE.Group();
   const glass = new THREE.MeshPhongMaterial({ color, transparent: true, side: 2, depthWrite: false });
@@ -43,7 +42,7 @@ export function box({ half }, { colour: color, role }) {
     group.add(Object.assign(part, { userData }));
     return part;
   };
-  put(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass, { kind: "face" }).visible = thick;
+  put(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass, { kind: "face" });
   for (let i = 0; i < 8; i++) {
     const corner = put(BALL, solid, { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 });
     corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
@@ -55,7 +54,7 @@ export function box({ half }, { colour: color, role }) {
   }
   group.look = (opacity, thickness) => {
     glass.opacity = opacity;
-    const radius = thickness * Math.max(...half) * (thick ? 0.024 : 0.012);
+    const radius = thickness * Math.cbrt(half[0] * half[1] * half[2]) * (thick ? 0.026 : 0.013);
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(radius);
       scale.y += userData.length;

@@ -24,9 +24,9 @@ export class View {
     this.cameras[0].position.set(5.4, -9.6, 4.4);
     this.cameras[1].position.set(0, -12, 0);
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
-    Object.assign(this.orbit, { minDistance: 2, maxDistance: 60 });
-    this.orbit.target.set(0, 0, -0.1);
+    Object.assign(this.orbit, { minDistance: 3, maxDistance: 40, minZoom: 0.2, maxZoom: 10 });
     this.orbit.addEventListener("change", () => (this.dirty = true));
+    this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
     const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
     new ResizeObserver(resize).observe(parent);
@@ -69,11 +69,12 @@ export class View {
     const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
+    this.orbit.target.set(0, 0, -0.1);
     const far = 12.6 + (tops.some((top) => top.side) ? scene.distance : scene.show.rod ? 3 : 0);
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
     this.cameras[1].updateProjectionMatrix();
-    [this.world.fog.near, this.world.fog.far] = [far, 2.1 * far];
+    Object.assign(this.world.fog, { near: far, far: 4 * far });
   }
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
@@ -108,6 +109,7 @@ export class View {
     for (const top of this.tops) {
       top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
       top.cuboid.look(show.opacity, show.thickness);
+      top.cuboid.children[0].visible = top.role === "thick" && (distance > 0 || !top.side); // two would mix
     }
     this.floor.visible = show.floor;
     this.orbit.object = this.cameras[+show.flat];
@@ -138,17 +140,17 @@ export class View {
     this.dirty = true;
   }
   render() {
-    if (!this.dirty) return;
+    if (!this.dirty && !this.recording) return;
     this.dirty = false;
     this.renderer.render(this.world, this.camera);
   }
 
-  // From the front, the right, above; and again.
+  // From the front, the right, above; and again. All of it in sight, whatever became of it.
   turn() {
     this.side = ((this.side ?? -1) + 1) % SIDES.length;
-    const { target } = this.orbit;
-    const far = this.camera.position.distanceTo(target);
-    this.camera.position.copy(SIDES[this.side]).setLength(far).add(target);
+    this.build(this.page, true);
+    const far = this.camera.position.length();
+    this.camera.position.copy(SIDES[this.side]).setLength(far).add(this.orbit.target);
     this.orbit.update();
   }
 
