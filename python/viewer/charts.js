@@ -2,7 +2,13 @@
 import uPlot from "uplot";
 import { stage } from "./core.js";
 
-const NAMES = ["energy", "vertical", "axial", "fourth", "error"];
+export const QUANTITIES = {
+  energy: "Energy error E − E₀",
+  vertical: "Change of ⟨m, p⟩",
+  axial: "Change of ⟨m, a⟩",
+  fourth: "Change of K or G",
+};
+const NAMES = [...Object.keys(QUANTITIES), "error"];
 const style = (id) => getComputedStyle(document.getElementById(id));
 const short = (x) =>
   x === 0 ? "0" : Math.abs(x) >= 0.01 && Math.abs(x) < 1000 ? String(+x.toPrecision(3)) : x.toExponential(0);
@@ -14,43 +20,44 @@ function decades(low, high) {
 }
 
 export class Charts {
-  hidden = new Set(); // tops whose boxes are unticked
-  log = false;
   constructor(page) {
     this.page = page;
   }
   // Anew for other tops, another quantity or scale.
   build() {
     const { tops, scene } = this.page;
-    if (this.tops?.map((top) => top.method + top.role).join() !== tops.map((top) => top.method + top.role).join())
-      this.hidden.clear();
-    Object.assign(this, { tops, what: scene.chart });
+    const looks = JSON.stringify([
+      scene.chart,
+      scene.log,
+      scene.shown,
+      matchMedia("(prefers-color-scheme: dark)").matches,
+    ]);
+    if (this.tops === tops && this.looks === looks) return;
+    Object.assign(this, { tops, looks });
     this.plots?.forEach((plot) => plot.destroy());
     const places = [...document.querySelectorAll(".chart")];
     this.plots = places.map((place, second) => new uPlot(this.options(second), this.data(second), place));
   }
-  get compared() {
-    return this.page.tops.some((top) => top.against >= 0);
-  }
   options(second) {
-    const series = this.page.tops.map((top, i) => ({
+    const { log, shown } = this.page.scene;
+    const series = this.tops.map((top, i) => ({
       stroke: top.colour,
       width: 1.5,
       dash: top.role === "thin" ? [5, 3] : undefined,
-      show: !this.hidden.has(i) && !(second && top.against < 0),
+      show: shown[i] && !(second && top.against < 0),
       points: { show: false },
       spanGaps: true,
     }));
-    const grid = { stroke: style("charts").borderBottomColor, width: 1 };
+    const grid = { stroke: style("text").borderTopColor, width: 1 };
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
     const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
-    const powers = this.log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };
+    const powers = log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };
     return {
       width: document.getElementById("panel").clientWidth - 28,
       height: 118,
       legend: { show: false },
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
-      scales: { x: { time: false }, y: { distr: this.log ? 3 : 1 } },
+      scales: { x: { time: false }, y: { distr: log ? 3 : 1 } },
       axes: [
         { ...ink, size: 22 },
         { ...ink, size: 48, space: 16, values: words, ...powers },
@@ -59,12 +66,13 @@ export class Charts {
     };
   }
   data(second) {
-    const what = second ? 4 : NAMES.indexOf(this.what);
+    const { log, chart } = this.page.scene;
+    const what = second ? 4 : NAMES.indexOf(chart);
     const pairs = (one, other) => one.flatMap((x, row) => [x, other[row]]);
     const rows = this.tops.map((_, i) => {
       const [start] = second ? [0] : stage.record(i, what);
       const change = pairs(stage.record(i, what, 1), stage.record(i, what, 2)).map((x) => x - start);
-      return change.map((x) => (Number.isNaN(x) ? null : this.log ? Math.abs(x) || null : x));
+      return change.map((x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x));
     });
     return [pairs(stage.time(), stage.time()), ...rows]; // up and down between the extremes that a row holds
   }
@@ -76,16 +84,6 @@ export class Charts {
       plot.setData(this.data(second), !zoomed);
       if (zoomed) plot.redraw();
     });
-  }
-  // One top shown or hidden; one alone, or all of them.
-  toggle(i) {
-    if (!this.hidden.delete(i)) this.hidden.add(i);
-    this.build();
-  }
-  only(i) {
-    const others = [...this.page.tops.keys()].filter((k) => k !== i);
-    this.hidden = new Set(i === undefined ? [] : others);
-    this.build();
   }
   // <m, p>, <m, a>, E, and K or G: the value now, and its change since the start.
   integrals(i) {

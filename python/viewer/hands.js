@@ -3,14 +3,14 @@
 import { Plane, Quaternion, Vector3 } from "three";
 import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js";
 
-export function takeHold(view, page, panel) {
+export function takeHold(view, page) {
   const { canvas } = view;
   const hands = { tipSeen: false, hold: () => drag !== null, cancel };
   let drag = null;
 
   function take(event) {
     const hit = drag || event.button > 1 ? null : view.pick(event.clientX, event.clientY);
-    const move = hit?.kind === "corner" && (event.button === 1 || event.altKey || panel.cornersMove);
+    const move = hit?.kind === "corner" && (event.button === 1 || event.altKey || page.scene.corners);
     if (!hit || (event.button === 1 && !move)) return;
     event.preventDefault();
     page.run(false);

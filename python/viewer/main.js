@@ -5,7 +5,7 @@ import { takeHold } from "./hands.js";
 import { fileButtons, say } from "./files.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
-import { presets } from "./presets.js";
+import presets from "./presets.json";
 import { View } from "./view.js";
 
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
@@ -18,21 +18,22 @@ const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
-const hands = takeHold(view, page, panel);
+const hands = takeHold(view, page);
 
 function choose(i) {
   if (!presets[i]) return;
   page.replace(presets[i], true);
   page.run(!calm.matches);
 }
-page.tell = () => {
-  panel.draw();
-  if (charts.tops !== page.tops || charts.what !== page.scene.chart) charts.build();
-};
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (view.build(page, false), charts.build()));
-view.canvas.addEventListener("dblclick", (event) => {
-  charts.only(view.pick(event.clientX, event.clientY)?.i);
-  panel.draw();
+page.tell = () => (panel.draw(), charts.build());
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (view.build(page, false), page.tell()));
+// One top alone in the charts, or all of them.
+view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
+  const top = view.pick(clientX, clientY)?.i;
+  page.set(
+    "shown",
+    Array.from({ length: 8 }, (_, i) => i === (top ?? i)),
+  );
 });
 
 // Keys: those that a control names as its own, and these.

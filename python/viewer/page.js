@@ -4,7 +4,7 @@ import { bytes, cast, complete, take } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
 const [LEAST, MOST] = [8, 2000]; // steps between two looks at the watch; all tops step at least once
-const GOES_ON = /^(speed|distance|stop|chart|show)/; // what is set without beginning anew
+const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/; // what is set without beginning anew
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
 export class Page {

@@ -1,7 +1,8 @@
 // The panel: what can be set and read, as a function of the page's state. lit-html writes what differs.
 import { html, nothing, render } from "lit-html";
+import { QUANTITIES } from "./charts.js";
 import { methods, stage, TICKS } from "./core.js";
-import { presets } from "./presets.js";
+import presets from "./presets.json";
 import { look } from "./scene.js";
 
 const AXES = ["first", "second", "vertical"];
@@ -11,12 +12,7 @@ const SHAPES = {
   kowalewski: "Kowalewski",
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
-const CHARTS = {
-  energy: "Energy error E − E₀",
-  vertical: "Change of ⟨m, p⟩",
-  axial: "Change of ⟨m, a⟩",
-  fourth: "Change of K or G",
-};
+const LOG = LOG;
 const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
 const button = (words, act, key, off = false) =>
@@ -26,7 +22,7 @@ const section = (title, content, open = false) =>
 
 export class Panel {
   constructor(place, page, charts, files, choose) {
-    Object.assign(this, { place, page, charts, files, choose, cornersMove: false });
+    Object.assign(this, { place, page, charts, files, choose });
   }
   draw() {
     render([this.header(), this.plots(), ...this.sections()], this.place);
@@ -94,23 +90,29 @@ export class Panel {
     </header>`;
   }
   plots() {
-    const { charts, page } = this;
-    const tick = (top, i) => html`<label class="check" style="accent-color: ${top.colour}"><input type="checkbox"
-      .checked=${!charts.hidden.has(i)} @change=${() => (charts.toggle(i), this.draw())}>${name(top)}</label>`;
-    const log = ({ target }) => ((charts.log = target.checked), charts.build());
+    const { tops, kind } = this.page;
+    const fourth = /kowalewski|chaplygin/.test(kind);
+    const choices = Object.entries(QUANTITIES).map((choice) => [...choice, choice[0] === "fourth" && !fourth]);
     const common = stage.common();
-    const far =
-      common > page.clock && html`<p>Values are taken where all steps meet: first at t = ${common / TICKS}</p>`;
-    const fourth = /kowalewski|chaplygin/.test(page.kind);
-    const choices = Object.entries(CHARTS).map((choice) => [...choice, choice[0] === "fourth" && !fourth]);
-    return html`${page.clock && far ? far : ""}<section id="charts" aria-label="Charts" ?hidden=${stage.rows() < 2}>
-      <div class="row">${this.select("Quantity in the chart", "chart", choices)}
-        <label class="check"><input type="checkbox" @change=${log}>log</label></div>
+    const meet = html`<p>Values are taken each ${common ? common / TICKS : "time, if ever,"} when all steps meet</p>`;
+    return html`<section aria-label="Charts"><div ?hidden=${stage.rows() < 2} id="charts">
+      <div class="row">${this.select("Quantity in the chart", "chart", choices)} ${this.check("log", "log")}</div>
       <div class="chart" role="img" aria-label="Change of the integral over time"></div>
-      <div id="legend" role="group" aria-label="Tops in the charts">${page.tops.length > 1 ? page.tops.map(tick) : ""}</div>
-      <div ?hidden=${!charts.compared}><b>Frame error L [rad]</b>
+      <div ?hidden=${tops.every((top) => top.against < 0)}><b>Frame error L [rad]</b>
         <div class="chart" role="img" aria-label="Frame error over time"></div></div>
-    </section>`;
+      ${this.table()}</div>${tops.length > 1 ? meet : ""}</section>`;
+  }
+  // The tops, whether the charts show them, and the integrals.
+  table() {
+    const { tops, kind } = this.page;
+    const fourth = { kowalewski: ["K"], goryachev_chaplygin: ["G"] }[kind] ?? [];
+    const heads = ["⟨m, p⟩", "⟨m, a⟩", "E", ...fourth];
+    const cells = (i) => this.charts.integrals(i).slice(0, heads.length);
+    const row = (top, i) => html`<tr><th scope="row" style="accent-color: ${top.colour}">
+      ${this.check(name(top), `shown.${i}`)}</th>${cells(i).map((words) => html`<td>${words}`)}`;
+    return html`<table><caption>Integrals now, and their change since the start</caption>
+      <thead><tr><th scope="col">top</th>${heads.map((head) => html`<th scope="col">${head}`)}</thead>
+      <tbody id="integrals">${tops.map(row)}</tbody></table>`;
   }
   sections() {
     const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
@@ -119,14 +121,13 @@ export class Panel {
       section("Body", this.body()),
       section("Compare", this.compare()),
       section("Looks: trace, rod, view", this.looks()),
-      section("Integrals", this.table()),
       section("Save and share", html`<div class="row">${files}</div>`),
     ];
   }
   motion() {
     const jump = ({ target }) => target.value !== "" && this.page.jump(target.valueAsNumber);
     return [
-      this.slider("Step ε", "eps.0", { min: -3, max: 0, step: 0.05, log: true }),
+      this.slider("Step ε", "eps.0", LOG),
       this.slider("Speed", "speed"),
       this.slider("Gravity", "gravity"),
       this.pair("Jump to t", html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
@@ -138,11 +139,9 @@ export class Panel {
   body() {
     const [mass, ...b] = this.page.block.slice(0, 7).map((x) => +x.toPrecision(4));
     const kind = this.page.kind.replace(/(^|_)./g, (first) => first.replace("_", "-").toUpperCase());
-    const move = ({ target }) => (this.cornersMove = target.checked);
     return [
       this.pair("Shape", this.select("Shape", "shape", Object.entries(SHAPES))),
-      html`<label class="check"><input type="checkbox" @change=${move}>Corners move the fixed point (or Alt, middle
-        button)</label>`,
+      this.check("Corners move the fixed point (or Alt, middle button)", "corners"),
       html`<p id="body">${kind} top: mass ${mass}, moments ${b.slice(0, 3).join(", ")}, centre of mass
         ${b.slice(3).join(", ")} (along N, B, T)</p>`,
     ];
@@ -150,18 +149,16 @@ export class Panel {
   compare() {
     const { scene, block } = this.page;
     const choices = [...methods].map(([name, { suits }]) => [name, name, !suits(block, scene.gravity)]);
-    const common = stage.common();
     return [
       this.pair("Method", this.select("Method", "methods.0", choices)),
       html`<p>${methods.get(scene.methods[0]).text}</p>`,
       this.pair("Beside it", this.select("Beside it", "methods.1", [["", "nothing"], ...choices])),
       this.slider("Distance", "distance", { max: 6 }),
       this.check("Each with a second step ε₂ too", "both", null, scene.eps.length > 1),
-      this.slider("Step ε₂", "eps.1", { min: -3, max: 0, step: 0.05, log: true, off: scene.eps.length < 2 }),
+      this.slider("Step ε₂", "eps.1", { ...LOG, off: scene.eps.length < 2 }),
       this.check("Ghost: as exact as the core can", "ghost"),
       this.pair("Tolerance", this.number("Tolerance of adaptive methods", "tol")),
       this.pair("Stop at t", this.number("Stop at t", "stop", { none: "never" })),
-      html`<p>Steps meet each ${common ? common / TICKS : "never, in numbers that fit"}</p>`,
     ];
   }
   looks() {
@@ -175,16 +172,5 @@ export class Panel {
       this.slider("Thickness", "show.thickness", { min: 0.2, max: 4 }),
       button("From the next side", () => this.page.view.turn(), "A"),
     ];
-  }
-  table() {
-    const { tops, kind } = this.page;
-    const cell = (words) => html`<td>${words}`;
-    const row = (top, i) =>
-      html`<tr><th scope="row" style="border-color: ${top.colour}">${name(top)}${this.charts.integrals(i).map(cell)}`;
-    return html`<table><caption>Value now, and below it the change since the start</caption>
-      <thead><tr>${["top", "⟨m, p⟩", "⟨m, a⟩", "E", kind === "goryachev_chaplygin" ? "G" : "K"].map(
-        (word) => html`<th scope="col">${word}`,
-      )}</tr></thead>
-      <tbody id="integrals">${tops.map(row)}</tbody></table>`;
   }
 }

@@ -20,30 +20,31 @@ export const plain = {
   stop: null,
   speed: 1,
   chart: "energy", // or vertical, axial, fourth
+  log: false,
+  shown: Array(8).fill(true), // in the charts, of the tops
   tracks: [], // { name, eps, states: base64 of float64 t, q, m }
+  corners: false, // move the fixed point
   show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
 const listOf =
-  (fits, least, most = least) =>
+  (fits, ...lengths) =>
   (x) =>
-    Array.isArray(x) && x.length >= least && x.length <= most && x.every(fits);
-const numbers = (n) => listOf(Number.isFinite, n);
-const word = (x) => typeof x === "string";
-const positive = (x) => x > 0 && Number.isFinite(x);
-const isTrack = (track) => word(track?.name) && word(track.states) && positive(track.eps);
+    Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
+const [word, positive, three] = [(x) => typeof x === "string", (x) => x > 0 && x < 1e300, listOf(Number.isFinite, 3)];
 const CHECKS = {
-  body: (b) => (numbers(3)(b?.half) ? numbers(3)(b.pivot) : numbers(9)(b?.inertia) && numbers(3)(b.com)),
-  attitude: numbers(4),
-  momentum: numbers(3),
-  second: (x) => x === null || numbers(3)(x),
+  body: (b) => (three(b?.half) ? three(b.pivot) : listOf(Number.isFinite, 9)(b?.inertia) && three(b.com)),
+  shape: (x) => Object.hasOwn(SHAPES, x),
+  attitude: listOf(Number.isFinite, 4),
+  momentum: three,
+  second: (x) => x === null || three(x),
   methods: listOf(word, 1, 2),
   eps: listOf(positive, 1, 2),
-  stop: (x) => x === null || positive(x),
   tol: positive,
+  stop: (x) => x === null || positive(x),
   speed: (x) => x >= 0 && x < 1e9,
-  chart: (x) => ["energy", "vertical", "axial", "fourth"].includes(x),
-  tracks: listOf(isTrack, 0, 2),
-  shape: (x) => Object.hasOwn(SHAPES, x),
+  chart: (x) => /^(energy|vertical|axial|fourth)$/.test(x),
+  shown: listOf((x) => typeof x === "boolean", 8),
+  tracks: listOf((track) => word(track?.name) && word(track.states) && positive(track.eps), 0, 1, 2),
 };
 // What is left out is as above; what is there must be of the same kind.
 export function complete(given) {
@@ -146,29 +147,28 @@ export function resize(scene, half) {
 }
 
 // The scene in words: of a file, and of a program.
-const list = (numbers) => `[${numbers.join(", ")}]`;
-const rows = (inertia) => list([0, 3, 6].map((i) => list(inertia.slice(i, i + 3))));
-export function toToml({ body, momentum, attitude, gravity }) {
-  const box = `cuboid = { half = ${list(body.half ?? [])}, pivot = ${list(body.pivot ?? [])}, density = ${body.density ?? 1} }`;
-  const any = () => `mass = ${body.mass}\ninertia = ${rows(body.inertia)}\ncom = ${list(body.com)}`;
-  return `momentum = ${list(momentum)}\nattitude = ${list(attitude)}\ngravity = ${gravity}\n
-[body]\n${body.half ? box : any()}\n`.replace(/(?<![\w.])(-?\d+)(?![\w.])/g, "$1.0");
+const list = (x) => (Array.isArray(x) ? `[${x.map(list).join(", ")}]` : x);
+const rows = (inertia) => list([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
+export function toToml({ body: { half, pivot, density = 1, mass, inertia, com }, momentum, attitude, gravity }) {
+  const cuboid = `cuboid = { half = ${list(half)}, pivot = ${list(pivot)}, density = ${density} }`;
+  const made = half ? cuboid : `mass = ${mass}\ninertia = ${rows(inertia ?? [])}\ncom = ${list(com)}`;
+  return `momentum = ${list(momentum)}\nattitude = ${list(attitude)}\ngravity = ${gravity}\n\n[body]\n${made}\n`;
 }
 export function toPython({ body, momentum, attitude, gravity, methods: names, eps: steps, tol }) {
-  const made = body.half
-    ? `kr.Body.cuboid(half=${list(body.half)}, pivot=${list(body.pivot)}, density=${body.density ?? 1})`
-    : `kr.Body(mass=${body.mass}, inertia=${rows(body.inertia)}, com=${list(body.com)})`;
+  const { half, pivot, density = 1, mass, inertia, com } = body;
+  const cuboid = `.cuboid(half=${list(half)}, pivot=${list(pivot)}, density=${density})`;
+  const made = half ? cuboid : `(mass=${mass}, inertia=${rows(inertia ?? [])}, com=${list(com)})`;
   const how = (name) => (methods.get(name).adaptive ? [`tol=${tol}`] : steps.map((eps) => `step=${eps}, every=1`));
-  const solves = names.flatMap((name) =>
-    how(name).map((by) => `path = kr.solve(scene, t=100, method="${name}", ${by})`),
-  );
+  const solve = (name) =>
+    how(name)
+      .map((by) => `path = kr.solve(scene, t=100, method="${name}", ${by})`)
+      .join("\n");
   return `import kreisel as kr
 
-body = ${made}
+body = kr.Body${made}
 scene = kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})
-${solves.join("\n")}
+${names.map(solve).join("\n")}
 print(path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
 `;
 }
-
 export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
