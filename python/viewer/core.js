@@ -22,8 +22,6 @@ function check(status) {
   if (status) throw new Error(text(C.kr_status_text(status)));
 }
 
-export const version = text(C.kr_version());
-
 export const methods = new Map(
   Array.from({ length: C.kr_method_count() }, (_, i) => {
     const pointer = C.kr_method_at(i);

@@ -1,5 +1,5 @@
 // The page comes to life: buttons and keys, the window, and a frame loop.
-import { stage, TICKS, version } from "./core.js";
+import { stage, TICKS } from "./core.js";
 import { Charts } from "./charts.js";
 import { takeHold } from "./hands.js";
 import { fileButtons, say } from "./files.js";
@@ -11,18 +11,23 @@ import { View } from "./view.js";
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
 const $ = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
-const framed = window.parent !== window; // in a notebook: it waits to be started
 
 addEventListener("error", ({ message }) => ($("words").textContent = `The page cannot go on: ${message}`));
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
-const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
+const panel = new Panel(
+  $("panel"),
+  page,
+  charts,
+  { ...fileButtons(page, view, charts, source), Keys: [showKeys, "?"] },
+  choose,
+);
 const hands = takeHold(view, page);
 
 function choose(i) {
   if (!presets[i]) return;
-  page.replace(presets[i], true);
+  page.replace(presets[i]);
   page.run(!calm.matches);
 }
 page.tell = () => (panel.draw(), charts.build());
@@ -30,29 +35,20 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (vie
 // One top alone in the charts, or all of them.
 view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
   const top = view.pick(clientX, clientY)?.i;
-  page.set(
-    "shown",
-    Array.from({ length: 8 }, (_, i) => i === (top ?? i)),
-  );
+  const shown = page.scene.shown.map((_, i) => i === (top ?? i));
+  page.set("shown", shown);
 });
 
-// Keys: those that a control names as its own, and these.
-const KEYS = {
-  C: ["compare four", () => choose(1)],
-  "?": ["this list", () => say("Keys", keyList())],
-  Escape: ["leave a drag or a jump", () => page.run(false)],
-};
-function keyList() {
+// Keys: those that a control names as its own, and Escape.
+const HANDS = `Escape  leave a drag or a jump
+Shift, while dragging the green tip  along itself
+Alt or middle button, at a corner  moves the fixed point
+Double click  a top alone in the charts; a chart whole again`;
+function showKeys() {
   const words = (control) => (control.labels?.[0] ?? control).textContent.trim();
   const controls = [...document.querySelectorAll("[aria-keyshortcuts]")];
   const keys = controls.map((control) => `${control.getAttribute("aria-keyshortcuts")}  ${words(control)}`);
-  const others = Object.entries(KEYS).map(([key, [what]]) => `${key}  ${what}`);
-  const hands = [
-    "Shift, while dragging the green tip  along itself",
-    "Alt or middle button, at a corner  the fixed point",
-  ];
-  const more = [...hands, "Double click  a top alone in the charts; a chart whole again"];
-  return [`1 .. ${presets.length}  What to look at`, ...keys, ...others, ...more].join("\n");
+  say("Keys", [`1 .. ${presets.length}  What to look at`, ...keys, HANDS].join("\n"));
 }
 function press(control) {
   if (control.type !== "number") return control.click();
@@ -61,15 +57,15 @@ function press(control) {
 }
 addEventListener("keydown", (event) => {
   const { key, target, ctrlKey, metaKey, altKey } = event;
-  if (hands.hold()) return key === "Escape" && hands.cancel();
+  if (key === "Escape") return hands.hold() ? hands.cancel() : page.run(false);
   const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
   const chord = ctrlKey || metaKey ? `Control+${name}` : name;
   const own = /^(Space|Enter|Arrow.*)$/.test(name) ? "input, select, summary, button" : "input[type=number], select";
-  if (altKey || target.closest(`dialog, ${own}`)) return;
+  if (hands.hold() || altKey || target.closest(`dialog, ${own}`)) return;
   const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
-  if (!control && !KEYS[chord] && !presets[chord - 1]) return;
+  if (!control && !presets[chord - 1]) return;
   event.preventDefault();
-  control ? press(control) : KEYS[chord] ? KEYS[chord][1]() : choose(chord - 1);
+  control ? press(control) : choose(chord - 1);
 });
 $("fold").addEventListener("click", () => ($("panel").hidden = !$("panel").hidden));
 
@@ -113,7 +109,7 @@ function open() {
 }
 open();
 addEventListener("hashchange", open);
-if (!calm.matches && !framed) setTimeout(() => page.run(true), 600);
+if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600); // in a notebook it waits
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);
 
@@ -121,4 +117,4 @@ requestAnimationFrame(frame);
 const at = (kind, i = 0, number = 0) => view.project(view.handle(kind, i, number));
 const advance = (t) => page.advance(Math.round(t * TICKS));
 const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
-window.kreisel = { version, page, view, charts, stage, presets, choose, at, advance, states };
+window.kreisel = { page, view, charts, stage, presets, choose, at, advance, states };

@@ -13,7 +13,6 @@ const SHAPES = {
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
 const LOG = LOG;
-const round = (x) => +x.toPrecision(2); // whole ticks with small common multiples
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
 const button = (words, act, key, off = false) =>
   html`<button aria-keyshortcuts=${key ?? nothing} ?disabled=${off} @click=${act}>${words}</button>`;
@@ -28,40 +27,37 @@ export class Panel {
     render([this.header(), this.plots(), ...this.sections()], this.place);
   }
 
-  // Controls: each shows what the scene has at a place, and asks the page to set it.
-  set(place, x, { target }, gesture) {
-    this.page.set(place, x, gesture);
-    const now = look(this.page.scene, place);
-    if (target.type === "number") target.value = now ?? target.value; // another one than was typed, or the old one
-    if (target.type === "select-one") target.value = now ?? "";
+  // Controls: each shows what the scene has at a place, and asks the page to set what it reads off itself.
+  setter(place, read, gesture) {
+    return ({ target }) => {
+      this.page.set(place, read(target), gesture);
+      const now = look(this.page.scene, place);
+      if (target.type === "number" && now !== undefined) target.value = now; // another one than was typed, or the old
+      if (target.type === "select-one") target.value = now ?? "";
+    };
   }
   slider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
     const x = look(this.page.scene, place) ?? 0.2;
     const at = log ? Math.log10(x) : x;
-    const slide = (event) => {
-      const to = event.target.valueAsNumber;
-      this.set(place, log ? round(10 ** to) : to, event, place);
-    };
+    const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to); // whole ticks, small multiples
     return html`<label class="slider">${words}
       <input type="range" min=${min} max=${Math.max(max, at)} step=${step} .value=${at} ?disabled=${off}
-        @input=${slide} @change=${() => (this.page.gesture = null)}>
+        @input=${this.setter(place, read, place)} @change=${() => (this.page.gesture = null)}>
       ${this.number(`${words}, number`, place, { off })}</label>`;
   }
   number(words, place, { off = false, none = "", x = look(this.page.scene, place) ?? "" } = {}) {
-    const set = (event) => this.set(place, event.target.valueAsNumber, event);
     return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
-      .value=${x === "" ? x : +x.toPrecision(6)} @change=${set}>`;
+      .value=${x === "" ? x : +x.toPrecision(6)} @change=${this.setter(place, (input) => input.valueAsNumber)}>`;
   }
   check(words, place, key, on = look(this.page.scene, place)) {
-    const set = (event) => this.set(place, event.target.checked, event);
     return html`<label class="check"><input type="checkbox" aria-keyshortcuts=${key ?? nothing} .checked=${on}
-      @change=${set}>${words}</label>`;
+      @change=${this.setter(place, (box) => box.checked)}>${words}</label>`;
   }
   select(words, place, choices, chosen = look(this.page.scene, place) ?? "") {
-    const set = (event) => this.set(place, event.target.value, event);
     const option = ([value, text, off]) =>
       html`<option value=${value} .selected=${value === chosen} ?disabled=${off}>${text}</option>`;
-    return html`<select aria-label=${words} @change=${set}>${choices.map(option)}</select>`;
+    return html`<select aria-label=${words} @change=${this.setter(place, (list) => list.value)}>
+      ${choices.map(option)}</select>`;
   }
   pair(words, control) {
     return html`<label class="pair">${words}${control}</label>`;
@@ -150,6 +146,7 @@ export class Panel {
     const { scene, block } = this.page;
     const choices = [...methods].map(([name, { suits }]) => [name, name, !suits(block, scene.gravity)]);
     return [
+      button("Compare four", () => this.choose(1), "C"),
       this.pair("Method", this.select("Method", "methods.0", choices)),
       html`<p>${methods.get(scene.methods[0]).text}</p>`,
       this.pair("Beside it", this.select("Beside it", "methods.1", [["", "nothing"], ...choices])),

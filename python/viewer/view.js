@@ -57,6 +57,7 @@ export class View {
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
     if (fit || !this.zoom) this.fit();
+    this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach); // where the apex's way is drawn
     for (const top of this.tops) {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
@@ -116,10 +117,6 @@ export class View {
     this.orbit.update();
     this.camera.updateMatrixWorld();
     this.draw();
-  }
-  // How far from the fixed point the way of the apex is drawn.
-  get trail() {
-    return this.zoom * Math.max(2 * Math.hypot(...this.body.centre), 0.85 * this.reach);
   }
 
   draw() {
