@@ -66,7 +66,7 @@ export class Page {
     this.keep(fit);
     if (!this.clock || this.scene.tracks.length) return;
     const { second } = this.scene;
-    const [, w, x, y, z, ...momentum] = this.leader(top);
+    const [, w, x, y, z, ...momentum] = this.leader(second && top?.side ? null : top);
     const beside = second && this.leader(this.tops.find((each) => each.side));
     Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside && beside.slice(5) });
   }
@@ -123,12 +123,6 @@ export class Page {
     this.running = on;
     this.tell();
   }
-  get moving() {
-    return this.running || this.goal !== null;
-  }
-  get end() {
-    return this.scene.stop === null ? Infinity : Math.round(this.scene.stop * TICKS);
-  }
   reset() {
     this.run(false);
     this.load(this.scene, false);
@@ -159,7 +153,9 @@ export class Page {
   }
   // On to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
-    this.target = Math.min(target, this.end);
+    const { stop } = this.scene;
+    const end = stop === null ? Infinity : Math.round(stop * TICKS);
+    this.target = Math.min(target, end);
     const until = performance.now() + most;
     const enough = this.target - Math.max(...this.tops.map((top) => top.ticks));
     let [before, now] = [-1, performance.now()];
@@ -178,8 +174,9 @@ export class Page {
     const failures = this.tops.map(failed).filter(Boolean);
     if (failures.length > this.failures) this.say(failures.at(-1));
     this.failures = failures.length;
-    if (target > this.end) this.say(`The stop time ${this.scene.stop} is reached`);
-    if (target > this.end || this.failures === this.tops.length) this.run(false);
+    const over = target > end && !this.late;
+    if (over) this.say(`The stop time ${stop} is reached`);
+    if (over || this.failures === this.tops.length) this.run(false);
     this.view.draw();
   }
 }

@@ -71,6 +71,7 @@ export class Panel {
 
   header() {
     const { page } = this;
+    const moving = page.running || page.goal !== null;
     const known = presets.findIndex((preset) => preset.name === page.scene.name);
     const option = ({ name }, i) => html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
     const given = html`<option value="-1" .selected=${known < 0} ?hidden=${known >= 0}>${page.scene.name}</option>`;
@@ -79,7 +80,7 @@ export class Panel {
       <select id="preset" @change=${({ target }) => this.choose(+target.value)}>${presets.map(option)}${given}</select>
       <p id="about">${page.scene.about}</p>
       <div class="row">
-        ${button(page.moving ? "Stop" : "Start", () => page.run(!page.moving), "Space")}
+        ${button(moving ? "Stop" : "Start", () => page.run(!moving), "Space")}
         ${button("Step", () => page.step(), "ArrowRight")} ${button("Reset", () => page.reset(), "R")}
         ${button("Undo", () => page.undo(), "Z Control+Z", !page.past.length)}
       </div>

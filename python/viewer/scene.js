@@ -26,10 +26,9 @@ export const plain = {
   corners: false, // move the fixed point
   show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
-const listOf =
-  (fits, ...lengths) =>
-  (x) =>
-    Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
+function listOf(fits, ...lengths) {
+  return (x) => Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
+}
 const [word, positive, three] = [(x) => typeof x === "string", (x) => x > 0 && x < 1e300, listOf(Number.isFinite, 3)];
 const CHECKS = {
   body: (b) => (three(b?.half) ? three(b.pivot) : listOf(Number.isFinite, 9)(b?.inertia) && three(b.com)),

@@ -11,6 +11,7 @@ const vector = (...numbers) => new THREE.Vector3(...numbers);
 const AXES = [vector(1, 0, 0), vector(0, 1, 0), vector(0, 0, 1)];
 const ROD = new THREE.CylinderGeometry(1, 1, 1, 16);
 const BALL = new THREE.SphereGeometry(1, 20, 14);
+const put = (group, part, userData = {}) => (group.add(part), Object.assign(part, { userData }));
 
 export function ground(world) {
   const sun = new THREE.DirectionalLight("#fff4e0", 2.2);
@@ -35,26 +36,22 @@ export function needle() {
 export function box({ half }, { colour: color, role }) {
   const group = new THREE.Group();
   const glass = new THREE.MeshPhongMaterial({ color, transparent: true, side: 2, depthWrite: false });
-  const [thick, ghost] = [role === "thick", role === "ghost"];
-  const solid = new THREE.MeshPhongMaterial({ color, transparent: ghost, opacity: ghost ? 0.55 : 1, shininess: 40 });
-  const put = (shape, paint, userData) => {
-    const part = new THREE.Mesh(shape, paint);
-    group.add(Object.assign(part, { userData }));
-    return part;
-  };
-  put(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass, { kind: "face" });
+  const opacity = role === "ghost" ? 0.55 : 1;
+  const solid = new THREE.MeshPhongMaterial({ color, transparent: opacity < 1, opacity, shininess: 40 });
+  put(group, new THREE.Mesh(new THREE.BoxGeometry(...half.map((h) => 2 * h)), glass), { kind: "face" });
   for (let i = 0; i < 8; i++) {
-    const corner = put(BALL, solid, { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 });
+    const ball = { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 };
+    const corner = put(group, new THREE.Mesh(BALL, solid), ball);
     corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
     for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
-      const edge = put(ROD, solid, { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] });
+      const edge = put(group, new THREE.Mesh(ROD, solid), { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] });
       edge.position.copy(corner.position).setComponent(k, 0);
       edge.quaternion.setFromUnitVectors(AXES[1], AXES[k]);
     }
   }
   group.look = (opacity, thickness) => {
     glass.opacity = opacity;
-    const radius = thickness * Math.cbrt(half[0] * half[1] * half[2]) * (thick ? 0.026 : 0.013);
+    const radius = thickness * Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(radius);
       scale.y += userData.length;
@@ -145,11 +142,10 @@ export function axisLines(block, zoom, reach) {
   const frame = new THREE.Group();
   frame.quaternion.copy(quaternion(block.slice(7)));
   ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
-    const axis = frame.add(arrow(colour, 0.014)).children.at(-1);
-    axis.point(...AXES[k].clone().multiplyScalar(reach * zoom * 0.8));
+    put(frame, arrow(colour, 0.014)).point(...AXES[k].clone().multiplyScalar(reach * zoom * 0.8));
   });
   const paint = new THREE.MeshBasicMaterial({ color: "#ffb020", depthTest: false, transparent: true });
-  const dot = frame.add(new THREE.Mesh(BALL, paint)).children.at(-1);
+  const dot = put(frame, new THREE.Mesh(BALL, paint));
   dot.scale.setScalar(0.07);
   dot.renderOrder = 11;
   dot.position.set(...block.slice(4, 7)).multiplyScalar(zoom);
