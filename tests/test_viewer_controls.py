@@ -10,7 +10,7 @@ import kreisel as kr
 @pytest.mark.parametrize(
     "role, name, keys, key, expected",
     [
-        ("slider", "Step ε", "ArrowRight", "eps", lambda eps: eps[0] > 0.01),
+        ("slider", "Step ε", "ArrowRight", "eps", lambda eps: eps == [0.011]),
         ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
         ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
         ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),

@@ -12,7 +12,7 @@ const SHAPES = {
   kowalewski: "Kowalewski",
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
-const LOG = LOG;
+const LOG = { min: -3, max: 0, step: 0.05, log: true };
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
 const button = (words, act, key, off = false) =>
   html`<button aria-keyshortcuts=${key ?? nothing} ?disabled=${off} @click=${act}>${words}</button>`;
