@@ -16,13 +16,8 @@ addEventListener("error", ({ message }) => ($("words").textContent = `The page c
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
-const panel = new Panel(
-  $("panel"),
-  page,
-  charts,
-  { ...fileButtons(page, view, charts, source), Keys: [showKeys, "?"] },
-  choose,
-);
+const buttons = { ...fileButtons(page, view, charts, source), Keys: [showKeys, "?"] };
+const panel = new Panel($("panel"), page, charts, buttons, choose);
 const hands = takeHold(view, page);
 
 function choose(i) {

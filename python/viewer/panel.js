@@ -91,7 +91,7 @@ export class Panel {
     const fourth = /kowalewski|chaplygin/.test(kind);
     const choices = Object.entries(QUANTITIES).map((choice) => [...choice, choice[0] === "fourth" && !fourth]);
     const common = stage.common();
-    const meet = html`<p>Values are taken each ${common ? common / TICKS : "time, if ever,"} when all steps meet</p>`;
+    const meet = html`<p>Values are taken where all steps meet: ${common ? `each ${common / TICKS}` : "too far on"}</p>`;
     return html`<section aria-label="Charts"><div ?hidden=${stage.rows() < 2} id="charts">
       <div class="row">${this.select("Quantity in the chart", "chart", choices)} ${this.check("log", "log")}</div>
       <div class="chart" role="img" aria-label="Change of the integral over time"></div>
