@@ -48,7 +48,7 @@ export class Charts {
       points: { show: false },
       spanGaps: true,
     }));
-    const grid = { stroke: style("text").borderTopColor, width: 1 };
+    const grid = { stroke: style("preset").borderTopColor, width: 1 };
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
     const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
     const powers = log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };

@@ -1,7 +1,5 @@
-// What can be taken along: files, a link, text to copy.
-import { toPython, toToml } from "./scene.js";
-
-const $ = (id) => document.getElementById(id);
+// What can be taken along: files, and a link.
+import { toToml } from "./scene.js";
 
 function save(name, ...content) {
   const a = document.createElement("a");
@@ -10,17 +8,6 @@ function save(name, ...content) {
   a.click();
   setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 }
-export function say(title, text) {
-  $("title").textContent = title;
-  $("text").value = text;
-  $("copy").textContent = "Copy";
-  $("dialog").showModal();
-}
-$("copy").addEventListener("click", () => {
-  $("text").select();
-  $("copy").textContent = document.execCommand("copy") ? "Copied" : "Press Ctrl C";
-});
-
 // The page as it came, with another scene inside. What would end the script element early is written as an escape.
 const pageWith = (source, scene) =>
   source.replace(
@@ -30,8 +17,14 @@ const pageWith = (source, scene) =>
 
 // Each by its name: what it does, and its key.
 export function fileButtons(page, view, charts, source) {
-  const place = location.href === "about:srcdoc" ? "the address of a saved page, then " : location.href.split("#")[0];
-  const here = () => `${place}#scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
+  const link = () => {
+    location.hash = `scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
+    page.say(
+      location.origin === "null" && window.parent !== window
+        ? "A notebook's page has no address: take the page along"
+        : "The address of this page is now a link to this scene",
+    );
+  };
   const picture = () => {
     view.dirty = true;
     view.render();
@@ -43,8 +36,7 @@ export function fileButtons(page, view, charts, source) {
     JSON: [() => save("kreisel.json", JSON.stringify(page.scene, null, 1))],
     TOML: [() => save("kreisel.toml", toToml(page.scene))],
     "This page": [() => save("kreisel.html", pageWith(source, page.scene))],
-    Link: [() => say("Link to this scene", here())],
-    Python: [() => say("The same in Python", toPython(page.scene))],
+    Link: [link],
     ...video(view),
   };
 }

@@ -2,7 +2,7 @@
 import { stage, TICKS } from "./core.js";
 import { Charts } from "./charts.js";
 import { takeHold } from "./hands.js";
-import { fileButtons, say } from "./files.js";
+import { fileButtons } from "./files.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
@@ -16,8 +16,7 @@ addEventListener("error", ({ message }) => ($("words").textContent = `The page c
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
-const buttons = { ...fileButtons(page, view, charts, source), Keys: [showKeys, "?"] };
-const panel = new Panel($("panel"), page, charts, buttons, choose);
+const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
 const hands = takeHold(view, page);
 
 function choose(i) {
@@ -35,18 +34,8 @@ view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
 });
 
 // Keys: those that a control names as its own, and Escape.
-const HANDS = `Escape  leave a drag or a jump
-Shift, while dragging the green tip  along itself
-Alt or middle button, at a corner  moves the fixed point
-Double click  a top alone in the charts; a chart whole again`;
-function showKeys() {
-  const words = (control) => (control.labels?.[0] ?? control).textContent.trim();
-  const controls = [...document.querySelectorAll("[aria-keyshortcuts]")];
-  const keys = controls.map((control) => `${control.getAttribute("aria-keyshortcuts")}  ${words(control)}`);
-  say("Keys", [`1 .. ${presets.length}  What to look at`, ...keys, HANDS].join("\n"));
-}
 function press(control) {
-  if (control.type !== "number") return control.click();
+  if (!control.matches("summary, [type=number]")) return control.click();
   control.closest("details").open = true;
   control.focus();
 }
@@ -55,8 +44,10 @@ addEventListener("keydown", (event) => {
   if (key === "Escape") return hands.hold() ? hands.cancel() : page.run(false);
   const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
   const chord = ctrlKey || metaKey ? `Control+${name}` : name;
-  const own = /^(Space|Enter|Arrow.*)$/.test(name) ? "input, select, summary, button" : "input[type=number], select";
-  if (hands.hold() || altKey || target.closest(`dialog, ${own}`)) return;
+  const own = /^(Space|Enter|Arrow.*)$/.test(name)
+    ? "input, select, summary, button"
+    : "input[type=number], select, textarea";
+  if (hands.hold() || altKey || target.closest(own)) return;
   const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
   if (!control && !presets[chord - 1]) return;
   event.preventDefault();

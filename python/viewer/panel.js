@@ -3,7 +3,7 @@ import { html, nothing, render } from "lit-html";
 import { QUANTITIES } from "./charts.js";
 import { methods, stage, TICKS } from "./core.js";
 import presets from "./presets.json";
-import { look } from "./scene.js";
+import { look, toPython } from "./scene.js";
 
 const AXES = ["first", "second", "vertical"];
 const SHAPES = {
@@ -16,8 +16,13 @@ const LOG = { min: -3, max: 0, step: 0.05, log: true };
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
 const button = (words, act, key, off = false) =>
   html`<button aria-keyshortcuts=${key ?? nothing} ?disabled=${off} @click=${act}>${words}</button>`;
-const section = (title, content, open = false) =>
-  html`<details ?open=${open}><summary>${title}</summary>${content}</details>`;
+const section = (title, content, { open = false, key } = {}) =>
+  html`<details ?open=${open}><summary aria-keyshortcuts=${key ?? nothing}>${title}</summary>${content}</details>`;
+const HANDS = `1 .. ${presets.length}  What to look at
+Escape  leave a drag or a jump
+Shift, while dragging the green tip  along itself
+Alt or middle button, at a corner  moves the fixed point
+Double click  a top alone in the charts; a chart whole again`;
 
 export class Panel {
   constructor(place, page, charts, files, choose) {
@@ -114,11 +119,12 @@ export class Panel {
   sections() {
     const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
     return [
-      section("Motion", this.motion(), true),
+      section("Motion", this.motion(), { open: true }),
       section("Body", this.body()),
       section("Compare", this.compare()),
       section("Looks: trace, rod, view", this.looks()),
-      section("Save and share", html`<div class="row">${files}</div>`),
+      section("Save and share", [html`<div class="row">${files}</div>`, this.python()]),
+      section("Keys", html`<p id="keys">${this.keys()}</p>`, { key: "?" }),
     ];
   }
   motion() {
@@ -170,5 +176,16 @@ export class Panel {
       this.slider("Thickness", "show.thickness", { min: 0.2, max: 4 }),
       button("From the next side", () => this.page.view.turn(), "A"),
     ];
+  }
+  python() {
+    const words = toPython(this.page.scene);
+    return html`<textarea readonly rows="9" wrap="off" aria-label="The same in Python" .value=${words}></textarea>`;
+  }
+  // Each control that has one names its own.
+  keys() {
+    const words = (control) => (control.labels?.[0] ?? control).textContent.trim();
+    const all = [...document.querySelectorAll("[aria-keyshortcuts]")];
+    const lines = all.map((control) => `${control.getAttribute("aria-keyshortcuts")}  ${words(control)}`);
+    return [...new Set(lines), HANDS].join("\n");
   }
 }
