@@ -149,7 +149,7 @@ def test_files(page, browser, tmp_path):
     assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate("kreisel.states()")
     page.get_by_role("button", name="Link").click()
     link = page.url
-    page.evaluate("location.hash = ''")
+    page.evaluate("history.replaceState(null, '', '#')")
     other.goto("about:blank")
     other.goto(link)
     other.wait_for_function("window.kreisel")

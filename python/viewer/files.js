@@ -18,12 +18,12 @@ const pageWith = (source, scene) =>
 // Each by its name: what it does, and its key.
 export function fileButtons(page, view, charts, source) {
   const link = () => {
-    location.hash = `scene=${encodeURIComponent(JSON.stringify(page.scene))}`;
-    page.say(
-      location.origin === "null" && window.parent !== window
-        ? "A notebook's page has no address: take the page along"
-        : "The address of this page is now a link to this scene",
-    );
+    try {
+      history.replaceState(null, "", `#scene=${encodeURIComponent(JSON.stringify(page.scene))}`);
+      page.say("The address of this page is a link to this scene now");
+    } catch {
+      page.say("A page in a notebook has no address: take “This page” along");
+    }
   };
   const picture = () => {
     view.dirty = true;

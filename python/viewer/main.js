@@ -94,7 +94,7 @@ function open() {
   }
 }
 open();
-addEventListener("hashchange", open);
+addEventListener("hashchange", () => location.hash && open());
 if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600); // in a notebook it waits
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);
