@@ -84,8 +84,7 @@ const moves = {
     const from = cornerSigns(drag.corner).map((sign, k) => sign - pivot[k] / half[k]); // times half: the corner
     const wanted = inBody(view, scene, drag, at);
     const sizes = half.map((h, k) => (Math.abs(from[k]) > 1e-3 ? wanted[k] / from[k] : h));
-    const ratio = Math.hypot(...wanted) / Math.hypot(...half.map((h, k) => h * from[k]));
-    resize(scene, ["free", "lagrange"].includes(scene.shape) ? sizes : half.map((h) => h * ratio));
+    resize(scene, sizes);
   },
   pivot(view, scene, drag, at) {
     becomeCuboid(scene);

@@ -43,7 +43,7 @@ const CHECKS = {
   speed: (x) => x >= 0 && x < 1e9,
   chart: (x) => /^(energy|vertical|axial|fourth)$/.test(x),
   shown: listOf((x) => typeof x === "boolean", 8),
-  tracks: listOf((track) => word(track?.name) && word(track.states) && positive(track.eps), 0, 1, 2),
+  tracks: listOf((track) => word(track?.name) && word(track.states) && positive(track.eps), 0, 1),
 };
 // What is left out is as above; what is there must be of the same kind.
 export function complete(given) {
@@ -63,7 +63,6 @@ export const cornerSigns = (corner) => [corner & 1, corner & 2, corner & 4].map(
 // The tops that a scene asks for, in the order of the stage. `side`: 0 the first method, 1 what stands beside it;
 // `against`: the top with which it is compared, -1 none.
 const COLOURS = ["#d8432e", "#2f6fde", "#e0a100", "#2c9c4b"]; // red, blue, yellow, green: the thesis'
-const TRACKS = ["#9a4fd0", "#d0508f"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that the core has, and that applies
 export function cast({ eps: steps, ghost, second, tracks, methods: names, gravity }, block) {
   const tops = [];
@@ -78,10 +77,8 @@ export function cast({ eps: steps, ghost, second, tracks, methods: names, gravit
       tops.push({ method, eps, side, role: thin ? "thin" : "thick", colour: COLOURS[2 * side + thin], against });
     }),
   );
-  tracks.forEach((track, i) => {
-    const look = { side: 1, role: "thick", colour: TRACKS[i % 2], against: 0 };
-    tops.push({ ...look, track, method: track.name, eps: track.eps });
-  });
+  const look = { side: 1, role: "thick", colour: "#9a4fd0", against: 0 };
+  for (const track of tracks) tops.push({ ...look, track, method: track.name, eps: track.eps });
   return tops;
 }
 
@@ -130,8 +127,8 @@ export function becomeCuboid(scene) {
   scene.body = { half, pivot, density };
   scene.attitude = wxyz(quaternion(scene.attitude).multiply(quaternion(turn)));
 }
-// Sizes in the order N, B, T that each shape allows, nearest to those given (thesis 5.6.5, 5.8.1).
-const plate = (ratio) => (n, b) => ((b = Math.sqrt((n * b) / ratio)), [ratio * b, b, b / 2]);
+// Sizes in the order N, B, T that each shape allows, of the volume of those given (thesis 5.6.5, 5.8.1).
+const plate = (ratio) => (n, b, t) => ((b = Math.cbrt((2 * n * b * t) / ratio)), [ratio * b, b, b / 2]);
 const SHAPES = {
   free: (...half) => half,
   lagrange: (n, b, t) => [Math.sqrt(n * b), Math.sqrt(n * b), t],
