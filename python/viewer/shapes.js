@@ -81,12 +81,13 @@ export function arrow(colour, radius, opacity = 1) {
 }
 
 // The faint sphere on which the apex moves, with its parallels: edges that bend by more than ten degrees.
+const GLOBE = new THREE.SphereGeometry(1, 48, 32);
+const PARALLELS = new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10).rotateX(Math.PI / 2);
 export function sphere(radius) {
   const faint = { color: "#8a93a6", transparent: true };
-  const paint = new THREE.MeshBasicMaterial({ ...faint, opacity: 0.09, depthWrite: false });
-  const globe = new THREE.Mesh(new THREE.SphereGeometry(radius, 48, 32), paint);
-  const bands = new THREE.EdgesGeometry(new THREE.SphereGeometry(radius, 96, 6), 10).rotateX(Math.PI / 2);
-  return globe.add(new THREE.LineSegments(bands, new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 })));
+  const globe = new THREE.Mesh(GLOBE, new THREE.MeshBasicMaterial({ ...faint, opacity: 0.09, depthWrite: false }));
+  globe.scale.setScalar(radius);
+  return globe.add(new THREE.LineSegments(PARALLELS, new THREE.LineBasicMaterial({ ...faint, opacity: 0.3 })));
 }
 
 // The way of the apex, newest point first and strongest in colour. Each point ends one piece and begins the next.
@@ -116,16 +117,15 @@ export function pathLine(colour, ground) {
 // The elastic rod: rings of points about its centre line.
 const RINGS = 400;
 const SIDES = 12;
+const FACES = Array.from({ length: (RINGS - 1) * SIDES }, (_, a) => {
+  const b = a % SIDES === SIDES - 1 ? a + 1 - SIDES : a + 1;
+  return [a, b, a + SIDES, b, b + SIDES, a + SIDES];
+}).flat();
 export function rodMesh(colour) {
   const geometry = new THREE.BufferGeometry();
   const places = new THREE.BufferAttribute(new Float32Array(3 * RINGS * SIDES), 3);
   geometry.setAttribute("position", places);
-  const faces = [];
-  for (let a = 0; a < (RINGS - 1) * SIDES; a++) {
-    const b = a % SIDES === SIDES - 1 ? a + 1 - SIDES : a + 1;
-    faces.push(a, b, a + SIDES, b, b + SIDES, a + SIDES);
-  }
-  geometry.setIndex(faces);
+  geometry.setIndex(FACES);
   const mesh = new THREE.Mesh(geometry, new THREE.MeshPhongMaterial({ color: colour, side: 2, shininess: 40 }));
   mesh.frustumCulled = false;
   mesh.follow = (i, scale, radius) => {
