@@ -157,7 +157,9 @@ def test_files(page, browser, tmp_path):
     other.context.close()
 
 
-@pytest.mark.parametrize("link", ["garbage", "{}x", '{"methods":[]}', '{"methods":["none"]}', '{"eps":7}', "[1]", "7"])
+@pytest.mark.parametrize("link", [
+    "garbage", "{}x", '{"methods":[]}', '{"methods":["none"]}', '{"eps":7}', '{"show":{"opacity":"x"}}', "[1]", "7",
+])
 def test_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
     assert "cannot be shown" in page.locator("#words").inner_text()

@@ -43,6 +43,7 @@ const CHECKS = {
   speed: (x) => x >= 0 && x < 1e9,
   chart: (x) => /^(energy|vertical|axial|fourth)$/.test(x),
   shown: listOf((x) => typeof x === "boolean", 8),
+  show: (x) => Object.entries(plain.show).every(([key, model]) => typeof x[key] === typeof model),
   tracks: listOf((track) => word(track?.name) && word(track.states) && positive(track.eps), 0, 1),
 };
 // What is left out is as above; what is there must be of the same kind.
