@@ -26,14 +26,16 @@ export class Charts {
   // Anew for other tops, another quantity or scale.
   build() {
     const { tops, scene } = this.page;
+    const width = document.getElementById("panel").clientWidth - 28;
     const looks = JSON.stringify([
       scene.chart,
       scene.log,
       scene.shown,
+      width,
       matchMedia("(prefers-color-scheme: dark)").matches,
     ]);
-    if (this.tops === tops && this.looks === looks) return;
-    Object.assign(this, { tops, looks });
+    if (width < 0 || (this.tops === tops && this.looks === looks)) return;
+    Object.assign(this, { tops, looks, width });
     this.plots?.forEach((plot) => plot.destroy());
     const places = [...document.querySelectorAll(".chart")];
     this.plots = places.map((place, second) => new uPlot(this.options(second), this.data(second), place));
@@ -51,13 +53,15 @@ export class Charts {
     const grid = { stroke: style("preset").borderTopColor, width: 1 };
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
     const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
+    const kept = 1e-16; // the height of a line that does not move
+    const range = (_, low, high) => (high > low ? uPlot.rangeNum(low, high, 0.1, true) : [low - kept, high + kept]);
     const powers = log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };
     return {
-      width: document.getElementById("panel").clientWidth - 28,
+      width: this.width,
       height: 118,
       legend: { show: false },
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
-      scales: { x: { time: false }, y: { distr: log ? 3 : 1 } },
+      scales: { x: { time: false }, y: log ? { distr: 3 } : { range } },
       axes: [
         { ...ink, size: 22 },
         { ...ink, size: 48, space: 16, values: words, ...powers },

@@ -31,7 +31,7 @@ export function takeHold(view, page) {
     const at = drag?.pointerId === event.pointerId && meet(view, drag.plane, event)?.sub(drag.offset);
     if (!at) return;
     if (!drag.moved) {
-      page.begin(drag.top); // now that it moves: a click changes nothing
+      page.begin({ top: drag.top }); // now that it moves: a click changes nothing
       drag.moved = true;
     }
     page.edit((scene) => moves[drag.kind](view, scene, drag, at, event));

@@ -6,6 +6,7 @@ import { fileButtons } from "./files.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
+import { complete } from "./scene.js";
 import { View } from "./view.js";
 
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`; // as it came, before anything is changed
@@ -26,6 +27,7 @@ function choose(i) {
 }
 page.tell = () => (panel.draw(), charts.build());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (view.build(page, false), page.tell()));
+view.canvas.addEventListener("webglcontextlost", () => page.say("The browser took the picture away, for now"));
 // One top alone in the charts, or all of them.
 view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
   const top = view.pick(clientX, clientY)?.i;
@@ -36,6 +38,7 @@ view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
 // Keys: those that a control names as its own, and Escape.
 function press(control) {
   if (!control.matches("summary, [type=number]")) return control.click();
+  $("panel").hidden = false;
   control.closest("details").open = true;
   control.focus();
 }
@@ -58,7 +61,7 @@ $("fold").addEventListener("click", () => ($("panel").hidden = !$("panel").hidde
 let last = 0;
 let shown = { at: 0 };
 function frame(now) {
-  const rate = page.frame(Math.min((now - last) / 1000, 0.1));
+  const rate = page.frame((now - last) / 1000);
   last = now;
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
   const slow = rate ? `speed ${rate.toPrecision(2)}, ` : "";
@@ -84,17 +87,22 @@ function label() {
   tip.classList.toggle("left", left);
 }
 
-function open() {
-  try {
-    const linked = location.hash.startsWith("#scene=") && decodeURIComponent(location.hash.slice(7));
-    page.load(JSON.parse(linked || $("scene").textContent) || presets[0]);
-  } catch (error) {
-    page.load(presets[0]);
-    page.say(`The scene given cannot be shown: ${error.message}`);
-  }
+const linked = () => location.hash.startsWith("#scene=") && JSON.parse(decodeURIComponent(location.hash.slice(7)));
+const refuse = (error) => page.say(`The scene given cannot be shown: ${error.message}`);
+try {
+  page.load(linked() || JSON.parse($("scene").textContent) || presets[0]);
+} catch (error) {
+  page.load(presets[0]);
+  refuse(error);
 }
-open();
-addEventListener("hashchange", () => location.hash && open());
+addEventListener("hashchange", () => {
+  try {
+    if (location.hash) page.replace(complete(linked()));
+  } catch (error) {
+    refuse(error);
+  }
+});
+new ResizeObserver(() => page.tell()).observe($("panel"));
 if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600); // in a notebook it waits
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);

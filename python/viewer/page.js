@@ -4,6 +4,7 @@ import { bytes, cast, complete, take } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
 const [LEAST, MOST] = [8, 2000]; // steps between two looks at the watch; all tops step at least once
+const MOVES = /^(body|shape|attitude|momentum|second|gravity)/; // what a track cannot follow
 const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/; // what is set without beginning anew
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
@@ -18,6 +19,7 @@ export class Page {
     document.getElementById("words").textContent = words;
   }
 
+  // Whether it could be.
   load(given, fit = true) {
     const before = this.scene;
     try {
@@ -30,6 +32,7 @@ export class Page {
       this.say(`That cannot be: ${error.message}`);
     }
     this.tell();
+    return this.scene !== before;
   }
   // The stage anew, at t = 0.
   build(fit) {
@@ -37,6 +40,7 @@ export class Page {
     const { gravity, attitude } = scene;
     this.block = makeBody(scene.body);
     this.kind = kind(this.block);
+    if (!/kowalewski|chaplygin/.test(this.kind) && scene.chart === "fourth") scene.chart = "energy";
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
       if (methods.get(name).suits(this.block, gravity)) return;
@@ -51,20 +55,20 @@ export class Page {
       if (track) stage.addTrack(this.block, gravity, new Float64Array(bytes(track.states).buffer), ticks, against);
       else stage.add(this.block, gravity, attitude, m, methods.get(method), ticks, tol, against);
     }
-    Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: 0, rate: scene.speed });
+    Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: "", asked: 0, gone: 0 });
     this.view.build(this, fit);
   }
 
   // Before a change: scene and time are kept for undo,
-  keep(fit) {
-    this.past.push({ scene: structuredClone(this.scene), clock: this.clock, fit });
+  keep(how) {
+    this.past.push({ scene: structuredClone(this.scene), clock: this.clock, ...how });
     if (this.past.length > 200) this.past.shift();
     this.say("");
   }
-  // and the state of the moment becomes the new start. Not with a track: it begins where it begins.
-  begin(top, fit) {
-    this.keep(fit);
-    if (!this.clock || this.scene.tracks.length) return;
+  // and the state of the moment becomes the new start; not where a track stays, which begins where it begins.
+  begin({ top, moves = true, ...how } = {}) {
+    this.keep(how);
+    if (!this.clock || (this.scene.tracks.length && !moves)) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.leader(second && top?.side ? null : top);
     const beside = second && this.leader(this.tops.find((each) => each.side));
@@ -78,11 +82,10 @@ export class Page {
   edit(change) {
     const scene = structuredClone(this.scene);
     change(scene);
-    if (["body", "attitude", "momentum", "second", "gravity"].some((key) => differ(scene[key], this.scene[key]))) {
-      scene.tracks = []; // they are of another motion
-      if (scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
-    }
-    this.load(scene, false);
+    const changed = Object.keys(scene).filter((key) => !GOES_ON.test(key) && differ(scene[key], this.scene[key]));
+    if (changed.some((key) => MOVES.test(key))) scene.tracks = [];
+    if (changed.length && scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
+    return this.load(scene, false);
   }
   dress(scene) {
     this.scene = scene;
@@ -91,28 +94,28 @@ export class Page {
   }
   // What a control sets, at a place such as "show.trace". One undo for all that a hand does to it at a time.
   set(place, x, gesture) {
-    const [before, depth] = [structuredClone(this.scene), this.past.length];
     const change = (scene) => (take(scene, place, x), scene);
     try {
-      change(structuredClone(before)); // a refused one must change nothing
+      const wanted = complete(change(structuredClone(this.scene)));
       const goesOn = GOES_ON.test(place);
-      if (!gesture || gesture !== this.gesture) goesOn ? this.keep() : this.begin();
+      const fresh = !gesture || gesture !== this.gesture;
+      if (fresh) goesOn ? this.keep({ goesOn }) : this.begin({ moves: MOVES.test(place) });
       this.gesture = gesture;
-      goesOn ? this.dress(change(before)) : this.edit(change);
+      if (goesOn) return this.dress(wanted);
+      if (!this.edit(change) && fresh) this.undo(true);
     } catch (error) {
-      this.past.length = depth;
       this.say(error.message);
     }
   }
   replace(scene) {
-    this.begin(null, true);
+    this.begin({ fit: true, moves: false });
     this.load(scene);
   }
-  undo() {
-    const { scene, clock, fit } = this.past.pop() ?? {};
+  undo(quietly = false) {
+    const { scene, clock, fit = false, goesOn } = this.past.pop() ?? {};
+    if (!quietly) this.say("");
     if (!scene) return;
-    if (Object.keys(scene).every((key) => GOES_ON.test(key) || !differ(scene[key], this.scene[key])))
-      return this.dress(scene);
+    if (goesOn) return this.dress(scene);
     this.run(false);
     this.load(scene, fit);
     if (clock) this.jump(clock / TICKS);
@@ -124,6 +127,7 @@ export class Page {
     this.tell();
   }
   reset() {
+    this.say("");
     this.run(false);
     this.load(this.scene, false);
   }
@@ -141,15 +145,20 @@ export class Page {
     this.goal = goal;
     this.tell();
   }
-  // What a frame does after so many seconds. The speed reached, where it is less than asked.
+  // What a frame does after so many seconds. The speed of the last half second, where it is less than asked.
   frame(passed) {
     const { target, goal, scene } = this;
     if (goal !== null) this.advance(goal, 4 * MOMENT);
     if (goal !== null && !this.late) this.run(false);
-    if (!this.running) return 0;
-    this.advance(target + passed * scene.speed * TICKS, MOMENT);
-    this.rate += 0.05 * ((this.target - target) / TICKS / passed - this.rate);
-    return this.rate < 0.9 * scene.speed && this.rate;
+    if (!this.running) return (this.slow = 0);
+    this.advance(target + Math.min(passed, 0.1) * scene.speed * TICKS, MOMENT);
+    this.asked += passed;
+    this.gone += (this.target - target) / TICKS;
+    if (this.asked < 0.5) return this.slow;
+    const rate = this.gone / this.asked;
+    this.slow = rate < 0.9 * scene.speed && rate;
+    this.asked = this.gone = 0;
+    return this.slow;
   }
   // On to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
@@ -169,14 +178,16 @@ export class Page {
       this.late = now > until && this.clock < enough;
     }
     if (this.late) this.target = this.clock; // time itself goes slower
-    const failed = (top, i) =>
-      !top.track && stage.failure(i) && `${top.method} ${top.eps} stopped: ${stage.failure(i)}`;
-    const failures = this.tops.map(failed).filter(Boolean);
-    if (failures.length > this.failures) this.say(failures.at(-1));
-    this.failures = failures.length;
+    const stopped = ({ method, eps, track }, i) => {
+      const why = stage.failure(i);
+      return why && (track ? `${method} ends` : `${method} ${eps} stopped: ${why}`);
+    };
+    const words = this.tops.map(stopped);
+    if (words.join() !== this.failures && words.some(Boolean)) this.say(words.filter(Boolean).join("; "));
+    this.failures = words.join();
     const over = target > end && !this.late;
     if (over) this.say(`The stop time ${stop} is reached`);
-    if (over || this.failures === this.tops.length) this.run(false);
+    if (over || this.tops.every((top, i) => words[i] || top.role === "ghost")) this.run(false);
     this.view.draw();
   }
 }

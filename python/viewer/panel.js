@@ -1,5 +1,5 @@
 // The panel: what can be set and read, as a function of the page's state. lit-html writes what differs.
-import { html, nothing, render } from "lit-html";
+import { html, noChange, nothing, render } from "lit-html";
 import { QUANTITIES } from "./charts.js";
 import { methods, stage, TICKS } from "./core.js";
 import presets from "./presets.json";
@@ -12,7 +12,7 @@ const SHAPES = {
   kowalewski: "Kowalewski",
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
-const LOG = { min: -3, max: 0, step: 0.05, log: true };
+const LOG = { min: -5, max: 1, step: 0.05, log: true };
 const name = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.eps}`;
 const button = (words, act, key, off = false) =>
   html`<button aria-keyshortcuts=${key ?? nothing} ?disabled=${off} @click=${act}>${words}</button>`;
@@ -26,7 +26,7 @@ Double click  a top alone in the charts; a chart whole again`;
 
 export class Panel {
   constructor(place, page, charts, files, choose) {
-    Object.assign(this, { place, page, charts, files, choose });
+    Object.assign(this, { place, page, charts, files, choose, most: {}, typed: null });
   }
   draw() {
     render([this.header(), this.plots(), ...this.sections()], this.place);
@@ -35,24 +35,34 @@ export class Panel {
   // Controls: each shows what the scene has at a place, and asks the page to set what it reads off itself.
   setter(place, read, gesture) {
     return ({ target }) => {
+      this.typed = null;
       this.page.set(place, read(target), gesture);
-      const now = look(this.page.scene, place);
-      if (target.type === "number" && now !== undefined) target.value = now; // another one than was typed, or the old
-      if (target.type === "select-one") target.value = now ?? "";
+      if (target.type === "number") target.value = this.shown(place); // another one than was typed, or the old one
+      if (target.type === "select-one") target.value = look(this.page.scene, place) ?? "";
     };
   }
   slider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
     const x = look(this.page.scene, place) ?? 0.2;
     const at = log ? Math.log10(x) : x;
+    this.most[place] = Math.max(this.most[place] ?? max, at);
+    const settle = () => (this.page.gesture = null);
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to); // whole ticks, small multiples
     return html`<label class="slider">${words}
-      <input type="range" min=${min} max=${Math.max(max, at)} step=${step} .value=${at} ?disabled=${off}
-        @input=${this.setter(place, read, place)} @change=${() => (this.page.gesture = null)}>
+      <input type="range" min=${min} max=${this.most[place]} step=${step} .value=${at} ?disabled=${off}
+        @input=${this.setter(place, read, place)} @change=${settle} @pointerup=${settle}>
       ${this.number(`${words}, number`, place, { off })}</label>`;
   }
-  number(words, place, { off = false, none = "", x = look(this.page.scene, place) ?? "" } = {}) {
+  number(words, place, { off = false, none = "" } = {}) {
+    const typed = this.typed === place; // somebody is at it
     return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
-      .value=${x === "" ? x : +x.toPrecision(6)} @change=${this.setter(place, (input) => input.valueAsNumber)}>`;
+      .value=${typed ? noChange : this.shown(place)} @change=${this.setter(place, (input) => input.valueAsNumber)}
+      @input=${() => (this.typed = place)} @blur=${() => (this.typed = null)}>`;
+  }
+  // The momentum is that of now.
+  shown(place) {
+    const [key, k] = place.split(".");
+    const x = key === "momentum" ? this.page.leader()[5 + +k] : look(this.page.scene, place);
+    return x === null || x === undefined ? "" : +x.toPrecision(6);
   }
   check(words, place, key, on = look(this.page.scene, place)) {
     return html`<label class="check"><input type="checkbox" aria-keyshortcuts=${key ?? nothing} .checked=${on}
@@ -66,12 +76,6 @@ export class Panel {
   }
   pair(words, control) {
     return html`<label class="pair">${words}${control}</label>`;
-  }
-
-  // As it is now; while somebody writes it, as it was.
-  momentum() {
-    if (!document.activeElement.closest("fieldset")) this.now = this.page.leader().slice(5);
-    return this.now;
   }
 
   header() {
@@ -128,14 +132,14 @@ export class Panel {
     ];
   }
   motion() {
-    const jump = ({ target }) => target.value !== "" && this.page.jump(target.valueAsNumber);
+    const jump = ({ target }) => (this.page.jump(target.valueAsNumber), (target.value = ""));
     return [
       this.slider("Step ε", "eps.0", LOG),
       this.slider("Speed", "speed"),
       this.slider("Gravity", "gravity"),
       this.pair("Jump to t", html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`),
       html`<fieldset><legend>Momentum m in space</legend>
-        ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`, { x: this.momentum()[k] }))}
+        ${AXES.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}
         </fieldset><p>Green is the momentum m, blue the angular velocity ω, grey the vertical p.</p>`,
     ];
   }

@@ -26,25 +26,36 @@ export const plain = {
   corners: false, // move the fixed point
   show: { trace: true, rod: false, axes: false, floor: true, flat: false, opacity: 0.3, thickness: 1 },
 };
+// What each may be.
 function listOf(fits, ...lengths) {
   return (x) => Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
 }
-const [word, positive, three] = [(x) => typeof x === "string", (x) => x > 0 && x < 1e300, listOf(Number.isFinite, 3)];
+const within = (low, high) => (x) => typeof x === "number" && x >= low && x <= high;
+const [word, flag, size, three] = [
+  (x) => typeof x === "string",
+  (x) => x === !!x,
+  within(-1e12, 1e12),
+  listOf(within(-1e12, 1e12), 3),
+];
+const isShow = ({ opacity, thickness, ...flags }) =>
+  within(0, 1)(opacity) && within(0.1, 20)(thickness) && Object.values(flags).every(flag);
 const CHECKS = {
-  body: (b) => (three(b?.half) ? three(b.pivot) : listOf(Number.isFinite, 9)(b?.inertia) && three(b.com)),
-  shape: (x) => Object.hasOwn(SHAPES, x),
-  attitude: listOf(Number.isFinite, 4),
+  body: (b) => (three(b?.half) ? three(b.pivot) : listOf(size, 9)(b?.inertia) && three(b.com)),
+  shape: (x) => word(x) && Object.hasOwn(SHAPES, x),
+  attitude: listOf(size, 4),
   momentum: three,
   second: (x) => x === null || three(x),
+  gravity: size,
   methods: listOf(word, 1, 2),
-  eps: listOf(positive, 1, 2),
-  tol: positive,
-  stop: (x) => x === null || positive(x),
-  speed: (x) => x >= 0 && x < 1e9,
-  chart: (x) => /^(energy|vertical|axial|fourth)$/.test(x),
-  shown: listOf((x) => typeof x === "boolean", 8),
-  show: (x) => Object.entries(plain.show).every(([key, model]) => typeof x[key] === typeof model),
-  tracks: listOf((track) => word(track?.name) && word(track.states) && positive(track.eps), 0, 1),
+  eps: listOf(within(1 / TICKS, 2000), 1, 2),
+  tol: within(1e-15, 1),
+  distance: within(0, 100),
+  stop: (x) => x === null || within(1 / TICKS, 1e9)(x),
+  speed: within(0, 1e6),
+  chart: (x) => word(x) && /^(energy|vertical|axial|fourth)$/.test(x),
+  shown: listOf(flag, 8),
+  show: isShow,
+  tracks: listOf((track) => word(track?.name) && word(track.states) && within(1 / TICKS, 2000)(track.eps), 0, 1),
 };
 // What is left out is as above; what is there must be of the same kind.
 export function complete(given) {
@@ -52,7 +63,7 @@ export function complete(given) {
   const scene = structuredClone({ ...plain, ...given, show: { ...plain.show, ...given.show } });
   for (const [key, model] of Object.entries(plain)) {
     const fits = CHECKS[key] ?? ((x) => typeof x === typeof model);
-    if (!fits(scene[key])) throw new Error(`its ${key} cannot be ${JSON.stringify(scene[key])}`);
+    if (!fits(scene[key])) throw new Error(`${key} cannot be ${JSON.stringify(scene[key]).slice(0, 60)}`);
   }
   return scene;
 }
@@ -87,15 +98,11 @@ export function cast({ eps: steps, ghost, second, tracks, methods: names, gravit
 export const look = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
 export function take(scene, place, x) {
   if (rules[place]) return rules[place](scene, x);
-  if (Number.isNaN(x)) throw new Error("that is no number");
   const keys = place.split(".");
   const last = keys.pop();
   keys.reduce((at, key) => at[key], scene)[last] = x;
 }
-function ticks(x) {
-  if (!(x >= 1 / TICKS && x < 1000)) throw new Error(`${x} is no step: from a millionth to a thousand`);
-  return Math.round(x * TICKS) / TICKS;
-}
+const ticks = (x) => Math.round(x * TICKS) / TICKS;
 // The nearest time at which all steps meet.
 function meeting(t) {
   const common = stage.common();
@@ -109,8 +116,7 @@ const rules = {
     scene.methods = [scene.methods[0], name].filter(Boolean);
     if (!name) scene.second = null;
   },
-  tol: (scene, x) => (scene.tol = Math.min(Math.max(x, 1e-14), 0.1)),
-  stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : null),
+  stop: (scene, x) => (scene.stop = x > 0 ? meeting(Math.min(x, 1e9)) : null),
   shape(scene, shape) {
     becomeCuboid(scene);
     scene.shape = shape;

@@ -24,7 +24,7 @@ export class View {
     this.cameras[0].position.set(5.4, -9.6, 4.4);
     this.cameras[1].position.set(0, -12, 0);
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
-    Object.assign(this.orbit, { minDistance: 3, maxDistance: 40, minZoom: 0.2, maxZoom: 10 });
+    Object.assign(this.orbit, { minDistance: 3, minZoom: 0.2, maxZoom: 10 });
     this.orbit.addEventListener("change", () => (this.dirty = true));
     this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
@@ -47,6 +47,7 @@ export class View {
     this.pixels = [w, h];
     this.dirty = true;
     this.render(); // at once: a canvas of another size is empty
+    this.dirty = true;
   }
 
   // Anew for a scene. `fit`: choose the scales of length and arrows too, as for a scene just loaded.
@@ -71,11 +72,13 @@ export class View {
     this.zoom = 2.4 / this.reach;
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
     this.orbit.target.set(0, 0, -0.1);
-    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance : scene.show.rod ? 3 : 0);
+    const wide = this.pixels[0] > 1.2 * this.pixels[1] ? 1 : 1.6;
+    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance * wide : scene.show.rod ? 3 : 0);
+    this.orbit.maxDistance = 2.5 * far;
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
     this.cameras[1].updateProjectionMatrix();
-    Object.assign(this.world.fog, { near: far, far: 4 * far });
+    Object.assign(this.world.fog, { near: far, far: 6 * far });
   }
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
@@ -91,7 +94,7 @@ export class View {
     parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
     group.add(parts.m, parts.w);
     parts.m.tip.userData.kind = "tip";
-    parts.handles = [parts.m.tip, ...cuboid.children];
+    parts.handles = top.track ? [] : [parts.m.tip, ...cuboid.children];
     for (const { userData } of parts.handles) userData.i = i;
     if (!thick) return parts;
     parts.globe = sphere(this.trail);
