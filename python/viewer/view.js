@@ -72,7 +72,7 @@ export class View {
     this.zoom = 2.4 / this.reach;
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
     this.orbit.target.set(0, 0, -0.1);
-    const wide = this.pixels[0] > 1.2 * this.pixels[1] ? 1 : 1.6;
+    const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = 12.6 + (tops.some((top) => top.side) ? scene.distance * wide : scene.show.rod ? 3 : 0);
     this.orbit.maxDistance = 2.5 * far;
     this.cameras[0].position.setLength(far);
