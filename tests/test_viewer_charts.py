@@ -9,6 +9,12 @@ import kreisel as kr
 AXES = ("first", "second", "vertical")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def small(shared):
+    """A small window is drawn fast."""
+    shared.set_viewport_size({"width": 720, "height": 420})
+
+
 def drawn(page, chart=0):
     """The lines of a chart: times, and the values of each top."""
     return np.array(page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float)

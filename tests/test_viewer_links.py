@@ -1,4 +1,4 @@
-"""Scenes from elsewhere, films, and what the page does where something is missing: graphics, scripts."""
+"""Scenes from elsewhere, films, and what the page does where a method fails, or graphics and scripts are missing."""
 
 import base64
 import json
@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
-from browser import scene, visit
+from browser import clock, scene, visit
 
 import kreisel as kr
 from kreisel.view import _PAGE
@@ -46,6 +46,12 @@ IMPOSSIBLE = [
     {"tracks": [{**TRACK, "states": "AAAA"}]},
 ]
 EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small(shared):
+    """A small window is drawn fast."""
+    shared.set_viewport_size({"width": 720, "height": 420})
 
 
 def words(page):
@@ -142,8 +148,8 @@ def test_a_film_of_what_stands_still_has_bytes(page):
     assert page.get_by_role("button", name="Video", exact=True).is_visible()
 
 
-def test_picture_comes_back_with_the_graphics(page):
-    page.evaluate("kreisel.advance(1)")
+def test_picture_comes_back_with_the_graphics(browser):
+    page = visit(browser, size=(720, 420), reduced_motion="reduce")
     page.wait_for_function("!kreisel.view.dirty")
     before = colours(page)
     page.evaluate("""new Promise((done) => {
@@ -155,9 +161,25 @@ def test_picture_comes_back_with_the_graphics(page):
     })""")
     page.evaluate("new Promise(requestAnimationFrame)")
     assert before > 200 and colours(page) > 200
+    page.context.close()
 
 
-# What may be missing
+# What may fail or be missing
+
+
+def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
+    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'strang'], eps: [1], gravity: 10});
+        kreisel.page.run(true); kreisel.advance(20)""")
+    assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
+    assert page.evaluate("kreisel.states().map(([t]) => t)") == [1, 20]
+    assert page.get_by_role("button", name="Stop").is_visible()
+
+
+def test_it_stops_when_all_have_failed(page):
+    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'rk4'], eps: [1], gravity: 10});
+        kreisel.page.run(true); kreisel.advance(20)""")
+    assert " stopped: " in words(page) and page.get_by_role("button", name="Start").is_visible()
+    assert clock(page) == 2000000
 
 
 def test_no_graphics_is_told(browser):
