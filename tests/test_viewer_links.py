@@ -196,5 +196,6 @@ def test_no_scripts_is_told(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(_PAGE.as_uri())
-    assert words(page) == "This page needs JavaScript." and page.locator("#words").is_visible()
+    told = page.locator("noscript")
+    assert told.inner_text() == "This page needs JavaScript." and told.is_visible()
     context.close()
