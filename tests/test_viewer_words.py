@@ -7,14 +7,10 @@ from browser import clock, drag, scene, scene_in_python
 import kreisel as kr
 
 REFUSED = [
-    *(("Step ε, number", value, "no step") for value in ("0", "-1", "", "1e300", "0.0000001")),
-    *(("Step ε₂, number", value, "no step") for value in ("0", "-1", "", "1e300")),
-    ("Speed, number", "", "no number"),
-    ("Gravity, number", "", "no number"),
-    ("Distance, number", "", "no number"),
-    ("Thickness, number", "", "no number"),
-    ("Jump to t", "-1", "no time"),
-    ("Jump to t", "1e300", "no time"),
+    *(("Step ε, number", value) for value in ("0", "-1", "", "1e300", "0.0000001")),
+    *(("Step ε₂, number", value) for value in ("0", "-1", "", "1e300")),
+    *((f"{name}, number", "") for name in ("Speed", "Gravity", "Distance", "Thickness")),
+    *(("Jump to t", value) for value in ("-1", "1e300")),
 ]
 
 
@@ -48,24 +44,24 @@ def chosen(page, name):
 # Refusals
 
 
-@pytest.mark.parametrize("name, value, why", REFUSED)
-def test_a_refused_number_changes_nothing(page, name, value, why):
+@pytest.mark.parametrize("name, value", REFUSED)
+def test_a_refused_number_changes_nothing(page, name, value):
     page.get_by_role("checkbox", name="Each with a second step").check()
-    page.evaluate("kreisel.page.past = []; kreisel.advance(3)")
+    page.evaluate("kreisel.page.past = []; kreisel.page.say(''); kreisel.advance(3)")
     before, field = everything(page), page.get_by_label(name, exact=True)
     shown = field.input_value()
     field.fill(value)
     field.press("Tab")
-    assert everything(page) == before and why in words(page)
+    assert everything(page) == before and words(page)
     assert name == "Jump to t" or field.input_value() == shown
 
 
 def test_an_empty_momentum_changes_nothing(page):
-    page.evaluate("kreisel.advance(3)")
+    page.evaluate("kreisel.page.say(''); kreisel.advance(3)")
     before, field = everything(page), page.get_by_label("Momentum, first component")
     field.fill("")
     field.press("Tab")
-    assert everything(page) == before and "no number" in words(page)
+    assert everything(page) == before and words(page)
     field.fill("1.5")
     field.press("Tab")
     assert scene(page)["momentum"][0] == 1.5 and words(page) == ""
