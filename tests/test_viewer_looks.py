@@ -85,7 +85,7 @@ def test_drag_with_the_right_button_pans(page, on):
     assert page.evaluate("kreisel.at('tip')[0]") == pytest.approx(x + 90, abs=20)
 
 
-@pytest.mark.parametrize("on, least, most", [(False, 3, 40), (True, 0.2, 10)], ids=["3D", "2D"])
+@pytest.mark.parametrize("on, least, most", [(False, 3, 31.5), (True, 0.2, 10)], ids=["3D", "2D"])
 def test_wheel_zooms_within_limits(page, on, least, most):
     flat(page, on)
     size = "kreisel.view.camera.zoom" if on else "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"

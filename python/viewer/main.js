@@ -47,10 +47,12 @@ addEventListener("keydown", (event) => {
   if (key === "Escape") return hands.hold() ? hands.cancel() : page.run(false);
   const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
   const chord = ctrlKey || metaKey ? `Control+${name}` : name;
-  const own = /^(Space|Enter|Arrow.*)$/.test(name)
-    ? "input, select, summary, button"
-    : "input[type=number], select, textarea";
-  if (hands.hold() || altKey || target.closest(own)) return;
+  const own = /^(Space|Enter)$/.test(name)
+    ? "summary, button, [type=checkbox], "
+    : /^Arrow/.test(name)
+      ? "input, "
+      : "";
+  if (hands.hold() || altKey || target.closest(`${own}[type=number], select, textarea`)) return;
   const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
   if (!control && !presets[chord - 1]) return;
   event.preventDefault();
