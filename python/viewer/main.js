@@ -90,20 +90,16 @@ function label() {
 }
 
 const linked = () => location.hash.startsWith("#scene=") && JSON.parse(decodeURIComponent(location.hash.slice(7)));
-const refuse = (error) => page.say(`The scene given cannot be shown: ${error.message}`);
-try {
-  page.load(linked() || JSON.parse($("scene").textContent) || presets[0]);
-} catch (error) {
-  page.load(presets[0]);
-  refuse(error);
-}
-addEventListener("hashchange", () => {
+function attempt(open) {
   try {
-    if (location.hash) page.replace(complete(linked()));
+    open();
   } catch (error) {
-    refuse(error);
+    if (!view.page) page.load(presets[0]);
+    page.say(`The scene given cannot be shown: ${error.message}`);
   }
-});
+}
+attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || presets[0]));
+addEventListener("hashchange", () => location.hash && attempt(() => page.replace(complete(linked()))));
 new ResizeObserver(() => page.tell()).observe($("panel"));
 if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600); // in a notebook it waits
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
