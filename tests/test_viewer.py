@@ -126,6 +126,16 @@ def test_sleeping_top_sleeps_and_the_other_falls(page):
     assert lowest[0] > 0.95 and lowest[1] < 0.8
 
 
+def test_steady_precession_is_level(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[6])")
+    heights = []
+    for t in range(31):
+        page.evaluate(f"kreisel.advance({t})")
+        (_, w, x, y, z, *_) = page.evaluate("kreisel.states()[0]")
+        heights.append(1 - 2 * (x * x + y * y))
+    assert heights == pytest.approx([0.6] * 31, abs=1e-3)
+
+
 # What can be taken along
 
 
