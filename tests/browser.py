@@ -34,7 +34,8 @@ def scene_in_python(given, second=False):
         made = kr.Body.cuboid(**body)
     else:
         made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"])
-    return kr.Scene(made, given["second"] if second else given["momentum"], given["attitude"], given["gravity"])
+    attitude, momentum = (given["second"][:4], given["second"][4:]) if second else (given["attitude"], given["momentum"])
+    return kr.Scene(made, momentum, attitude, given["gravity"])
 
 
 def drag(page, kind, by, number=0, button="left", key=None):

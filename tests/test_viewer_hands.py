@@ -108,3 +108,19 @@ def test_touch_drags_too(browser):
     }""", [x, y])
     assert np.subtract(page.evaluate("kreisel.at('tip')"), (x, y)) == pytest.approx((40, -30), abs=1)
     page.context.close()
+
+
+@pytest.mark.parametrize("kind, moved", [("tip", slice(5, 8)), ("face", slice(1, 5))])
+def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
+    page.evaluate("kreisel.page.load(kreisel.presets[5]); kreisel.advance(4)")
+    before = page.evaluate("kreisel.states()")
+    x, y = page.evaluate(f"kreisel.at('{kind}', 1)")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 15, y - 10)
+    page.mouse.up()
+    left, right = page.evaluate("kreisel.states()")
+    assert left[1:] == before[0][1:]
+    assert right[moved] != before[1][moved] and np.linalg.norm(np.subtract(right, before[1])[1:5]) < 0.3
+    kept = slice(1, 5) if kind == "tip" else slice(5, 8)
+    assert right[kept] == before[1][kept]

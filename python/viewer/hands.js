@@ -57,9 +57,16 @@ export function takeHold(view, page) {
 }
 
 const meet = (view, plane, { clientX, clientY }) => view.ray(clientX, clientY).ray.intersectPlane(plane, new Vector3());
+// Attitude and momentum of the top in hand.
+const isSecond = (scene, { top }) => top.side === 1 && scene.second;
+const pose = (scene, drag) => (isSecond(scene, drag) ? scene.second : [...scene.attitude, ...scene.momentum]);
+function put(scene, drag, attitude, momentum) {
+  if (isSecond(scene, drag)) scene.second = [...attitude, ...momentum];
+  else Object.assign(scene, { attitude, momentum });
+}
 // A point of the world as the cuboid sees it, from the fixed point.
 const inBody = (view, scene, drag, at) => {
-  const turn = quaternion(scene.attitude).conjugate();
+  const turn = quaternion(pose(scene, drag)).conjugate();
   return at.sub(drag.top.group.position).applyQuaternion(turn).divideScalar(view.zoom).toArray();
 };
 
@@ -68,14 +75,15 @@ const moves = {
     const [right, up] = [0, 1].map((column) => new Vector3().setFromMatrixColumn(view.camera.matrixWorld, column));
     const turn = new Quaternion().setFromAxisAngle(up, (event.clientX - drag.x) * 0.008);
     turn.multiply(new Quaternion().setFromAxisAngle(right, (event.clientY - drag.y) * 0.008));
-    scene.attitude = wxyz(turn.multiply(quaternion(scene.attitude)).normalize());
+    const now = pose(scene, drag);
+    put(scene, drag, wxyz(turn.multiply(quaternion(now)).normalize()), now.slice(4));
     [drag.x, drag.y] = [event.clientX, event.clientY];
   },
   tip(view, scene, drag, at, event) {
     const m = at.sub(drag.top.group.position).divideScalar(view.momentumZoom);
-    const key = drag.top.side && scene.second ? "second" : "momentum";
-    if (event.shiftKey) m.projectOnVector(new Vector3(...scene[key])); // Shift: along itself
-    scene[key] = m.toArray();
+    const now = pose(scene, drag);
+    if (event.shiftKey) m.projectOnVector(new Vector3(...now.slice(4))); // Shift: along itself
+    put(scene, drag, now.slice(0, 4), m.toArray());
   },
   // The fixed point stays where it is in the body, in proportion.
   corner(view, scene, drag, at) {

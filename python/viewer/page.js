@@ -37,7 +37,7 @@ export class Page {
   // The stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
-    const { gravity, attitude } = scene;
+    const { gravity } = scene;
     this.block = makeBody(scene.body);
     this.kind = kind(this.block);
     if (!/kowalewski|chaplygin/.test(this.kind) && scene.chart === "fourth") scene.chart = "energy";
@@ -50,10 +50,10 @@ export class Page {
     stage.clear();
     this.tops = cast(scene, this.block).map((top) => ({ ...top, ticks: Math.max(1, Math.round(top.eps * TICKS)) }));
     for (const { track, method, side, role, ticks, against } of this.tops) {
-      const m = (side && scene.second) || scene.momentum;
+      const [w, x, y, z, ...m] = (side && scene.second) || [...scene.attitude, ...scene.momentum];
       const tol = role === "ghost" ? 1e-13 : scene.tol;
       if (track) stage.addTrack(this.block, gravity, new Float64Array(bytes(track.states).buffer), ticks, against);
-      else stage.add(this.block, gravity, attitude, m, methods.get(method), ticks, tol, against);
+      else stage.add(this.block, gravity, [w, x, y, z], m, methods.get(method), ticks, tol, against);
     }
     Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: "", asked: 0, gone: 0 });
     this.view.build(this, fit);
@@ -72,7 +72,7 @@ export class Page {
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.leader(second && top?.side ? null : top);
     const beside = second && this.leader(this.tops.find((each) => each.side));
-    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside && beside.slice(5) });
+    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside && beside.slice(1) });
   }
   // The state of a live top; else of the first.
   leader(top) {

@@ -10,7 +10,7 @@ export const plain = {
   shape: "free",
   attitude: [1, 0, 0, 0], // w, x, y, z
   momentum: [0.172, -1.862, 1.46],
-  second: null, // another momentum, for the tops of the second method
+  second: null, // another attitude and momentum, for the tops of the second method: 7 numbers
   gravity: 1,
   methods: ["bobenko_suris"], // one or two,
   eps: [0.01], // each with one or two steps
@@ -44,7 +44,7 @@ const CHECKS = {
   shape: (x) => word(x) && Object.hasOwn(SHAPES, x),
   attitude: listOf(size, 4),
   momentum: three,
-  second: (x) => x === null || three(x),
+  second: (x) => x === null || listOf(size, 7)(x),
   gravity: size,
   methods: listOf(word, 1, 2),
   eps: listOf(within(1 / TICKS, 2000), 1, 2),
@@ -122,7 +122,10 @@ const rules = {
     scene.shape = shape;
     if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
     resize(scene, scene.body.half);
-    if (shape === "goryachev_chaplygin") for (const m of [scene.momentum, scene.second ?? []]) m[2] = 0; // or G changes
+    if (shape === "goryachev_chaplygin") {
+      scene.momentum[2] = 0; // else G changes
+      if (scene.second) scene.second[6] = 0;
+    }
   },
 };
 
