@@ -28,6 +28,7 @@ function choose(i) {
 page.tell = () => (panel.draw(), charts.build());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => (view.build(page, false), page.tell()));
 view.canvas.addEventListener("webglcontextlost", () => page.say("The browser took the picture away, for now"));
+view.canvas.addEventListener("webglcontextrestored", () => page.say(""));
 // One top alone in the charts, or all of them.
 view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
   const top = view.pick(clientX, clientY)?.i;
@@ -99,7 +100,8 @@ function attempt(open) {
   }
 }
 attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || presets[0]));
-addEventListener("hashchange", () => location.hash && attempt(() => page.replace(complete(linked()))));
+const open = () => linked() && page.replace(complete(linked()));
+addEventListener("hashchange", () => attempt(open));
 new ResizeObserver(() => page.tell()).observe($("panel"));
 if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600); // in a notebook it waits
 setTimeout(() => ($("hint").style.opacity = 0), 20000);

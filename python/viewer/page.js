@@ -61,7 +61,7 @@ export class Page {
 
   // Before a change: scene and time are kept for undo,
   keep(how) {
-    this.past.push({ scene: structuredClone(this.scene), clock: this.clock, ...how });
+    this.past.push({ scene: structuredClone(this.scene), clock: this.goal ?? this.clock, ...how });
     if (this.past.length > 200) this.past.shift();
     this.say("");
   }
@@ -98,18 +98,22 @@ export class Page {
     try {
       const wanted = complete(change(structuredClone(this.scene)));
       const goesOn = GOES_ON.test(place);
+      if (goesOn && !differ(wanted, this.scene)) return;
       const fresh = !gesture || gesture !== this.gesture;
       if (fresh) goesOn ? this.keep({ goesOn }) : this.begin({ moves: MOVES.test(place) });
       this.gesture = gesture;
       if (goesOn) return this.dress(wanted);
-      if (!this.edit(change) && fresh) this.undo(true);
-    } catch (error) {
-      this.say(error.message);
+      if (this.edit(change)) return;
+      this.gesture = null;
+      if (fresh) this.undo(true);
+    } catch {
+      const name = place.split(".").find((part) => part !== "show");
+      this.say(`${name} cannot be ${Number.isNaN(x) ? "empty" : x}`);
     }
   }
   replace(scene) {
     this.begin({ fit: true, moves: false });
-    this.load(scene);
+    if (!this.load(scene)) this.undo(true);
   }
   undo(quietly = false) {
     const { scene, clock, fit = false, goesOn } = this.past.pop() ?? {};

@@ -26,37 +26,41 @@ Double click  a top alone in the charts; a chart whole again`;
 
 export class Panel {
   constructor(place, page, charts, files, choose) {
-    Object.assign(this, { place, page, charts, files, choose, most: {}, typed: null });
+    Object.assign(this, { place, page, charts, files, choose, ends: {}, typed: null });
   }
   draw() {
     render([this.header(), this.plots(), ...this.sections()], this.place);
   }
 
   // Controls: each shows what the scene has at a place, and asks the page to set what it reads off itself.
-  setter(place, read, gesture) {
+  setter(place, read, back, gesture) {
     return ({ target }) => {
       this.typed = null;
       this.page.set(place, read(target), gesture);
-      if (target.type === "number") target.value = this.shown(place); // another one than was typed, or the old one
-      if (target.type === "select-one") target.value = look(this.page.scene, place) ?? "";
+      if (back) target.value = back(); // another one than was asked for, or the old one
     };
   }
   slider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
-    const x = look(this.page.scene, place) ?? 0.2;
-    const at = log ? Math.log10(x) : x;
-    this.most[place] = Math.max(this.most[place] ?? max, at);
+    const where = () => {
+      const x = look(this.page.scene, place) ?? 0.2;
+      return log ? Math.log10(x) : x;
+    };
+    const at = where();
+    const [low, high] = this.ends[place] ?? [min, max]; // as wide as any value was
+    this.ends[place] = [Math.min(low, Math.floor(at / step) * step), Math.max(high, Math.ceil(at / step) * step)];
     const settle = () => (this.page.gesture = null);
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to); // whole ticks, small multiples
     return html`<label class="slider">${words}
-      <input type="range" min=${min} max=${this.most[place]} step=${step} .value=${at} ?disabled=${off}
-        @input=${this.setter(place, read, place)} @change=${settle} @pointerup=${settle}>
+      <input type="range" min=${this.ends[place][0]} max=${this.ends[place][1]} step=${step} .value=${at} ?disabled=${off}
+        @input=${this.setter(place, read, where, place)} @change=${settle} @pointerup=${settle}>
       ${this.number(`${words}, number`, place, { off })}</label>`;
   }
   number(words, place, { off = false, none = "" } = {}) {
-    const typed = this.typed === place; // somebody is at it
+    const show = () => this.shown(place);
+    const type = () => (this.typed = place); // somebody is at it
     return html`<input type="number" step="any" aria-label=${words} placeholder=${none} ?disabled=${off}
-      .value=${typed ? noChange : this.shown(place)} @change=${this.setter(place, (input) => input.valueAsNumber)}
-      @input=${() => (this.typed = place)} @blur=${() => (this.typed = null)}>`;
+      .value=${this.typed === place ? noChange : show()} @focus=${type} @input=${type}
+      @blur=${() => (this.typed = null)} @change=${this.setter(place, (input) => input.valueAsNumber, show)}>`;
   }
   // The momentum is that of now.
   shown(place) {
@@ -68,10 +72,12 @@ export class Panel {
     return html`<label class="check"><input type="checkbox" aria-keyshortcuts=${key ?? nothing} .checked=${on}
       @change=${this.setter(place, (box) => box.checked)}>${words}</label>`;
   }
-  select(words, place, choices, chosen = look(this.page.scene, place) ?? "") {
+  select(words, place, choices) {
+    const now = () => look(this.page.scene, place) ?? "";
+    const chosen = now();
     const option = ([value, text, off]) =>
       html`<option value=${value} .selected=${value === chosen} ?disabled=${off}>${text}</option>`;
-    return html`<select aria-label=${words} @change=${this.setter(place, (list) => list.value)}>
+    return html`<select aria-label=${words} @change=${this.setter(place, (list) => list.value, now)}>
       ${choices.map(option)}</select>`;
   }
   pair(words, control) {
@@ -177,7 +183,7 @@ export class Panel {
       this.check("Floor", "show.floor"),
       this.check("2D view", "show.flat", "V"),
       this.slider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
-      this.slider("Thickness", "show.thickness", { min: 0.2, max: 4 }),
+      this.slider("Thickness", "show.thickness", { min: 0.1, max: 4 }),
       button("From the next side", () => this.page.view.turn(), "A"),
     ];
   }

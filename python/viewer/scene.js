@@ -116,7 +116,13 @@ const rules = {
     scene.methods = [scene.methods[0], name].filter(Boolean);
     if (!name) scene.second = null;
   },
-  stop: (scene, x) => (scene.stop = x > 0 ? meeting(Math.min(x, 1e9)) : null),
+  stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : x < 0 ? x : null),
+  // The ghost comes before the others.
+  ghost: (scene, on) =>
+    Object.assign(scene, {
+      ghost: on,
+      shown: on ? [true, ...scene.shown.slice(0, 7)] : [...scene.shown.slice(1), true],
+    }),
   shape(scene, shape) {
     becomeCuboid(scene);
     scene.shape = shape;

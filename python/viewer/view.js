@@ -73,7 +73,7 @@ export class View {
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
     this.orbit.target.set(0, 0, -0.1);
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance * wide : scene.show.rod ? 3 : 0);
+    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance * wide : scene.show.rod ? 5 : 0);
     this.orbit.maxDistance = 2.5 * far;
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
@@ -171,6 +171,7 @@ export class View {
   }
   // Where a point of the world is in the window, in pixels.
   project(point) {
+    this.camera.updateMatrixWorld();
     const p = point.clone().project(this.camera);
     return [((p.x + 1) / 2) * this.pixels[0], ((1 - p.y) / 2) * this.pixels[1]];
   }
