@@ -1,4 +1,4 @@
-/* What is to be seen of a top: see picture.h. Floor 4. */
+/* What is to be seen of a top: see picture.h. Floor 1. */
 #include <math.h>
 #include "picture.h"
 #include "su2.h"
@@ -62,11 +62,10 @@ void kr_picture_reach(const kr_scene *scene, double *momentum, double *velocity)
 }
 
 /* The unit vector from the fixed point to the centre of mass, as the body was described. */
-static kr_vec3 apex_in_body(const kr_scene *scene)
+static kr_vec3 apex_in_body(const kr_body *body)
 {
-    kr_state upright = scene->start;
-    upright.q = q_one();
-    return kr_state_apex(scene, &upright);
+    const kr_scene scene = {*body, 0.0, {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+    return kr_state_apex(&scene, &scene.start);
 }
 static void put(float point[3], kr_vec3 v)
 {
@@ -74,13 +73,13 @@ static void put(float point[3], kr_vec3 v)
     point[1] = (float)v.y;
     point[2] = (float)v.z;
 }
-int kr_picture_way(const kr_actor *actor, double radius, float point[][3])
+int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, float point[][3])
 {
-    const kr_vec3 apex = apex_in_body(&actor->scene);
-    const int64_t stride = actor->steps < KR_PICTURE_POINTS ? 1 : 2;
+    const kr_vec3 apex = apex_in_body(body);
+    const int64_t stride = trail->steps < KR_PICTURE_POINTS ? 1 : 2, oldest = trail->steps - trail->size;
     int n = 0;
-    for (int64_t k = actor->steps; k >= 0 && n < KR_PICTURE_POINTS; k -= stride, n++) {
-        const kr_quat q = actor->trace[k % KR_STAGE_TRACE];
+    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_PICTURE_POINTS; k -= stride, n++) {
+        const kr_quat q = trail->attitude[k % trail->size];
         put(point[n], v_scale(radius * (1.0 - 0.02 * n / KR_PICTURE_POINTS), q_turn(q, apex)));
     }
     return n;
@@ -99,23 +98,23 @@ static void section(const kr_body *body, kr_vec3 apex, double radius, kr_vec3 si
     side[0] = q_turn(body->axes, v_scale(radius * sqrt(moment[j] / most), e[i]));
     side[1] = q_turn(body->axes, v_scale(radius * sqrt(moment[i] / most), e[j]));
 }
-int kr_picture_rod(const kr_actor *actor, double scale, double radius, float point[][3])
+int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, double radius, float point[][3])
 {
-    const double round = 6.28318530717958648, eps = (double)actor->eps / KR_STAGE_TICKS;
-    const kr_vec3 apex = apex_in_body(&actor->scene);
-    const int64_t stride = (int64_t)fmax(1.0, 0.05 / eps + 0.5), oldest = actor->steps - KR_STAGE_TRACE;
+    const double round = 6.28318530717958648;
+    const kr_vec3 apex = apex_in_body(body);
+    const int64_t stride = (int64_t)fmax(1.0, 0.05 / trail->eps + 0.5), oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
-    section(&actor->scene.body, apex, radius, side);
-    for (int64_t k = actor->steps; k >= 0 && k > oldest && n < KR_PICTURE_RINGS; k -= stride, n++) {
-        const kr_quat q = actor->trace[k % KR_STAGE_TRACE];
+    section(body, apex, radius, side);
+    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_PICTURE_RINGS; k -= stride, n++) {
+        const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_PICTURE_SIDES; s++) {
             double sine, cosine;
             sin_cos(round * s / KR_PICTURE_SIDES, &sine, &cosine);
             const kr_vec3 out = v_axpy(cosine, side[0], v_scale(sine, side[1]));
             put(point[n * KR_PICTURE_SIDES + s], v_add(at, q_turn(q, out)));
         }
-        at = v_axpy(-scale * eps * (double)stride, q_turn(q, apex), at);
+        at = v_axpy(-scale * trail->eps * (double)stride, q_turn(q, apex), at);
     }
     return n;
 }

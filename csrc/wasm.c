@@ -1,6 +1,7 @@
 /* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of kreisel.h. Floor 5.
  * Built for WebAssembly only, hence one stage to a page: the only global state there is. */
 #include "picture.h"
+#include "stage.h"
 #include "taylor/taylor.h"
 
 /* The stage asks for no more digits than a double has: the page does without the kernels for 20 and 30. */
@@ -58,9 +59,19 @@ EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
     box = kr_picture_box(body);
     return &box;
 }
+static kr_trail trail(const kr_actor *a)
+{
+    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->eps / KR_STAGE_TICKS};
+    return t;
+}
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
-EXPORT(int, kr_page_way, (int i, double radius)) { return kr_picture_way(&stage.actor[i], radius, points); }
+EXPORT(int, kr_page_way, (int i, double radius))
+{
+    const kr_trail t = trail(&stage.actor[i]);
+    return kr_picture_way(&stage.actor[i].scene.body, &t, radius, points);
+}
 EXPORT(int, kr_page_rod, (int i, double scale, double radius))
 {
-    return KR_PICTURE_SIDES * kr_picture_rod(&stage.actor[i], scale, radius, points);
+    const kr_trail t = trail(&stage.actor[i]);
+    return KR_PICTURE_SIDES * kr_picture_rod(&stage.actor[i].scene.body, &t, scale, radius, points);
 }

@@ -10,11 +10,11 @@ from toolbox import ROOT, VERSION, c_files, installed, need, need_gsl, run
 CSRC = ROOT / "csrc"
 FLOORS = [  # an #include points downwards, or to a header beside it; methods stand alone
     "kreisel.h su2.h su2_dd.h trig.h dd.h sets.h",
-    "body.* motion.* resummed.h",
+    "body.* motion.* picture.* resummed.h",
     "method.h methods.def rest_frame.h extrapolation.h lagrange.h splitting.h compose.h composed.h modified_kick.h veselov.h",
     "exact/*",
     "methods/* taylor/* gsl/*",
-    "table.c top.* steps.c deep.c save.c stage.* picture.*",
+    "table.c top.* steps.c deep.c save.c stage.*",
     "events/*",
     "wasm.c",
 ]

@@ -1,5 +1,6 @@
 /* What is to be seen of a top: the cuboid for a body of numbers, the way of its apex, its rod. */
 #include "../csrc/picture.h"
+#include "../csrc/stage.h"
 #include "../csrc/su2.h"
 #include "check.h"
 
@@ -99,17 +100,32 @@ static void test_reach(void)
     kr_picture_reach(&still, &momentum, &velocity);
     IS(momentum == 1.0 && velocity == 1.0);
 }
+static kr_trail trail_of(const kr_actor *a)
+{
+    const kr_trail trail = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->eps / KR_STAGE_TICKS};
+    return trail;
+}
+static int way(const kr_actor *a, double radius)
+{
+    const kr_trail trail = trail_of(a);
+    return kr_picture_way(&a->scene.body, &trail, radius, point);
+}
+static int rod(const kr_actor *a, double scale, double radius)
+{
+    const kr_trail trail = trail_of(a);
+    return kr_picture_rod(&a->scene.body, &trail, scale, radius, point);
+}
 static void test_way(void)
 {
     const kr_actor *actor = top(kr_scene_default(), 10000, 0);
-    IS(kr_picture_way(actor, 2.0, point) == 1);
+    IS(way(actor, 2.0) == 1);
     NEAR(off(at(0), v3(0.0, 0.0, 2.0)), 0.0, 1e-6);
     actor = top(kr_scene_default(), 10000, 1000000);
-    IS(kr_picture_way(actor, 2.0, point) == 101);
+    IS(way(actor, 2.0) == 101);
     NEAR(off(v_scale(0.5, at(0)), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(off(v_scale(0.5 / (1.0 - 2.0 / KR_PICTURE_POINTS), at(100)), v3(0.0, 0.0, 1.0)), 0.0, 1e-6);
     actor = top(kr_scene_default(), 10000, 100000000);      /* the ring has gone round: every other step, newest first */
-    IS(kr_picture_way(actor, 1.0, point) == KR_PICTURE_POINTS);
+    IS(way(actor, 1.0) == KR_PICTURE_POINTS);
     NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(v_length(at(KR_PICTURE_POINTS - 1)), 0.98 + 0.02 / KR_PICTURE_POINTS, 1e-6);
 }
@@ -124,7 +140,7 @@ static kr_vec3 centre(int ring)
 static void test_rod(void)
 {
     const kr_actor *actor = top(kr_scene_default(), 10000, 3000000);
-    const int n = kr_picture_rod(actor, 0.8, 0.1, point);
+    const int n = rod(actor, 0.8, 0.1);
     IS(n == 61);                                            /* every fifth step, 0.05 apart */
     NEAR(off(centre(0), v3(0.0, 0.0, 0.0)), 0.0, 1e-6);
     for (int ring = 0; ring + 1 < n; ring++) {
@@ -133,20 +149,20 @@ static void test_rod(void)
         const kr_vec3 step = v_sub(centre(ring), centre(ring + 1));
         NEAR(off(step, v_scale(0.8 * 0.05, kr_state_apex(&actor->scene, &then))), 0.0, 1e-6);
     }
-    IS(kr_picture_rod(top(kr_scene_default(), 10000, 100000000), 1.0, 0.1, point) == KR_PICTURE_RINGS);
-    IS(kr_picture_rod(top(kr_scene_default(), 400000, 4000000), 1.0, 0.1, point) == 11);
-    IS(kr_picture_rod(top(kr_scene_default(), 1, 100), 1.0, 0.1, point) == 1);
+    IS(rod(top(kr_scene_default(), 10000, 100000000), 1.0, 0.1) == KR_PICTURE_RINGS);
+    IS(rod(top(kr_scene_default(), 400000, 4000000), 1.0, 0.1) == 11);
+    IS(rod(top(kr_scene_default(), 1, 100), 1.0, 0.1) == 1);
 }
 /* Round for a body alike about its axis; for Kowalewski's the stiffnesses are as 2 to 1, the sides as sqrt(2) to 1. */
 static void test_section(void)
 {
     kr_scene scene = kr_scene_default();
-    kr_picture_rod(top(scene, 10000, 0), 1.0, 0.1, point);
+    rod(top(scene, 10000, 0), 1.0, 0.1);
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_PICTURE_SIDES / 4), v3(0.0, 0.1, 0.0)), 0.0, 1e-6);
     scene.body = cuboid(1.0, v3(0.8 * sqrt(3.0), 0.8, 0.4), v3(0.0, 0.0, -0.4));
     IS(kr_body_kind(&scene.body, 1e-12) == KR_KOWALEWSKI);
-    kr_picture_rod(top(scene, 10000, 0), 1.0, 0.1, point);
+    rod(top(scene, 10000, 0), 1.0, 0.1);
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_PICTURE_SIDES / 4), v3(0.0, 0.1 * sqrt(0.5), 0.0)), 0.0, 1e-6);
 }

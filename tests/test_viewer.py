@@ -62,6 +62,18 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
             assert state == expected.tolist(), (method, i)
 
 
+@pytest.mark.parametrize("preset", [0, 2, 4])
+def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
+    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    top = scene_in_python(scene(page))
+    names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
+    assert len(names) >= 9
+    for name in names:
+        page.evaluate("name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name)
+        expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
+        assert page.evaluate("kreisel.states()[0]") == expected.tolist(), name
+
+
 def test_adaptive_methods_agree_with_python(page):
     page.evaluate("kreisel.page.edit((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
     page.evaluate("kreisel.advance(20)")

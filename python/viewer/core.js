@@ -40,6 +40,8 @@ export function makeBody(body) {
 export const kind = (block) =>
   ["general", "euler", "lagrange", "kowalewski", "goryachev_chaplygin"][C.kr_body_kind(put(SCENE, block), 1e-12)];
 
+export const fourth = (kind) => ({ kowalewski: "K", goryachev_chaplygin: "G" })[kind]; // the integral of that name
+
 // How a body is drawn: a cuboid with half edges, its centre seen from the fixed point, its turn in the body's frame.
 export function cuboidOf(body) {
   const { half, pivot, density } = body;

@@ -1,5 +1,5 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here.
-import { kind, makeBody, methods, stage, TICKS } from "./core.js";
+import { fourth, kind, makeBody, methods, stage, TICKS } from "./core.js";
 import { bytes, cast, complete, take } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
@@ -40,7 +40,7 @@ export class Page {
     const { gravity } = scene;
     this.block = makeBody(scene.body);
     this.kind = kind(this.block);
-    if (!/kowalewski|chaplygin/.test(this.kind) && scene.chart === "fourth") scene.chart = "energy";
+    if (scene.chart === "fourth" && !fourth(this.kind)) scene.chart = "energy";
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
       if (methods.get(name).suits(this.block, gravity)) return;

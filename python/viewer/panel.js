@@ -1,7 +1,7 @@
 // The panel: what can be set and read, as a function of the page's state. lit-html writes what differs.
 import { html, noChange, nothing, render } from "lit-html";
 import { QUANTITIES } from "./charts.js";
-import { methods, stage, TICKS } from "./core.js";
+import { fourth, methods, stage, TICKS } from "./core.js";
 import presets from "./presets.json";
 import { look, toPython } from "./scene.js";
 
@@ -103,8 +103,7 @@ export class Panel {
   }
   plots() {
     const { tops, kind } = this.page;
-    const fourth = /kowalewski|chaplygin/.test(kind);
-    const choices = Object.entries(QUANTITIES).map((choice) => [...choice, choice[0] === "fourth" && !fourth]);
+    const choices = Object.entries(QUANTITIES).map((choice) => [...choice, choice[0] === "fourth" && !fourth(kind)]);
     const common = stage.common();
     const meet = html`<p>Values are taken where all steps meet: ${common ? `each ${common / TICKS}` : "too far on"}</p>`;
     return html`<section aria-label="Charts"><div ?hidden=${stage.rows() < 2} id="charts">
@@ -117,8 +116,7 @@ export class Panel {
   // The tops, whether the charts show them, and the integrals.
   table() {
     const { tops, kind } = this.page;
-    const fourth = { kowalewski: ["K"], goryachev_chaplygin: ["G"] }[kind] ?? [];
-    const heads = ["⟨m, p⟩", "⟨m, a⟩", "E", ...fourth];
+    const heads = ["⟨m, p⟩", "⟨m, a⟩", "E", fourth(kind)].filter(Boolean);
     const cells = (i) => this.charts.integrals(i).slice(0, heads.length);
     const row = (top, i) => html`<tr><th scope="row" style="accent-color: ${top.colour}">
       ${this.check(name(top), `shown.${i}`)}</th>${cells(i).map((words) => html`<td>${words}`)}`;
