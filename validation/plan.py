@@ -51,4 +51,5 @@ def work_through(tasks, store, plan, bar):
     except KeyboardInterrupt:
         return "interrupted: what is missing comes with the next run"
     bar.update(task_bar, description="done")
-    return f"{left_out} findings left for the next run, for want of time" if left_out else ""
+    number = "1 finding" if left_out == 1 else f"{left_out} findings"
+    return f"{number} left for the next run, for want of time" if left_out else ""
