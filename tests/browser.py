@@ -3,7 +3,7 @@
 import numpy as np
 
 import kreisel as kr
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 
 def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):

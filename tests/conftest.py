@@ -6,7 +6,7 @@ import pytest
 from browser import visit
 from toolbox import need
 
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]     # draws without a GPU
 

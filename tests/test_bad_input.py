@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kreisel as kr
-from kreisel import _core
+from kreisel._recording import rows
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
@@ -28,7 +28,7 @@ def nothing_runs(monkeypatch):
     def record(*_):
         pytest.fail("a run was begun")
 
-    monkeypatch.setattr(_core, "record", record)
+    monkeypatch.setattr(rows, "record", record)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import kreisel as kr
-from kreisel.cli import main
+from kreisel._showing.cli import main
 
 CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
 SCENE = kr.Scene(CORNER, momentum=(0.172, -1.862, 1.46), attitude=(0.8, 0.4, -0.2, 0.4), gravity=1 / 3)
@@ -149,12 +149,11 @@ def test_solve_keeps_what_a_failed_run_reached(tmp_path):
 
 PRESSED = """
 import os, signal
-import kreisel as kr
-from kreisel.cli import main
+from kreisel._showing import cli
 
-solve = kr.solve
-kr.solve = lambda *words, **how: solve(*words, progress=lambda t: os.kill(os.getpid(), signal.SIGINT), **how)
-main()
+solve = cli.solved
+cli.solved = lambda *words, **how: solve(*words, progress=lambda t: os.kill(os.getpid(), signal.SIGINT), **how)
+cli.main()
 """
 
 

@@ -11,7 +11,7 @@ from browser import clock, scene, scene_in_python, visit
 from toolbox import need
 
 import kreisel as kr
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 EXACT = ["bobenko_suris", "bobenko_suris2", "strang", "rk4"]        # + - * / sqrt alone: the same bits everywhere
 

@@ -8,7 +8,7 @@ from statistics import median
 
 from playwright.sync_api import sync_playwright
 
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 PAIRS = [("bobenko_suris", "rk4"), ("bobenko_suris", "extrap"), ("strang", "implicit_midpoint"), ("exact", "taylor")]

@@ -63,7 +63,7 @@ def integrals():
     scene = kr.scenes.thesis.replace(attitude=orders.TILT)
     for step in (0.2, 0.1, 0.05):
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
-        constants = {"modified energy": path.modified_energy4(step), "<m,a>": path.axial, "<m,e3>": path.vertical}
+        constants = {"modified energy": path.modified_energy4(step), "<m,a>": path.axial_momentum, "<m,e3>": path.vertical_momentum}
         for what, values in constants.items():
             say(f"{what}, step {step}, 1e6 steps: range / largest", np.ptp(values) / np.abs(values).max(), 1e-12)
     path = kr.solve(scene, 1e6, method="bobenko_suris4", step=0.1, every=97)

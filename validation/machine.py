@@ -45,7 +45,7 @@ def fingerprint(*more):
     """Of all that findings depend on: the core as built, the Python code and truths, this machine, these versions."""
     import kreisel._core as core
     here = Path(__file__).parent
-    files = [Path(core.__file__), *sorted(Path(kr.__file__).parent.glob("*.py")),
+    files = [Path(core.__file__), *sorted(Path(kr.__file__).parent.rglob("*.py")),
              *sorted(here.glob("*.py")), *sorted(here.glob("*.json"))]
     code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     about = described()

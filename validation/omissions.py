@@ -13,7 +13,7 @@ from .plan import Task
 STATES, TOL = 1000, 1e-9
 LEAST = 12          # rounds of the timing
 WANT = ("nutation", "energy")       # level: the same when the top is turned about the vertical
-QUANTITIES = ("velocity", "torque", "frame", "apex", "kinetic", "potential", "energy", "vertical", "axial")
+QUANTITIES = ("velocity", "torque", "frame", "apex", "kinetic", "potential", "energy", "vertical_momentum", "axial_momentum")
 UNEQUAL = 1e-9
 SPLIT = "suzuki4"       # of fixed step, for any body: it has a form for symmetric ones
 

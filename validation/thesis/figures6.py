@@ -59,10 +59,10 @@ def frames(four):
 def integrals(four):
     t, green = four.t, four.green
     yield Figure("6.9", "<m,a> - <m,a>(0) for eps = 0.2",
-                 [charts.lines([("Bobenko-Suris", t, four.blue.change("axial"), BLUE, "-"),
-                                ("Extrap", t, green.change("axial"), GREEN, "-")], "<m,a> - <m,a>(0)")],
-                 f"At t = 600: Bobenko-Suris {abs(four.blue.change('axial')).max():.0e} at most, Extrap "
-                 f"{green.change('axial')[-1]:.1e}.")
+                 [charts.lines([("Bobenko-Suris", t, four.blue.change("axial_momentum"), BLUE, "-"),
+                                ("Extrap", t, green.change("axial_momentum"), GREEN, "-")], "<m,a> - <m,a>(0)")],
+                 f"At t = 600: Bobenko-Suris {abs(four.blue.change('axial_momentum')).max():.0e} at most, Extrap "
+                 f"{green.change('axial_momentum')[-1]:.1e}.")
     end = 50
     yield Figure("6.10", "Error in the energy, Bobenko-Suris",
                  [charts.lines([("eps 0.2", *until(t, four.blue.energy_error, end), BLUE, "-"),

@@ -5,7 +5,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 import kreisel as kr
-from kreisel import plot
+from kreisel._ground import drawing as plot
 
 from ..figures import FAINT, STYLE, as_svg
 from .charts import BLUE, GREEN, TOPS
@@ -109,7 +109,7 @@ def rod(rod, colour, azimuth=AZIMUTH):
     """A rod as thick as the moments say."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
-        plot.rod(rod, axes, thickness=0.045 * np.ptp(rod.centre, axis=0).max(), colour=colour, azimuth=azimuth)
+        rod.plot(axes, thickness=0.045 * np.ptp(rod.centre, axis=0).max(), colour=colour, azimuth=azimuth)
         return as_svg(figure)
 
 

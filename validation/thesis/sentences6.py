@@ -60,11 +60,11 @@ def chosen(four, name, begin=200, end=300):
 
 
 def integrals(four):
-    moved = [np.ptp(run.path.vertical) for run in (four.blue, four.green)]
+    moved = [np.ptp(run.path.vertical_momentum) for run in (four.blue, four.green)]
     yield Sentence("6.1.4", "<m, p> stays constant in both",
                    f"Bobenko-Suris moves by {moved[0]:.0e}, Extrap by {moved[1]:.0e}", max(moved) < 1e-10,
                    "Extrap keeps no integral: its own error shows, of the size of its tolerance")
-    exact, drift = abs(four.blue.change("axial")).max(), four.green.change("axial")
+    exact, drift = abs(four.blue.change("axial_momentum")).max(), four.green.change("axial_momentum")
     yield Sentence("6.9", "<m, a>: Bobenko-Suris no error, Extrap small but constantly increasing",
                    f"{exact:.0e}; {drift[-1]:.1e} at 600",
                    exact < 1e-10 and abs(drift[-1]) > 0.8 * abs(drift).max() and abs(drift[-1]) < 1e-2)
