@@ -3,7 +3,7 @@
  * clock, landing, limits, finiteness, interruption, the last good state - belongs to the driver (top.c). */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
-#include "su2.h"
+#include "numbers/su2.h"
 
 typedef struct kr_run {
     /* Working axes: principal; T along the odd axis of a symmetric body, else B along that of the middle moment.

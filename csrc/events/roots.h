@@ -1,7 +1,7 @@
 /* Where a polynomial on [0, 1] changes its sign, from left to right. Floor 6. */
 #ifndef KR_ROOTS_H
 #define KR_ROOTS_H
-#include "../method.h"
+#include "method.h"
 
 typedef struct kr_search {
     const double *c;        /* sum c[n] s^n */

@@ -1,7 +1,7 @@
 /* Functions of the state: their values, and their polynomials over a step. Floor 6. */
 #ifndef KR_TERMS_H
 #define KR_TERMS_H
-#include "../top.h"
+#include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_PIECE_MOST + 16 };
 /* A bound of the function as the units of this step give it; 0 or not finite: there is none to look for. */

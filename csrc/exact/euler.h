@@ -4,7 +4,7 @@
  * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| come from sums of one sign. (Jacobi 1849; Whittaker, Dynamics, 69.) */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
-#include "../trig.h"
+#include "numbers/trig.h"
 #include "phase.h"
 #include "theta.h"
 

@@ -4,9 +4,9 @@
  * link between two states, hence to half a stride back. Spin: the exact total twist (lagrange.h). */
 #ifndef KR_MAP_H
 #define KR_MAP_H
-#include "../method.h"
-#include "curve.h"
-#include "read.h"
+#include "method.h"
+#include "map_curve.h"
+#include "from_scene.h"
 
 /* arg theta2(x + i y), |x| <= pi/4; below ratio 1 by the dual series theta4(y' - i x'). */
 static dd arg_theta2(const map_curve *r, dd x, dd y)

@@ -1,7 +1,7 @@
 /* Phases and rates of a plan, and the frame around it; one state. Floor 3. */
 #ifndef KR_PHASE_H
 #define KR_PHASE_H
-#include "state.h"
+#include "kernel.h"
 
 static inline kr_state state_at(const kr_exact *e, double t)
 {

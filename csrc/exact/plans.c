@@ -1,9 +1,9 @@
 /* Plans, and one state of them at a time. Compiled once per instruction set, as states.c; products in double-double are
  * three times as fast where a fused one gives what the rounded one leaves out. */
-#include "set.h"
+#include "dispatch.h"
 #include "euler.h"
 #include "lagrange.h"
-#include "read.h"
+#include "from_scene.h"
 
 static kr_status plan_of(const kr_scene *scene, int own, kr_exact *plan)
 {

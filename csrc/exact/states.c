@@ -1,7 +1,7 @@
 /* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with the vectorizer of
  * loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
-#include "set.h"
-#include "state.h"
+#include "dispatch.h"
+#include "kernel.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif

@@ -2,7 +2,7 @@
  * pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n)), Carlson's R_F by duplication, theta functions as polynomials. */
 #ifndef KR_THETA_H
 #define KR_THETA_H
-#include "plan.h"
+#include "setup.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 

@@ -1,7 +1,7 @@
 /* The equations that the GSL methods integrate, and their Jacobian: for gsl.c, and to be tested. Floor 3. */
 #ifndef KR_GSL_H
 #define KR_GSL_H
-#include "../method.h"
+#include "method.h"
 
 enum { GSL_SIZE = 7 };
 

@@ -1,7 +1,7 @@
 /* Fourteen kicks between fifteen free drifts (splitting.h), with Blanes and Moan's coefficients for Nystrom's case
  * (compose.h): the drift has to be exact, as it is where two moments are equal.
  * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^6). */
-#include "../composed.h"
+#include "composed.h"
 
 static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, BLANES_MOAN6); }
 

@@ -2,7 +2,7 @@
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
  * (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with errata 1-5). Keeps <m,p>, <m,a> and
  * E + h M <p x a, m> / 2 I1; conjugate to bobenko_suris2 by half a kick. */
-#include "../lagrange.h"
+#include "bobenko_suris.h"
 
 static kr_status reset(kr_run *run, const kr_state *start)
 {

@@ -2,7 +2,7 @@
  *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
  * Conjugate to bobenko_suris, hence integrable, but symmetric and so of order 2.
  * Keeps <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks that meet between steps are one. */
-#include "../lagrange.h"
+#include "bobenko_suris.h"
 
 static kr_status reset(kr_run *run, const kr_state *start)
 {

@@ -5,8 +5,8 @@
  * n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy (kr_state_modified_energy4). The rates are
  * those of the start state. A step h is refused where h^2 times 2 |E|, E without the spin, or times mass gravity |com|,
  * both in units of I1, is above 1: there the rates need not exist, or are those of no small kick. */
-#include "../lagrange.h"
-#include "../resummed.h"
+#include "bobenko_suris.h"
+#include "model/resummed.h"
 
 typedef struct {
     lagrange_orbit o;               /* m is half a kick ahead */

@@ -1,6 +1,6 @@
 /* Extrapolation with control of order and step, on the thesis' twelve rest-frame equations (3.9). Keeps nothing. */
-#include "../extrapolation.h"
-#include "../rest_frame.h"
+#include "extrapolation.h"
+#include "rest_frame.h"
 
 static const gbs_form rest = {
     .begin = rest_frame_begin, .rates = rest_frame_rates, .velocity = rest_frame_velocity,

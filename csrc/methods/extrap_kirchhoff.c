@@ -2,7 +2,7 @@
  *     M' = M x W + E3 x A M,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,     W = J^-1 M
  * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to compare the two.
  * Keeps nothing. */
-#include "../extrapolation.h"
+#include "extrapolation.h"
 
 static kr_vec3 at(const double *y) { return v3(y[0], y[1], y[2]); }
 static void put(double *y, kr_vec3 v) { y[0] = v.x, y[1] = v.y, y[2] = v.z; }

@@ -4,7 +4,7 @@
  * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2 from functions of
  * energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and so have no attitude: hence only for
  * free tops. */
-#include "../method.h"
+#include "method.h"
 
 typedef struct {
     kr_quat q;

@@ -3,7 +3,7 @@
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
  * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by Newton's
  * iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V| is small only. */
-#include "../method.h"
+#include "method.h"
 
 enum { MOST = 30 };
 

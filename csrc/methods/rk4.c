@@ -1,6 +1,6 @@
 /* The classical Runge-Kutta method on the thesis' twelve equations in the rest frame (3.9).
  * A yardstick: it keeps nothing, and the frame leaves the group by the method's own error. */
-#include "../rest_frame.h"
+#include "rest_frame.h"
 
 typedef struct {
     double y[REST_FRAME];

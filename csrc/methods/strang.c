@@ -1,6 +1,6 @@
 /* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet between steps are
  * one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^2). */
-#include "../splitting.h"
+#include "splitting.h"
 
 /* Its m is half a kick ahead. */
 static kr_status reset(kr_run *run, const kr_state *start)

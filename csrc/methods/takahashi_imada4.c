@@ -2,9 +2,9 @@
  * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
  * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
  * O(h^4). But for Lagrange tops, whose drift has any length, a step that may turn the top by 2.5 rad is refused. */
-#include "../compose.h"
-#include "../modified_kick.h"
-#include "../splitting.h"
+#include "compose.h"
+#include "modified_kick.h"
+#include "splitting.h"
 
 typedef struct {
     splitting s;                    /* m is half a kick ahead, and unprocessed as q is */

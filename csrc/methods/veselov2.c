@@ -1,6 +1,6 @@
 /* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet between steps are one.
  * Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that up to a bounded O(h^2). */
-#include "../veselov.h"
+#include "veselov.h"
 
 typedef struct {
     kr_quat q;

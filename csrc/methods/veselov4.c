@@ -5,8 +5,8 @@
  * and P = 1 / I_N I_B I_T (Hairer and Vilmart, J. Phys. A 39, 2006). C and H are constant in a drift; gravity changes
  * them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. The series in h is of no use where a step may
  * turn the top by more than 1.25 rad: refused. */
-#include "../modified_kick.h"
-#include "../veselov.h"
+#include "modified_kick.h"
+#include "veselov.h"
 
 typedef struct {
     kr_quat q;

@@ -2,7 +2,7 @@
  * of this file on the words of lanes.h mean these. Floor 3. In memory low words lie one kr_series behind high words. */
 #ifndef KR_LANES_DD_H
 #define KR_LANES_DD_H
-#include "../dd.h"
+#include "numbers/dd.h"
 #include "lanes.h"
 #include "taylor.h"
 

@@ -3,7 +3,7 @@
  * off inside the piece. Equations: taylor.h; step size: Jorba and Zou 2005. Keeps nothing but what the tolerance keeps.
  * Time is counted in powers of two so long that W stays below one: no coefficient overflows, no threshold has a
  * dimension. */
-#include "../su2_dd.h"
+#include "numbers/su2_dd.h"
 #include "taylor.h"
 
 typedef struct {
@@ -27,7 +27,7 @@ const kr_set *kr_taylor_set(int i)
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }
-/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench_kernels.py depth. */
+/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench/kernels.py depth. */
 static double log2_tolerance(const kr_run *run)
 {
     if (run->digits > 20) return -100.0;
@@ -35,7 +35,7 @@ static double log2_tolerance(const kr_run *run)
     return run->tol > 0.0 ? log2(run->tol) : -53.0;
 }
 /* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their last term higher
- * orders leave the larger error, down to rounding. Measured by validation/bench_kernels.py orders. */
+ * orders leave the larger error, down to rounding. Measured by validation/bench/kernels.py orders. */
 static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double *log2_tol)
 {
     static const struct { double until, less; } by_order[KR_ORDERS] = {

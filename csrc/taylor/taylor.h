@@ -12,11 +12,11 @@
  * Without the heading (kr_config) the equations of P and W stand alone, 9 products a term for 21; the lanes of q are zero. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
-#include "../method.h"
-#include "../sets.h"
+#include "method.h"
+#include "numbers/isa.h"
 
 /* For 20 and for 30 digits: the last term in double-double - all later ones are so small that doubles do - and the last
- * of all. Measured by validation/bench_kernels.py depth, which compiles others. */
+ * of all. Measured by validation/bench/kernels.py depth, which compiles others. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28

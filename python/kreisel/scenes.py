@@ -1,7 +1,7 @@
 """Scenes with names, and in `about` what to look at in each.
 
 thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so that the centre of mass
-is the lever mass * gravity * com; their numbers are those of validation/problems.json to the last bit.
+is the lever mass * gravity * com; their numbers are those of validation/truth/problems.json to the last bit.
 """
 from __future__ import annotations
 

@@ -32,7 +32,8 @@ def core(wasm: Path) -> None:
     calls = sorted(set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8"))) - {"memory"})
     exports = [f"-Wl,--export={name}" for name in calls]
     files = (file for file in (ROOT / "csrc").rglob("*.c") if file.parent.name != "gsl" and file.name != "kernel_dd.c")
-    command = [sys.executable, "-m", "ziglang", "cc", *target, *small, *exports, *sorted(map(str, files))]
+    compile = [sys.executable, "-m", "ziglang", "cc", *target, *small, *exports, f"-I{ROOT / 'csrc'}"]
+    command = [*compile, *sorted(map(str, files))]
     caches = dict.fromkeys(("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig")))
     subprocess.run([*command, "-o", str(wasm)], check=True, env=os.environ | caches)
     wasm.write_bytes(zlib.compress(wasm.read_bytes(), 9))

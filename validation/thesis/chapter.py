@@ -9,7 +9,8 @@ import numpy as np
 
 import kreisel as kr
 
-from .. import machine, page
+from ..peers import machine
+from ..report import page
 from . import errata, experiments, figures5, figures6, integrals, sentences, sentences6
 from .charts import BLUE, ORANGE, scatter
 from .runs import IMPROVED, SCENE, Run, frame_error, truth

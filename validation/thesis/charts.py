@@ -2,7 +2,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..figures import COLOURS, FAINT, INK, STYLE, as_svg
+from ..report.figures import COLOURS, FAINT, INK, STYLE, as_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
 TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}      # the colours of the four tops (6.1.1)

@@ -29,7 +29,7 @@ def erratum(number, where, says, is_right, measure):
 
 def all_of_them():
     """By number."""
-    from . import errata_maps, errata_mechanics     # which add theirs
+    from . import errata_maps, errata_mechanics
 
     assert errata_maps and errata_mechanics
     return [_FOUND[number]() for number in sorted(_FOUND)]

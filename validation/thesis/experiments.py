@@ -6,7 +6,7 @@ import numpy as np
 
 import kreisel as kr
 
-from .. import measure
+from ..peers import measure
 from .runs import FAILING, IMPROVED, SCENE, Run, fixed, frame_error, largest, restarted, theorem42, truth
 
 PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5       # 6.2.1

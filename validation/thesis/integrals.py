@@ -5,7 +5,7 @@ import numpy as np
 
 import kreisel as kr
 
-from .. import measure
+from ..peers import measure
 from .runs import SCENE, restarted, truth
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0

@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgb
 import kreisel as kr
 from kreisel import plot
 
-from ..figures import FAINT, STYLE, as_svg
+from ..report.figures import FAINT, STYLE, as_svg
 from .charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0

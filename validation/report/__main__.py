@@ -1,0 +1,4 @@
+"""python -m validation.report"""
+from .main import main
+
+raise SystemExit(main())
