@@ -1,12 +1,14 @@
-/* Checkpoints: a top as bytes, and back. Floor 4. All that it is goes along - both its runs with all their work, clocks,
- * counts, own units - but for pointers, which the top that is loaded has of its own. So a fixed-step run goes on on its
- * grid, an adaptive one with the step and order that it was about to take, a dense one inside its piece. */
+/* Checkpoints: a top as bytes, and back. Floor 4. All that it is goes along - both its runs with
+ * all their work, clocks, counts, own units - but for pointers, which the top that is loaded has of
+ * its own. So a fixed-step run goes on on its grid, an adaptive one with the step and order that it
+ * was about to take, a dense one inside its piece. */
 #include "top.h"
 
 typedef struct {
     char kind[16], version[16], method[32];
-    uint64_t layout[4];         /* a number that other machines write otherwise; sizes of the parts */
-    uint64_t sum;               /* of the parts */
+    /* a number that other machines write otherwise; sizes of the parts */
+    uint64_t layout[4];
+    uint64_t sum; /* of the parts */
 } label;
 
 /* A top up to its last state; what may follow there is the user's memory, and not kept. */
@@ -74,8 +76,8 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
 static int same_kind(const kr_top *a, const kr_top *b)
 {
     const kr_config *c = &a->config, *d = &b->config;
-    return memcmp(&a->scene, &b->scene, offsetof(kr_scene, start)) == 0 && c->step == d->step && c->tol == d->tol &&
-           c->digits == d->digits && c->leave_heading == d->leave_heading;
+    return memcmp(&a->scene, &b->scene, offsetof(kr_scene, start)) == 0 && c->step == d->step &&
+           c->tol == d->tol && c->digits == d->digits && c->leave_heading == d->leave_heading;
 }
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
@@ -92,7 +94,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (memcmp(&l, &own, sizeof l) != 0 || !same_kind(&image, top)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.look_at = image.k;    /* max_steps may be another */
+    image.look_at = image.k; /* max_steps may be another */
     take_pointers(&image.main, &top->main);
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);

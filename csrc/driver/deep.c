@@ -1,18 +1,24 @@
-/* In and out of own units with more digits than a double has, for runs that ask for them. Floor 4; so top.c for all others.
- * Everything that the user gave is meant to the last bit; what is normalised - his attitude, the axes - is so in
- * double-double, once. The working axes are the principal ones, which no rounding separates from the moments. */
+/* In and out of own units with more digits than a double has, for runs that ask for them. Floor 4;
+ * so top.c for all others. Everything that the user gave is meant to the last bit; what is
+ * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
+ * principal ones, which no rounding separates from the moments. */
 #include "numbers/su2_dd.h"
 #include "top.h"
 
-static quat_dd axes_of(const kr_top *top) { return qdd_unit(q_dd(top->axes, q4(0.0, v3(0.0, 0.0, 0.0)))); }
+static quat_dd axes_of(const kr_top *top)
+{
+    return qdd_unit(q_dd(top->axes, q4(0.0, v3(0.0, 0.0, 0.0))));
+}
 
 void kr_deep_lever(kr_top *top, double moment)
 {
     const kr_body *b = &top->scene.body;
     int power;
-    const double mass = frexp(b->mass, &power), unit = top->time * top->time * (ldexp(1.0, power) / moment);
+    const double mass = frexp(b->mass, &power),
+                 unit = top->time * top->time * (ldexp(1.0, power) / moment);
     const dd weight = two_product(unit * top->scene.gravity, mass);
-    const dd lever[3] = {dd_times(b->com.x, weight), dd_times(b->com.y, weight), dd_times(b->com.z, weight)};
+    const dd lever[3] = {dd_times(b->com.x, weight), dd_times(b->com.y, weight),
+                         dd_times(b->com.z, weight)};
     top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
     top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
 }
@@ -28,7 +34,8 @@ kr_state kr_deep_in(kr_top *top, const kr_state *s)
 void kr_deep_out(kr_top *top, kr_state *s)
 {
     const kr_state *low = &top->main.low;
-    const quat_dd own = q_dd(s->q, low->q), q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
+    const quat_dd own = q_dd(s->q, low->q),
+                  q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
     s->q = qdd_high(q);
     s->m = v_scale(top->momentum, s->m);
     top->low.t = 0.0;

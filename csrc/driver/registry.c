@@ -7,7 +7,10 @@ static const char *const texts[] = {
     KR_STATUS_LIST(X)
 #undef X
 };
-const char *kr_status_text(kr_status s) { return (unsigned)s < KR_STATUS_COUNT ? texts[s] : "unknown status"; }
+const char *kr_status_text(kr_status s)
+{
+    return (unsigned)s < KR_STATUS_COUNT ? texts[s] : "unknown status";
+}
 const char *kr_version(void) { return KR_VERSION; }
 
 static const kr_method *const methods[] = {
@@ -44,5 +47,6 @@ int kr_method_applies(const kr_method *m, const kr_body *body)
 int kr_method_suits(const kr_method *m, const kr_scene *scene)
 {
     if (!m || kr_scene_check(scene) != KR_OK) return 0;
-    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) || kr_method_applies(m, &scene->body);
+    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
+           kr_method_applies(m, &scene->body);
 }

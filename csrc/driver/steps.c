@@ -1,12 +1,15 @@
-/* The driver's lower half: main's steps, and its last good state. Floor 4.
- * Every CHECK steps a fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
- * steps misses nothing, and a run that failed is repeated from where it was kept to find its last good state. An adaptive
- * run is looked at in every step, a dense one looks after itself. */
+/* The driver's lower half: main's steps, and its last good state. Floor 4. Every CHECK steps a
+ * fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
+ * steps misses nothing, and a run that failed is repeated from where it was kept to find its last
+ * good state. An adaptive run is looked at in every step, a dense one looks after itself. */
 #include "top.h"
 
 enum { CHECK = 256 };
 
-static int is_finite(const kr_state *s) { return isfinite(q_dot(s->q, s->q) + (fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z))); }
+static int is_finite(const kr_state *s)
+{
+    return isfinite(q_dot(s->q, s->q) + (fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z)));
+}
 static int is_good(const kr_top *top)
 {
     kr_state s;
@@ -61,7 +64,10 @@ kr_status kr_steps_recover(kr_top *top)
     while (top->k < good) one_step(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
-int kr_steps_stopped(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
+int kr_steps_stopped(kr_top *top)
+{
+    return top->config.poll && top->config.poll(top->config.context);
+}
 static kr_status ask_on(kr_top *top)
 {
     if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
@@ -118,7 +124,8 @@ kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_sta
     side->stats = none;
     status = method->reset(side, from);
     if (status == KR_OK) status = method->step(side, span);
-    while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span) status = method->step(side, span);
+    while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span)
+        status = method->step(side, span);
     top->main.stats.evaluations += side->stats.evaluations;
     top->main.stats.rejected += side->stats.rejected;
     top->main.stats.iterations += side->stats.iterations;

@@ -1,14 +1,16 @@
-/* The driver's upper half: a top in motion as its user sees it. Floor 4. It owns the user's frame, units and clock, and
- * landing; steps.c owns limits, finiteness, interruption and the last good state; methods only step.
- * A fixed-step run stands on the grid start.t + k step, an adaptive one where its own steps end. A time between two such
- * points is read by a second run, begun anew at the point before it: so where one looks does not change the path. */
+/* The driver's upper half: a top in motion as its user sees it. Floor 4. It owns the user's frame,
+ * units and clock, and landing; steps.c owns limits, finiteness, interruption and the last good
+ * state; methods only step. A fixed-step run stands on the grid start.t + k step, an adaptive one
+ * where its own steps end. A time between two such points is read by a second run, begun anew at
+ * the point before it: so where one looks does not change the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/body.h"
 #include "numbers/dd.h"
 #include "top.h"
 
-enum { LINE = 8, POLL = 1024 };     /* doubles on 64 bytes; states that are written without asking whether to go on */
+/* doubles on 64 bytes; states that are written without asking whether to go on */
+enum { LINE = 8, POLL = 1024 };
 
 /* In and out of working axes and own units. */
 static int is_deep(const kr_top *top) { return top->main.digits > 16; }
@@ -34,14 +36,17 @@ static kr_status choose_units(kr_top *top)
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
-    return isfinite(top->momentum) && top->momentum > 0.0 && isfinite(top->main.step) ? KR_OK : KR_ERR_ARGUMENT;
+    return isfinite(top->momentum) && top->momentum > 0.0 && isfinite(top->main.step)
+               ? KR_OK
+               : KR_ERR_ARGUMENT;
 }
 static kr_state to_own(const kr_top *top, const kr_state *s)
 {
     const kr_state own = {0.0, q_unit(q_mul(s->q, top->axes)), v_scale(1.0 / top->momentum, s->m)};
     return own;
 }
-/* In place, for a copy of a state just written costs more than the rest of reading it; false if it is not finite. */
+/* In place, for a copy of a state just written costs more than the rest of reading it; false if it
+ * is not finite. */
 static int to_user(kr_top *top, double t, kr_state *s)
 {
     s->t = t;
@@ -55,8 +60,11 @@ static int to_user(kr_top *top, double t, kr_state *s)
 }
 
 /* Times. */
-static double grid(const kr_top *top, int64_t k) { return top->scene.start.t + (double)k * top->config.step; }
-static int meets(const kr_top *top, int64_t k, double t)        /* up to the rounding of either */
+static double grid(const kr_top *top, int64_t k)
+{
+    return top->scene.start.t + (double)k * top->config.step;
+}
+static int meets(const kr_top *top, int64_t k, double t) /* up to the rounding of either */
 {
     return fabs(grid(top, k) - t) <= 2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
@@ -88,9 +96,12 @@ static kr_status adaptive_at(kr_top *top, double t, kr_state *s)
         if (status != KR_OK) return status;
     }
     top->main.low.t = span.lo / top->time;
-    if (dense) top->method->at(&top->main, goal, s);
-    else if (goal == top->main.clock) top->method->read(&top->main, s);
-    else return kr_steps_detour(top, &top->before, goal - top->before_clock, s);
+    if (dense)
+        top->method->at(&top->main, goal, s);
+    else if (goal == top->main.clock)
+        top->method->read(&top->main, s);
+    else
+        return kr_steps_detour(top, &top->before, goal - top->before_clock, s);
     return KR_OK;
 }
 static const kr_state none;
@@ -98,7 +109,8 @@ static kr_status state_at(kr_top *top, double t, kr_state *s)
 {
     const int adaptive = (top->method->flags & KR_ADAPTIVE) != 0;
     kr_status status;
-    if (!adaptive && t == grid(top, top->k + 1)) {      /* what is asked for most often, without the questions */
+    /* what is asked for most often, without the questions */
+    if (!adaptive && t == grid(top, top->k + 1)) {
         status = kr_steps_walk(top, top->k + 1, s);
     } else {
         if (!isfinite(t)) return KR_ERR_ARGUMENT;
@@ -117,15 +129,18 @@ static kr_status state_at(kr_top *top, double t, kr_state *s)
 }
 double kr_top_time(const kr_top *top)
 {
-    return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time : grid(top, top->k);
+    return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time
+                                            : grid(top, top->k);
 }
 void kr_top_come_up(kr_top *top, double t)
 {
     const double at = kr_top_time(top);
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
     top->main.low = none;
-    if (is_deep(top)) top->method->at(&top->main, top->main.clock, &top->now);
-    else top->method->read(&top->main, &top->now);
+    if (is_deep(top))
+        top->method->at(&top->main, top->main.clock, &top->now);
+    else
+        top->method->read(&top->main, &top->now);
     to_user(top, at, &top->now);
     top->asked = at;
 }
@@ -150,19 +165,27 @@ static kr_status begin(kr_top *top, const kr_state *start)
 static int digits_of(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
-    if (config->digits < 0 || config->digits > 30 || config->tol > 0.0 || !(method->flags & KR_DIGITS)) return -1;
+    if (config->digits < 0 || config->digits > 30 || config->tol > 0.0 ||
+        !(method->flags & KR_DIGITS))
+        return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
 /* Of all runs. */
-static size_t words(const kr_method *method) { return (method->flags & KR_DENSE ? 1 : 3) * method->work; }
-kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config, kr_top **out)
+static size_t words(const kr_method *method)
+{
+    return (method->flags & KR_DENSE ? 1 : 3) * method->work;
+}
+kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
+                        kr_top **out)
 {
     kr_status status = kr_scene_check(scene);
     kr_top *top;
     if (status != KR_OK) return status;
-    if (!method || !out || !isfinite(config.step) || !isfinite(config.tol) || config.tol < 0.0) return KR_ERR_ARGUMENT;
+    if (!method || !out || !isfinite(config.step) || !isfinite(config.tol) || config.tol < 0.0)
+        return KR_ERR_ARGUMENT;
     if (digits_of(method, &config) < 0) return KR_ERR_ARGUMENT;
-    if (config.leave_heading && (!(method->flags & KR_HEADLESS) || config.digits > 16)) return KR_ERR_ARGUMENT;
+    if (config.leave_heading && (!(method->flags & KR_HEADLESS) || config.digits > 16))
+        return KR_ERR_ARGUMENT;
     if (config.step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     if (config.step != 0.0 && scene->start.t + config.step == scene->start.t) return KR_ERR_STEP;
@@ -181,8 +204,10 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     }
     status = choose_units(top);
     if (status == KR_OK) status = begin(top, &scene->start);
-    if (status == KR_OK) *out = top;
-    else kr_top_free(top);
+    if (status == KR_OK)
+        *out = top;
+    else
+        kr_top_free(top);
     return status;
 }
 void kr_top_free(kr_top *top)
@@ -207,12 +232,14 @@ kr_status kr_top_advance(kr_top *top, double t)
     kr_state s;
     return kr_top_record(top, 1, &t, &s, NULL);
 }
-kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[], size_t *done)
+kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[],
+                            size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
     size_t i = 0;
     while (i < n && status == KR_OK) {
-        status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED : state_at(top, t[i], &out[i]);
+        status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED
+                                                               : state_at(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
@@ -231,7 +258,8 @@ kr_status kr_top_step(kr_top *top)
     if (!top) return KR_ERR_ARGUMENT;
     if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->k + 1));
     if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
-        status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
+        status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY)
+                                               : kr_steps_adaptive(top);
     kr_top_come_up(top, top->forward * INFINITY);
     return status;
 }

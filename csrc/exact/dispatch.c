@@ -22,7 +22,10 @@ kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan)
 {
     return plan ? here()->one->plan(scene, 0, plan) : KR_ERR_ARGUMENT;
 }
-kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan) { return here()->one->plan(scene, 1, plan); }
+kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan)
+{
+    return here()->one->plan(scene, 1, plan);
+}
 kr_state kr_exact_state(const kr_exact *plan, double t) { return here()->one->state(plan, t); }
 void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[])
 {
@@ -39,4 +42,7 @@ kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *ma
 {
     return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
 }
-kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k) { return maps_here()->state(map, k); }
+kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
+{
+    return maps_here()->state(map, k);
+}

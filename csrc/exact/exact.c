@@ -1,6 +1,6 @@
-/* The closed form of the Lagrange top, and of any body on which no torque acts: no steps, and no error that grows.
- * A step goes wherever it is asked to; one without an end is a nutation's.
- * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi 1849 for the free body.) Keeps everything. */
+/* The closed form of the Lagrange top, and of any body on which no torque acts: no steps, and no
+ * error that grows. A step goes wherever it is asked to; one without an end is a nutation's. (Klein
+ * and Sommerfeld, Theorie des Kreisels; Jacobi 1849 for the free body.) Keeps everything. */
 #include "dispatch.h"
 #include "method.h"
 
@@ -8,7 +8,7 @@ static const kr_exact *plan_of(const kr_run *run) { return (const kr_exact *)run
 
 static kr_status reset(kr_run *run, const kr_state *start)
 {
-    (void)start;                /* rounded on its way to working axes */
+    (void)start; /* rounded on its way to working axes */
     return kr_exact_own(run->scene, (kr_exact *)run->work);
 }
 static kr_status step(kr_run *run, double until)
@@ -28,5 +28,9 @@ const kr_method kr_method_exact = {
     .reference = "Klein and Sommerfeld 1897; Jacobi 1849",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DENSE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
-    .work = sizeof(kr_exact) / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
+    .work = sizeof(kr_exact) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
+    .at = at,
 };

@@ -1,5 +1,5 @@
-/* The map's plans and states. Compiled once per instruction set, as plans.c, but apart from it: who does without the map,
- * as the page, links nothing of it. */
+/* The map's plans and states. Compiled once per instruction set, as plans.c, but apart from it: who
+ * does without the map, as the page, links nothing of it. */
 #include "dispatch.h"
 #include "map.h"
 

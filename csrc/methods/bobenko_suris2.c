@@ -1,7 +1,7 @@
 /* The Bobenko-Suris map read at whole times: half kick, Cayley drift, half kick.
  *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
- * Conjugate to bobenko_suris, hence integrable, but symmetric and so of order 2.
- * Keeps <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks that meet between steps are one. */
+ * Conjugate to bobenko_suris, hence integrable, but symmetric and so of order 2. Keeps <m,p>, <m,a>
+ * and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks that meet between steps are one. */
 #include "bobenko_suris.h"
 
 static kr_status reset(kr_run *run, const kr_state *start)
@@ -34,5 +34,8 @@ const kr_method kr_method_bobenko_suris2 = {
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = LAGRANGE_WORK, .reset = reset, .step = step, .read = read,
+    .work = LAGRANGE_WORK,
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

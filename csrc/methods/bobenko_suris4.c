@@ -1,15 +1,16 @@
-/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with its kick and its rates corrected
- * (resummed.h).
+/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with its kick and its rates
+ * corrected (resummed.h).
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant, and applied
- * n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy (kr_state_modified_energy4). The rates are
- * those of the start state. A step h is refused where h^2 times 2 |E|, E without the spin, or times mass gravity |com|,
- * both in units of I1, is above 1: there the rates need not exist, or are those of no small kick. */
+ * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant,
+ * and applied n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy
+ * (kr_state_modified_energy4). The rates are those of the start state. A step h is refused where
+ * h^2 times 2 |E|, E without the spin, or times mass gravity |com|, both in units of I1, is above
+ * 1: there the rates need not exist, or are those of no small kick. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
 typedef struct {
-    lagrange_orbit o;               /* m is half a kick ahead */
+    lagrange_orbit o; /* m is half a kick ahead */
     double b, precession;
 } path;
 
@@ -29,7 +30,8 @@ static kr_status reset(kr_run *run, const kr_state *start)
     lagrange_begin(&p->o, run, start);
     p->o.kick = r.step * run->lever.z;
     p->o.turn = r.step / i1;
-    lagrange_set_spin(&p->o, 0.5 * (run->step * v_dot(start->m, a) * (1.0 / run->inertia.z - 1.0 / i1) + r.spin));
+    lagrange_set_spin(
+        &p->o, 0.5 * (run->step * v_dot(start->m, a) * (1.0 / run->inertia.z - 1.0 / i1) + r.spin));
     p->b = 0.25 * r.step * r.step * g;
     p->precession = r.precession;
     p->o.m = kicked(p, 0.5);
@@ -61,5 +63,8 @@ const kr_method kr_method_bobenko_suris4 = {
     .reference = "after Bobenko and Suris 1999",
     .order = 4,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

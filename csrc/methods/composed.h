@@ -1,12 +1,13 @@
-/* What the compositions of kicks and free drifts share: splitting.h with the coefficients of compose.h. Floor 2.
- * They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^order). */
+/* What the compositions of kicks and free drifts share: splitting.h with the coefficients of
+ * compose.h. Floor 2. They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"
 #include "splitting.h"
 
 typedef struct composed {
-    splitting s;                    /* m is ahead by the first kick */
+    splitting s; /* m is ahead by the first kick */
     composition c;
 } composed;
 enum { COMPOSED_WORK = sizeof(composed) / sizeof(double) };
@@ -22,7 +23,7 @@ static inline kr_status composed_begin(kr_run *run, const kr_state *start, int r
 static inline kr_status composed_step(kr_run *run, double until)
 {
     composed *p = (composed *)run->work;
-    splitting s = p->s;             /* a copy stays in registers */
+    splitting s = p->s; /* a copy stays in registers */
     (void)until;
     for (int i = 0; i < p->c.stages; i++) {
         splitting_drift(&s, p->c.drift[i]);

@@ -1,7 +1,8 @@
-/* Extrapolation as in extrap, on Kirchhoff's equations in the body (thesis 3.4), completed by the rest of the frame:
+/* Extrapolation as in extrap, on Kirchhoff's equations in the body (thesis 3.4), completed by the
+ * rest of the frame:
  *     M' = M x W + E3 x A M,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,     W = J^-1 M
- * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to compare the two.
- * Keeps nothing. */
+ * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to
+ * compare the two. Keeps nothing. */
 #include "extrapolation.h"
 
 static kr_vec3 at(const double *y) { return v3(y[0], y[1], y[2]); }
@@ -31,7 +32,10 @@ static void rates(kr_run *run, const double y[GBS_SIZE], double rate[GBS_SIZE])
     for (int i = 3; i < GBS_SIZE; i += 3) put(rate + i, v_cross(at(y + i), w));
     run->stats.evaluations++;
 }
-static kr_vec3 velocity(const kr_run *run, const double y[GBS_SIZE]) { return in_space(y, spin(run, y)); }
+static kr_vec3 velocity(const kr_run *run, const double y[GBS_SIZE])
+{
+    return in_space(y, spin(run, y));
+}
 static kr_vec3 momentum(const kr_run *run, const double y[GBS_SIZE])
 {
     (void)run;
@@ -39,12 +43,17 @@ static kr_vec3 momentum(const kr_run *run, const double y[GBS_SIZE])
 }
 static kr_quat attitude(const double y[GBS_SIZE], kr_quat last)
 {
-    const kr_quat q = q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11]));
+    const kr_quat q =
+        q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11]));
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 
 static const gbs_form body = {
-    .begin = begin, .rates = rates, .velocity = velocity, .momentum = momentum, .attitude = attitude,
+    .begin = begin,
+    .rates = rates,
+    .velocity = velocity,
+    .momentum = momentum,
+    .attitude = attitude,
 };
 static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &body); }
 static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &body); }
@@ -57,5 +66,8 @@ const kr_method kr_method_extrap_kirchhoff = {
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_ABSOLUTE,
-    .work = GBS_WORK, .reset = reset, .step = step, .read = read,
+    .work = GBS_WORK,
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

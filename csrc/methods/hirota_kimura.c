@@ -1,9 +1,9 @@
-/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit, birational, integrable.
- * With W the angular velocity and M the momentum, both seen from the body,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit,
+ * birational, integrable. With W the angular velocity and M the momentum, both seen from the body,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
- * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2 from functions of
- * energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and so have no attitude: hence only for
- * free tops. */
+ * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2
+ * from functions of energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and
+ * so have no attitude: hence only for free tops. */
 #include "method.h"
 
 typedef struct {
@@ -32,7 +32,8 @@ static kr_status step(kr_run *run, double until)
     kr_vec3 columns[3];
     (void)until;
     for (int i = 0; i < 3; i++)
-        columns[i] = v_axpy(-half, v_add(v_cross(p->M, velocity(run, axes[i])), v_cross(axes[i], p->W)), axes[i]);
+        columns[i] = v_axpy(
+            -half, v_add(v_cross(p->M, velocity(run, axes[i])), v_cross(axes[i], p->W)), axes[i]);
     p->M = v_solve(columns, p->M);
     const kr_vec3 before = p->W;
     p->W = velocity(run, p->M);
@@ -49,10 +50,14 @@ static void read(const kr_run *run, kr_state *s)
 
 const kr_method kr_method_hirota_kimura = {
     .name = "hirota_kimura",
-    .text = "integrable discretization of the Euler top; for the Lagrange top it would lose |P| = 1, and so the attitude",
+    .text = "integrable discretization of the Euler top; for the Lagrange top it would lose |P| = "
+            "1, and so the attitude",
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,
     .flags = KR_REVERSIBLE | KR_ALGEBRAIC | KR_EULER_ONLY,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,18 +1,20 @@
-/* The implicit midpoint rule on (q, m): the yardstick for stiff scenes. (q' - q) / h = q_ V / 2 at q_ = (q + q') / 2
- * is
+/* The implicit midpoint rule on (q, m): the yardstick for stiff scenes. (q' - q) / h = q_ V / 2 at
+ * q_ = (q + q') / 2 is
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by Newton's
- * iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V| is small only. */
+ * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by
+ * Newton's iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V|
+ * is small only. */
 #include "method.h"
 
 enum { MOST = 30 };
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, V;                   /* V: of the last step */
+    kr_vec3 m, V; /* V: of the last step */
 } path;
-typedef struct {                    /* of a step, at a guess V */
-    kr_vec3 y, M, P, residual;      /* h V / 4; momentum and vertical at the midpoint, seen from the body */
+typedef struct { /* of a step, at a guess V */
+    /* h V / 4; momentum and vertical at the midpoint, seen from the body */
+    kr_vec3 y, M, P, residual;
 } attempt;
 
 static attempt look(const kr_run *run, kr_vec3 M, kr_vec3 P, kr_vec3 V)
@@ -28,12 +30,14 @@ static kr_vec3 correction(const kr_run *run, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * run->step, scale = half / (1.0 + v_dot(a->y, a->y));
-    const kr_vec3 spun = v_axpy(-half, v_cross(a->P, run->lever), a->M);        /* M without the torque's part */
+    /* M without the torque's part */
+    const kr_vec3 spun = v_axpy(-half, v_cross(a->P, run->lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
         const kr_vec3 turn = v_scale(scale, v_sub(axes[i], v_cross(a->y, axes[i])));
         const kr_vec3 torque = v_cross(v_cross(a->P, turn), run->lever);
-        columns[i] = v_sub(v_times(run->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
+        columns[i] =
+            v_sub(v_times(run->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
     }
     return v_solve(columns, a->residual);
 }
@@ -84,5 +88,8 @@ const kr_method kr_method_implicit_midpoint = {
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
     .flags = KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -14,7 +14,8 @@ static kr_status reset(kr_run *run, const kr_state *start)
     p->q = start->q;
     return KR_OK;
 }
-static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME], double out[REST_FRAME])
+static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME],
+                  double out[REST_FRAME])
 {
     for (int i = 0; i < REST_FRAME; i++) out[i] = y[i] + h * k[i];
 }
@@ -31,7 +32,8 @@ static kr_status step(kr_run *run, double until)
     rest_frame_rates(run, y, k3);
     along(p->y, h, k3, y);
     rest_frame_rates(run, y, k4);
-    for (int i = 0; i < REST_FRAME; i++) p->y[i] += h * ((k1[i] + 2.0 * (k2[i] + k3[i])) + k4[i]) / 6.0;
+    for (int i = 0; i < REST_FRAME; i++)
+        p->y[i] += h * ((k1[i] + 2.0 * (k2[i] + k3[i])) + k4[i]) / 6.0;
     p->q = rest_frame_attitude(p->y, p->q);
     return KR_OK;
 }
@@ -49,5 +51,8 @@ const kr_method kr_method_rk4 = {
     .reference = "Kutta 1901; thesis 3.9",
     .order = 4,
     .flags = KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,9 +1,11 @@
-/* Kick and free drift, the parts of H = potential + |m|^2/2I_B + residual, for every method made of them. Floor 2.
+/* Kick and free drift, the parts of H = potential + |m|^2/2I_B + residual, for every method made of
+ * them. Floor 2.
  *     residual = (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2
- * (McLachlan 1993, Reich 1994). A kick changes m only, a drift q only. The |m|^2 part is a turn about m itself and
- * commutes with the others, so a symmetric body (I_N = I_B) drifts without error, in two turns. A general one takes
- * four, N before and after T, and errs in third order; the middle moment, which is on B, makes that least. What a sum
- * rounds off is kept for the next (Kahan 1965): then the energy walks by roundings of the changes, not of the state. */
+ * (McLachlan 1993, Reich 1994). A kick changes m only, a drift q only. The |m|^2 part is a turn
+ * about m itself and commutes with the others, so a symmetric body (I_N = I_B) drifts without
+ * error, in two turns. A general one takes four, N before and after T, and errs in third order; the
+ * middle moment, which is on B, makes that least. What a sum rounds off is kept for the next (Kahan
+ * 1965): then the energy walks by roundings of the changes, not of the state. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -12,8 +14,10 @@
 typedef struct splitting {
     kr_quat q, low_q;
     kr_vec3 m, low_m;
-    double round, n, t;             /* step / I_B, step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
-    double spin, steps;             /* of a Lagrange top: half the turn about T, the same in each step */
+    /* step / I_B, step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
+    double round, n, t;
+    /* of a Lagrange top: half the turn about T, the same in each step */
+    double spin, steps;
 } splitting;
 
 static inline void splitting_begin(splitting *s, const kr_run *run, const kr_state *start)
@@ -22,9 +26,11 @@ static inline void splitting_begin(splitting *s, const kr_run *run, const kr_sta
     const splitting fresh = {.q = start->q, .m = start->m, .round = run->step / I.y};
     *s = fresh;
     s->t = 0.5 * run->step * ((I.y - I.z) / (I.z * I.y));
-    if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y) s->n = 0.5 * run->step * ((I.y - I.x) / (I.x * I.y));
+    if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
+        s->n = 0.5 * run->step * ((I.y - I.x) / (I.x * I.y));
     else if (run->lever.x == 0.0 && run->lever.y == 0.0) {
-        s->spin = s->t * v_dot(start->m, q_axis(start->q));     /* applied where a state is read (it commutes) */
+        /* applied where a state is read (it commutes) */
+        s->spin = s->t * v_dot(start->m, q_axis(start->q));
         s->t = 0.0;
     }
 }
@@ -47,7 +53,8 @@ static inline void splitting_kick(splitting *s, const kr_run *run, double part)
     splitting_push(s, v_scale(part * run->step, run_torque(run, s->q)));
 }
 
-/* The turns about N and T, less one, and the momentum seen from the body, which turns against them. */
+/* The turns about N and T, less one, and the momentum seen from the body, which turns against
+ * them. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -59,7 +66,8 @@ static inline splitting_body splitting_see(const splitting *s)
     return b;
 }
 /* About axis 0 of the cyclic 0, 1, 2. */
-static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0, double *r1, double *r2)
+static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
+                                  double *r1, double *r2)
 {
     const double y = *m1, z = *m2, a = *w, b = *r0, p = *r1, q = *r2;
     double c, s;
@@ -73,7 +81,8 @@ static inline void splitting_turn(double half, double *m1, double *m2, double *w
     *r1 = p + (c * p + s * q);
     *r2 = q + (c * q - s * p);
 }
-static void splitting_turn_n(splitting_body *b, double rate)    /* not inline: symmetric bodies do without, faster */
+/* not inline: symmetric bodies do without, faster */
+static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
 }
@@ -81,7 +90,8 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Those turns, if any, the turn about m, and |q| = 1 again: by as much as q was off, however far it turned. */
+/* Those turns, if any, the turn about m, and |q| = 1 again: by as much as q was off, however far it
+ * turned. */
 static inline void splitting_go(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);

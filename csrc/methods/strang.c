@@ -1,5 +1,6 @@
-/* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet between steps are
- * one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^2). */
+/* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet
+ * between steps are one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^2). */
 #include "splitting.h"
 
 /* Its m is half a kick ahead. */
@@ -32,5 +33,8 @@ const kr_method kr_method_strang = {
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = sizeof(splitting) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(splitting) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

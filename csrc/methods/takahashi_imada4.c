@@ -1,13 +1,14 @@
-/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one kick a step.
- * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
- * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
- * O(h^4). But for Lagrange tops, whose drift has any length, a step that may turn the top by 2.5 rad is refused. */
+/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
+ * kick a step. The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else
+ * Suzuki's composition of the turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange
+ * tops <m,a>, and the energy up to a bounded O(h^4). But for Lagrange tops, whose drift has any
+ * length, a step that may turn the top by 2.5 rad is refused. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
 
 typedef struct {
-    splitting s;                    /* m is half a kick ahead, and unprocessed as q is */
+    splitting s; /* m is half a kick ahead, and unprocessed as q is */
     modified_kick kick;
     composition c;
 } path;
@@ -62,5 +63,8 @@ const kr_method kr_method_takahashi_imada4 = {
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,8 +1,8 @@
-/* The discrete Moser-Veselov top: a free drift of second order. Floor 2. With M = q* m q and rho = (r0, r) a unit
- * quaternion,
+/* The discrete Moser-Veselov top: a free drift of second order. Floor 2. With M = q* m q and rho =
+ * (r0, r) a unit quaternion,
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Solved for r by Newton's iteration; m stays,
- * so do the energy of the free body and, where I_N = I_B, <m,T>. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Solved for r by Newton's
+ * iteration; m stays, so do the energy of the free body and, where I_N = I_B, <m,T>. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
@@ -16,7 +16,8 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
         const kr_vec3 e = axes[i], Ie = v_times(I, e);
-        columns[i] = v_add(v_axpy(-v_dot(r, e) / r0, Ir, v_scale(r0, Ie)), v_add(v_cross(e, Ir), v_cross(r, Ie)));
+        columns[i] = v_add(v_axpy(-v_dot(r, e) / r0, Ir, v_scale(r0, Ie)),
+                           v_add(v_cross(e, Ir), v_cross(r, Ie)));
     }
     return v_sub(r, v_solve(columns, F));
 }

@@ -1,10 +1,11 @@
-/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet between steps are one.
- * Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that up to a bounded O(h^2). */
+/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet
+ * between steps are one. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that
+ * up to a bounded O(h^2). */
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, r;                   /* m half a kick ahead; r is the last step's solution */
+    kr_vec3 m, r; /* m half a kick ahead; r is the last step's solution */
 } path;
 
 static kr_vec3 kicked(const path *p, const kr_run *run, double part)
@@ -43,5 +44,8 @@ const kr_method kr_method_veselov2 = {
     .reference = "Moser and Veselov 1991",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

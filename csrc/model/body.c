@@ -1,16 +1,20 @@
-/* Bodies: their inertia at the fixed point, its principal axes, and which kind of top they are. Floor 1.
- * J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are right for equal moments too. */
+/* Bodies: their inertia at the fixed point, its principal axes, and which kind of top they are.
+ * Floor 1. J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are
+ * right for equal moments too. */
 #include "body.h"
 
-static const double one = 1.0 + KR_KIND_RTOL;           /* slack of an inequality between rounded numbers */
+/* slack of an inequality between rounded numbers */
+static const double one = 1.0 + KR_KIND_RTOL;
 
 static int moments_are_physical(kr_vec3 i)
 {
-    return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one && i.y <= (i.z + i.x) * one && i.z <= (i.x + i.y) * one;
+    return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one &&
+           i.y <= (i.z + i.x) * one && i.z <= (i.x + i.y) * one;
 }
 kr_status kr_body_check(const kr_body *b)
 {
-    if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia)) return KR_ERR_ARGUMENT;
+    if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia))
+        return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_KIND_RTOL)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia) ? KR_OK : KR_ERR_BODY;
 }
@@ -21,12 +25,17 @@ static kr_status finish(const kr_body *b, kr_body *out)
     return status;
 }
 
-static int equal(double a, double b, double rtol) { return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b)); }
+static int equal(double a, double b, double rtol)
+{
+    return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
+}
 /* T -> N, T -> B, T -> T, the others in cyclic order */
-static const kr_quat cycles[3] = {{0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
+static const kr_quat cycles[3] = {
+    {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 static double at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* The axis of a body that turns alike about the other two; of a spherical one that on which its centre of mass lies. */
+/* The axis of a body that turns alike about the other two; of a spherical one that on which its
+ * centre of mass lies. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -42,7 +51,8 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     const int odd = odd_axis(b, rtol);
     if (reach == 0.0) return KR_EULER;
     if (odd < 0) return KR_GENERAL;
-    const double pair = at(b->inertia, (odd + 1) % 3), lone = at(b->inertia, odd), along = fabs(at(b->com, odd));
+    const double pair = at(b->inertia, (odd + 1) % 3), lone = at(b->inertia, odd),
+                 along = fabs(at(b->com, odd));
     const double across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
     if (across <= rtol * reach || equal(pair, lone, rtol)) return KR_LAGRANGE;
     if (along > rtol * reach) return KR_GENERAL;
@@ -80,7 +90,8 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     if (a[p][q] == 0.0) return;
     const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
     const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
-    const double c = 1.0 / sqrt(t * t + 1.0), s = t * c, apq = a[p][q], apr = a[p][r], aqr = a[q][r];
+    const double c = 1.0 / sqrt(t * t + 1.0), s = t * c, apq = a[p][q], apr = a[p][r],
+                 aqr = a[q][r];
     const double half[3] = {r == 0 ? -s : 0.0, r == 1 ? -s : 0.0, r == 2 ? -s : 0.0};
     a[p][p] -= t * apq;
     a[q][q] += t * apq;
@@ -95,9 +106,14 @@ static kr_vec3 column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i 
 static kr_quat nearest(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
-    const kr_quat turns[6] = {q_one(), q4(r, v3(r, 0, 0)), q4(r, v3(0, r, 0)), q4(r, v3(0, 0, r)),
-                              q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5))};
-    const kr_quat half_turns[4] = {q_one(), q4(0, v3(1, 0, 0)), q4(0, v3(0, 1, 0)), q4(0, v3(0, 0, 1))};
+    const kr_quat turns[6] = {q_one(),
+                              q4(r, v3(r, 0, 0)),
+                              q4(r, v3(0, r, 0)),
+                              q4(r, v3(0, 0, r)),
+                              q4(0.5, v3(0.5, 0.5, 0.5)),
+                              q4(0.5, v3(-0.5, -0.5, -0.5))};
+    const kr_quat half_turns[4] = {q_one(), q4(0, v3(1, 0, 0)), q4(0, v3(0, 1, 0)),
+                                   q4(0, v3(0, 0, 1))};
     kr_quat best = axes;
     for (int i = 0; i < 24; i++) {
         const kr_quat q = q_mul(q_mul(axes, turns[i / 4]), half_turns[i % 4]);
@@ -115,20 +131,23 @@ static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
     b->com = q_turn_back(axes, com);
-    b->inertia = v3(tensor_element(j, column(axes, 0), column(axes, 0)), tensor_element(j, column(axes, 1), column(axes, 1)),
+    b->inertia = v3(tensor_element(j, column(axes, 0), column(axes, 0)),
+                    tensor_element(j, column(axes, 1), column(axes, 1)),
                     tensor_element(j, column(axes, 2), column(axes, 2)));
 }
-/* Two equal moments leave two of the axes free: then the turn from the user's axes is made as small as it can be. */
+/* Two equal moments leave two of the axes free: then the turn from the user's axes is made as small
+ * as it can be. */
 static kr_quat least_turn(const kr_body *b)
 {
     const kr_quat axes = b->axes;
     const int odd = odd_axis(b, KR_KIND_RTOL);
     if (odd < 0) return axes;
-    if (equal(b->inertia.x, b->inertia.y, KR_KIND_RTOL) && equal(b->inertia.y, b->inertia.z, KR_KIND_RTOL)) return q_one();
+    if (equal(b->inertia.x, b->inertia.y, KR_KIND_RTOL) &&
+        equal(b->inertia.y, b->inertia.z, KR_KIND_RTOL))
+        return q_one();
     const kr_vec3 a = column(axes, odd);
     const kr_kind kind = kr_body_kind(b, KR_KIND_RTOL);
-    if (kind == KR_LAGRANGE || kind == KR_EULER)
-        return q_tilt(a.z < 0.0 ? v_scale(-1.0, a) : a);
+    if (kind == KR_LAGRANGE || kind == KR_EULER) return q_tilt(a.z < 0.0 ? v_scale(-1.0, a) : a);
     return q_mul(q_mul(cycles[odd], q_tilt(q_turn_back(cycles[odd], a))), q_conj(cycles[odd]));
 }
 
@@ -138,7 +157,8 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
     double a[9], d[3][3], size = 0.0;
     int exponent;
     if (!inertia) return KR_ERR_ARGUMENT;
-    for (int i = 0; i < 9; i++) size = fmax(size, isfinite(inertia[i]) ? fabs(inertia[i]) : INFINITY);
+    for (int i = 0; i < 9; i++)
+        size = fmax(size, isfinite(inertia[i]) ? fabs(inertia[i]) : INFINITY);
     if (!(size < INFINITY)) return KR_ERR_ARGUMENT;
     frexp(size, &exponent);
     for (int i = 0; i < 9; i++) {
@@ -148,15 +168,18 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        for (int sweep = 0; sweep < 16; sweep++)        /* converges quadratically: six are plenty */
+        /* converges quadratically: six are plenty */
+        for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         take_axes(&b, nearest(b.axes), a, com);
         take_axes(&b, least_turn(&b), a, com);
-        b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent), ldexp(b.inertia.z, exponent));
+        b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
+                       ldexp(b.inertia.z, exponent));
     }
     return finish(&b, out);
 }
-kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot, kr_body *out)
+kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
+                           kr_body *out)
 {
     const kr_vec3 a = v_sub(com, pivot);
     const double xx = mass * (a.x * a.x), yy = mass * (a.y * a.y), zz = mass * (a.z * a.z);
@@ -170,9 +193,11 @@ kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr
 kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *out)
 {
     const double mass = 8.0 * density * half.x * half.y * half.z, third = mass / 3.0;
-    const double xx = third * half.x * half.x, yy = third * half.y * half.y, zz = third * half.z * half.z;
+    const double xx = third * half.x * half.x, yy = third * half.y * half.y,
+                 zz = third * half.z * half.z;
     const double j[9] = {yy + zz, 0.0, 0.0, 0.0, zz + xx, 0.0, 0.0, 0.0, xx + yy};
-    if (!(density > 0.0) || !(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0)) return KR_ERR_ARGUMENT;
+    if (!(density > 0.0) || !(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0))
+        return KR_ERR_ARGUMENT;
     return kr_body_from_com(mass, j, v3(0.0, 0.0, 0.0), pivot, out);
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)

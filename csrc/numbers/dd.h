@@ -1,11 +1,13 @@
-/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. Floor 0: libc and libm only.
- * Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math. Softw. 44, 2017).
- * They need strict evaluation: -ffp-contract=off, and never -ffast-math. */
+/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. Floor 0: libc
+ * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
+ * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
 
-typedef struct dd { double hi, lo; } dd;
+typedef struct dd {
+    double hi, lo;
+} dd;
 
 static inline dd dd_make(double hi, double lo)
 {
@@ -17,23 +19,24 @@ static inline dd dd_of(double a) { return dd_make(a, 0.0); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_abs(dd a) { return a.hi < 0.0 ? dd_neg(a) : a; }
 
-static inline dd two_sum_ordered(double a, double b)    /* a + b exactly, |a| >= |b| */
+static inline dd two_sum_ordered(double a, double b) /* a + b exactly, |a| >= |b| */
 {
     const double sum = a + b;
     return dd_make(sum, b - (sum - a));
 }
-static inline dd two_sum(double a, double b)            /* a + b exactly */
+static inline dd two_sum(double a, double b) /* a + b exactly */
 {
     const double sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
-static inline dd two_product(double a, double b)        /* a b exactly; both ways give the same bits */
+/* a b exactly; both ways give the same bits */
+static inline dd two_product(double a, double b)
 {
     const double product = a * b;
 #if defined __FMA__ || defined __aarch64__
     return dd_make(product, fma(a, b, -product));
 #else
-    const double split = 134217729.0, p = split * a, q = split * b;      /* Veltkamp, Dekker */
+    const double split = 134217729.0, p = split * a, q = split * b; /* Veltkamp, Dekker */
     const double ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
     return dd_make(product, ((ah * bh - product) + ah * bl + al * bh) + al * bl);
 #endif
@@ -55,7 +58,8 @@ static inline dd dd_times(double a, dd b)
     const dd p = two_product(a, b.hi);
     return two_sum_ordered(p.hi, p.lo + a * b.lo);
 }
-static inline dd dd_scale(double power, dd a) { return dd_make(power * a.hi, power * a.lo); }   /* power: of two */
+/* power: of two */
+static inline dd dd_scale(double power, dd a) { return dd_make(power * a.hi, power * a.lo); }
 static inline dd dd_twice(dd a) { return dd_scale(2.0, a); }
 static inline dd dd_half(dd a) { return dd_scale(0.5, a); }
 static inline dd dd_square(dd a)
@@ -70,7 +74,8 @@ static inline dd dd_div(dd a, dd b)
     const double rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-static inline dd dd_sqrt(dd a)                          /* zero for a <= 0: rounding below zero is meant as zero */
+/* zero for a <= 0: rounding below zero is meant as zero */
+static inline dd dd_sqrt(dd a)
 {
     if (!(a.hi > 0.0)) return dd_of(0.0);
     const double x = sqrt(a.hi);

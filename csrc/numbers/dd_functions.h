@@ -1,4 +1,5 @@
-/* Elementary functions and Carlson's R_F in double-double. Floor 3. For moderate arguments: |a| < 600, angles below 4. */
+/* Elementary functions and Carlson's R_F in double-double. Floor 3. For moderate arguments: |a| <
+ * 600, angles below 4. */
 #ifndef KR_DDMATH_H
 #define KR_DDMATH_H
 #include "dd.h"
@@ -34,7 +35,8 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-static inline dd dd_atan2(dd y, dd x)                       /* one step of Newton's method on the angle */
+/* one step of Newton's method on the angle */
+static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);
     const dd r = dd_sqrt(dd_add(dd_square(x), dd_square(y)));
@@ -49,7 +51,9 @@ static inline dd dd_rf(dd x, dd y, dd z)
     for (int i = 0; i < 120; i++) {
         const dd sx = dd_sqrt(x), sy = dd_sqrt(y), sz = dd_sqrt(z);
         const dd l = dd_add(dd_mul(sx, dd_add(sy, sz)), dd_mul(sy, sz));
-        if (fmax(fabs(mean.hi - x.hi), fmax(fabs(mean.hi - y.hi), fabs(mean.hi - z.hi))) < 6e-5 * mean.hi) break;
+        if (fmax(fabs(mean.hi - x.hi), fmax(fabs(mean.hi - y.hi), fabs(mean.hi - z.hi))) <
+            6e-5 * mean.hi)
+            break;
         x = dd_times(0.25, dd_add(x, l));
         y = dd_times(0.25, dd_add(y, l));
         z = dd_times(0.25, dd_add(z, l));
@@ -59,7 +63,8 @@ static inline dd dd_rf(dd x, dd y, dd z)
     const dd dz = dd_neg(dd_add(dx, dy));
     const dd e2 = dd_sub(dd_mul(dx, dy), dd_square(dz)), e3 = dd_mul(dd_mul(dx, dy), dz);
     const double a = e2.hi, b = e3.hi;
-    const double small = a * a * (1.0 / 24 - 5.0 / 208 * a) + 3.0 / 104 * b * b - 3.0 / 44 * a * b + a * a * b / 16;
+    const double small =
+        a * a * (1.0 / 24 - 5.0 / 208 * a) + 3.0 / 104 * b * b - 3.0 / 44 * a * b + a * a * b / 16;
     const dd tail = dd_add(dd_sub(dd_div(e3, dd_of(14.0)), dd_div(e2, dd_of(10.0))), dd_of(small));
     return dd_div(dd_add(one, tail), dd_sqrt(mean));
 }

@@ -4,8 +4,13 @@
 #include "dd.h"
 #include "su2.h"
 
-typedef struct vec_dd { dd x, y, z; } vec_dd;
-typedef struct quat_dd { dd w; vec_dd v; } quat_dd;
+typedef struct vec_dd {
+    dd x, y, z;
+} vec_dd;
+typedef struct quat_dd {
+    dd w;
+    vec_dd v;
+} quat_dd;
 
 static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
 {
@@ -24,10 +29,14 @@ static inline vec_dd vdd_scale(dd s, vec_dd a)
     const vec_dd v = {dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
     return v;
 }
-static inline dd vdd_dot(vec_dd a, vec_dd b) { return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z)); }
+static inline dd vdd_dot(vec_dd a, vec_dd b)
+{
+    return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));
+}
 static inline vec_dd vdd_cross(vec_dd a, vec_dd b)
 {
-    const vec_dd v = {dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)), dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
+    const vec_dd v = {dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
+                      dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
                       dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
     return v;
 }
@@ -46,8 +55,9 @@ static inline quat_dd qdd_conj(quat_dd q)
 }
 static inline quat_dd qdd_mul(quat_dd a, quat_dd b)
 {
-    const quat_dd q = {dd_sub(dd_mul(a.w, b.w), vdd_dot(a.v, b.v)),
-                       vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
+    const quat_dd q = {
+        dd_sub(dd_mul(a.w, b.w), vdd_dot(a.v, b.v)),
+        vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
     return q;
 }
 static inline quat_dd qdd_unit(quat_dd q)
@@ -56,7 +66,7 @@ static inline quat_dd qdd_unit(quat_dd q)
     const quat_dd u = {dd_mul(s, q.w), vdd_scale(s, q.v)};
     return u;
 }
-static inline vec_dd qdd_turn(quat_dd q, vec_dd v)              /* q v q*, for a unit q */
+static inline vec_dd qdd_turn(quat_dd q, vec_dd v) /* q v q*, for a unit q */
 {
     const quat_dd pure = {dd_of(0.0), v};
     return qdd_mul(qdd_mul(q, pure), qdd_conj(q)).v;

@@ -2,7 +2,7 @@
 #include <math.h>
 #include "stage.h"
 
-enum { LARGEST = INT32_MAX };       /* ticks to a step: then a product of two fits */
+enum { LARGEST = INT32_MAX }; /* ticks to a step: then a product of two fits */
 
 static int64_t greatest_common_divisor(int64_t a, int64_t b)
 {
@@ -33,16 +33,17 @@ kr_measure kr_stage_measure(const kr_stage *stage, int i)
         m.error = 0.5 * kr_attitude_error(a->now.q, b->now.q);
     return m;
 }
-static kr_measure least(kr_measure a, kr_measure b)     /* fmin and fmax leave out what is not a number */
+/* fmin and fmax leave out what is not a number */
+static kr_measure least(kr_measure a, kr_measure b)
 {
-    const kr_measure m = {fmin(a.energy, b.energy), fmin(a.vertical, b.vertical), fmin(a.axial, b.axial),
-                          fmin(a.fourth, b.fourth), fmin(a.error, b.error)};
+    const kr_measure m = {fmin(a.energy, b.energy), fmin(a.vertical, b.vertical),
+                          fmin(a.axial, b.axial), fmin(a.fourth, b.fourth), fmin(a.error, b.error)};
     return m;
 }
 static kr_measure greatest(kr_measure a, kr_measure b)
 {
-    const kr_measure m = {fmax(a.energy, b.energy), fmax(a.vertical, b.vertical), fmax(a.axial, b.axial),
-                          fmax(a.fourth, b.fourth), fmax(a.error, b.error)};
+    const kr_measure m = {fmax(a.energy, b.energy), fmax(a.vertical, b.vertical),
+                          fmax(a.axial, b.axial), fmax(a.fourth, b.fourth), fmax(a.error, b.error)};
     return m;
 }
 static void widen(kr_row *row, const kr_measure low[], const kr_measure high[])
@@ -57,7 +58,8 @@ static void begin_row(kr_row *row)
     const kr_measure none = {NAN, NAN, NAN, NAN, NAN};
     for (int i = 0; i < KR_STAGE_TOPS; i++) row->at[i] = row->low[i] = row->high[i] = none;
 }
-/* Each row takes up the one before it: the last, which begins its span, goes to the row that is to come. */
+/* Each row takes up the one before it: the last, which begins its span, goes to the row that is to
+ * come. */
 static void halve_record(kr_stage *stage)
 {
     for (int64_t k = 1; 2 * k <= stage->rows; k++) {
@@ -92,7 +94,8 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t eps, int 
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    if (stage->tops == KR_STAGE_TOPS || stage->clock || eps < 1 || eps > LARGEST) return KR_ERR_ARGUMENT;
+    if (stage->tops == KR_STAGE_TOPS || stage->clock || eps < 1 || eps > LARGEST)
+        return KR_ERR_ARGUMENT;
     if (against < -1 || against >= stage->tops || scene->start.t != 0.0) return KR_ERR_ARGUMENT;
     kr_actor *a = &stage->actor[stage->tops];
     a->scene = *scene;
@@ -110,15 +113,17 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t eps, int 
 static void enter(kr_stage *stage)
 {
     const int64_t eps = stage->actor[stage->tops].eps;
-    stage->common = stage->tops == 0 ? eps : stage->common ? common_multiple(stage->common, eps) : 0;
+    stage->common = stage->tops == 0 ? eps
+                    : stage->common  ? common_multiple(stage->common, eps)
+                                     : 0;
     stage->stride = stage->common;
     stage->tops++;
     stage->rows = 0;
     begin_row(&stage->row[0]);
     record(stage);
 }
-kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps, double tol,
-                       int against)
+kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps,
+                       double tol, int against)
 {
     kr_config config = {.tol = tol};
     kr_status status = place(stage, scene, eps, against);
@@ -132,8 +137,8 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     if (status == KR_OK) enter(stage);
     return status;
 }
-kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[], int64_t length,
-                             int64_t eps, int against)
+kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[],
+                             int64_t length, int64_t eps, int against)
 {
     const kr_status status = place(stage, scene, eps, against);
     if (status != KR_OK) return status;
@@ -180,7 +185,7 @@ int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most)
         const int64_t reached = tick;
         step(next);
         tick = next_step(stage, &next);
-        if (tick == reached || tick == INT64_MAX) continue;     /* others step to the same time */
+        if (tick == reached || tick == INT64_MAX) continue; /* others step to the same time */
         stage->clock = reached;
         record(stage);
     }

@@ -1,15 +1,19 @@
-/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of kreisel.h. Floor 5.
- * Built for WebAssembly only, hence one stage to a page: the only global state there is. */
+/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of
+ * kreisel.h. Floor 5. Built for WebAssembly only, hence one stage to a page: the only global state
+ * there is. */
 #include "picture.h"
 #include "stage.h"
 #include "taylor/taylor.h"
 
-/* The stage asks for no more digits than a double has: the page does without the kernels for 20 and 30. */
+/* The stage asks for no more digits than a double has: the page does without the kernels for 20 and
+ * 30. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 #endif
 
-#define EXPORT(type, name, parameters) KR_API type name parameters; KR_API type name parameters
+#define EXPORT(type, name, parameters)                                                             \
+    KR_API type name parameters;                                                                   \
+    KR_API type name parameters
 
 static kr_stage stage;
 static kr_measure measured;
@@ -19,7 +23,8 @@ static kr_box box;
 static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
 EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
-EXPORT(kr_status, kr_page_add, (const kr_scene *scene, const kr_method *method, double eps, double tol, int against))
+EXPORT(kr_status, kr_page_add,
+       (const kr_scene *scene, const kr_method *method, double eps, double tol, int against))
 {
     return kr_stage_add(&stage, scene, method, (int64_t)eps, tol, against);
 }

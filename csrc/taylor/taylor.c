@@ -1,15 +1,15 @@
-/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for the price of one sum.
- * A step computes a piece of path as long as its tolerance allows, whatever times were asked for; these are then read
- * off inside the piece. Equations: taylor.h; step size: Jorba and Zou 2005. Keeps nothing but what the tolerance keeps.
- * Time is counted in powers of two so long that W stays below one: no coefficient overflows, no threshold has a
- * dimension. */
+/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for
+ * the price of one sum. A step computes a piece of path as long as its tolerance allows, whatever
+ * times were asked for; these are then read off inside the piece. Equations: taylor.h; step size:
+ * Jorba and Zou 2005. Keeps nothing but what the tolerance keeps. Time is counted in powers of two
+ * so long that W stays below one: no coefficient overflows, no threshold has a dimension. */
 #include "numbers/su2_dd.h"
 #include "taylor.h"
 
 typedef struct {
-    kr_series series[2];        /* high and low words */
+    kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;                /* the series' unit of time is 1 / rate of the run's */
+    double rate; /* the series' unit of time is 1 / rate of the run's */
 } path;
 
 static path *path_of(const kr_run *run) { return (path *)run->work; }
@@ -20,27 +20,31 @@ const kr_set *kr_taylor_set(int i)
 {
     static const kr_set sets[] = {
 #if defined KR_X86
-        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512, kr_product_avx512},
+        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512,
+         kr_product_avx512},
         {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2, kr_product_avx2},
 #endif
         {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base, kr_product_base},
     };
     return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
 }
-/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench/kernels.py depth. */
+/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by
+ * validation/bench/kernels.py depth. */
 static double log2_tolerance(const kr_run *run)
 {
     if (run->digits > 20) return -100.0;
     if (run->digits > 16) return -70.0;
     return run->tol > 0.0 ? log2(run->tol) : -53.0;
 }
-/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their last term higher
- * orders leave the larger error, down to rounding. Measured by validation/bench/kernels.py orders. */
+/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their
+ * last term higher orders leave the larger error, down to rounding. Measured by
+ * validation/bench/kernels.py orders. */
 static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double *log2_tol)
 {
-    static const struct { double until, less; } by_order[KR_ORDERS] = {
-        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}
-    };
+    static const struct {
+        double until, less;
+    } by_order[KR_ORDERS] = {
+        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}};
     const double tol = *log2_tol;
     int i = 0;
     if (run->digits > 16) return &set->deep[run->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
@@ -55,7 +59,10 @@ void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol)
 }
 
 /* State to series and back. */
-static void pure(double lanes[4], kr_vec3 v) { lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z; }
+static void pure(double lanes[4], kr_vec3 v)
+{
+    lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z;
+}
 static void set_vector(double high[4], double low[4], vec_dd v)
 {
     pure(high, vdd_high(v));
@@ -66,7 +73,7 @@ static vec_dd over(vec_dd a, kr_vec3 A)
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-static vec_dd at_rate(double rate, vec_dd a)    /* a power of two */
+static vec_dd at_rate(double rate, vec_dd a) /* a power of two */
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
@@ -90,14 +97,16 @@ static void set_constants(kr_series s[2], const kr_run *run, double rate)
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
 }
-/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but for the tolerance: of
- * 1 / |P| two terms do, which take neither a root nor a quotient. */
+/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but
+ * for the tolerance: of 1 / |P| two terms do, which take neither a root nor a quotient. */
 static kr_quat attitude(const kr_run *run, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
-    return run->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P))) : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    return run->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
+                              : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4], kr_state *s)
+static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4],
+                        kr_state *s)
 {
     const kr_vec3 M = v_times(run->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
     s->q = attitude(run, x);
@@ -105,11 +114,13 @@ static void plain_state(const path *p, const kr_run *run, const double x[8], con
 }
 static void deep_state(const path *p, kr_run *run, kr_state *s)
 {
-    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w, *low_w = p->series[1].at_w;
+    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
+                 *low_w = p->series[1].at_w;
     const vec_dd W = at_rate(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
     const kr_vec3 A = run->inertia;
     const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
-    const quat_dd q = qdd_unit(q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
+    const quat_dd q = qdd_unit(
+        q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
     const vec_dd m = qdd_turn(q, M);
     s->q = qdd_high(q), run->low.q = qdd_low(q);
     s->m = vdd_high(m), run->low.m = vdd_low(m);
@@ -118,7 +129,8 @@ static void deep_state(const path *p, kr_run *run, kr_state *s)
 static int is_finite(const kr_series *s)
 {
     double sum = 0.0;
-    for (int i = 0; i < 4; i++) sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
+    for (int i = 0; i < 4; i++)
+        sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
 /* A piece of no length, where the last one began. */
@@ -169,12 +181,17 @@ static kr_status step(kr_run *run, double until)
     kr_series *s = p->series;
     const double forward = run->step < 0.0 ? -1.0 : 1.0;
     (void)until;
-    if (run->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;      /* no step in doubles can meet it */
+    /* no step in doubles can meet it */
+    if (run->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     kernel_of(run)->advance(s, p->log2_tol, forward);
     run->stats.evaluations++;
-    const kr_status status = !is_finite(s) ? KR_ERR_NOT_FINITE : forward * (s->end - s->t) > 0.0 ? KR_OK : KR_ERR_STEP;
-    if (status == KR_OK) run->clock = s->end / p->rate;
-    else stay(s);
+    const kr_status status = !is_finite(s)                     ? KR_ERR_NOT_FINITE
+                             : forward * (s->end - s->t) > 0.0 ? KR_OK
+                                                               : KR_ERR_STEP;
+    if (status == KR_OK)
+        run->clock = s->end / p->rate;
+    else
+        stay(s);
     return status;
 }
 static void read(const kr_run *run, kr_state *s)
@@ -188,8 +205,10 @@ static void at(kr_run *run, double clock, kr_state *s)
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * run->low.t;
     kernel_of(run)->look(p->series);
-    if (run->digits > 16) deep_state(p, run, s);
-    else plain_state(p, run, p->series->at_x, p->series->at_w, s);
+    if (run->digits > 16)
+        deep_state(p, run, s);
+    else
+        plain_state(p, run, p->series->at_x, p->series->at_w, s);
 }
 static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
@@ -200,7 +219,8 @@ static const kr_set *set_of(const kr_kernel *k)
 {
     const kr_set *set = kr_taylor_set(0);
     for (int i = 1; set; set = kr_taylor_set(i++))
-        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) || is_in(set->deep, KR_DEPTHS, k))
+        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) ||
+            is_in(set->deep, KR_DEPTHS, k))
             break;
     return set;
 }
@@ -215,7 +235,11 @@ static kr_piece piece(const kr_run *run)
     const path *p = path_of(run);
     const kr_series *s = p->series;
     const kr_set *set = set_of(kernel_of(run));
-    kr_piece piece = {.order = kernel_of(run)->order, .x = s->x, .w = s->w, .rate = p->rate, .begin = s->t / p->rate};
+    kr_piece piece = {.order = kernel_of(run)->order,
+                      .x = s->x,
+                      .w = s->w,
+                      .rate = p->rate,
+                      .begin = s->t / p->rate};
     memcpy(piece.end_x, s->end_x, sizeof piece.end_x);
     memcpy(piece.end_w, s->end_w, sizeof piece.end_w);
     piece.end = s->end / p->rate;
@@ -226,11 +250,17 @@ static kr_piece piece(const kr_run *run)
 
 const kr_method kr_method_taylor = {
     .name = "taylor",
-    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits by double-double",
+    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits "
+            "by double-double",
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
-    .kernel = kernel, .piece = piece,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
+    .at = at,
+    .kernel = kernel,
+    .piece = piece,
 };

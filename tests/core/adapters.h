@@ -9,21 +9,23 @@
 static const kr_method *const methods[] = {
     &kr_method_extrap,
 #ifdef KREISEL_GSL
-    &kr_method_gsl_rk8pd, &kr_method_gsl_bsimp,
+    &kr_method_gsl_rk8pd,
+    &kr_method_gsl_bsimp,
 #endif
 };
 enum { METHODS = sizeof methods / sizeof *methods };
 
 typedef struct {
     kr_vec3 inertia, lever;
-    kr_state start, at_10;          /* the second from a Taylor series of order 40 with 45 digits */
+    kr_state start, at_10; /* the second from a Taylor series of order 40 with 45 digits */
 } problem;
-static const problem thesis = {{0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
-                               {0.0, 0.0, 0x1.47ae147ae147cp+2},
-                               {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}},
-                               {10.0,
-                                {0.95778047096818769, 0.20792894694422817, -0.1964128488164547, -0.02905366197961001},
-                                {2.5647341391753806, -3.1917221901811318, 1.46}}};
+static const problem thesis = {
+    {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
+    {0.0, 0.0, 0x1.47ae147ae147cp+2},
+    {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}},
+    {10.0,
+     {0.95778047096818769, 0.20792894694422817, -0.1964128488164547, -0.02905366197961001},
+     {2.5647341391753806, -3.1917221901811318, 1.46}}};
 static const problem asymmetric = {
     {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
     {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
@@ -56,7 +58,8 @@ static inline kr_state to(const kr_method *method, kr_run *run, double until)
     method->read(run, &s);
     return s;
 }
-static inline kr_state solve(const kr_method *method, const problem *p, double tol, double until, kr_stats *stats)
+static inline kr_state solve(const kr_method *method, const problem *p, double tol, double until,
+                             kr_stats *stats)
 {
     kr_run run = open_run(method, p, until < 0.0 ? -0.01 : 0.01, tol);
     const kr_state s = to(method, &run, until);
@@ -65,7 +68,8 @@ static inline kr_state solve(const kr_method *method, const problem *p, double t
     return s;
 }
 
-static inline double apart(kr_quat a, kr_quat b)       /* of -a and a the one that came along continuously is meant */
+/* of -a and a the one that came along continuously is meant */
+static inline double apart(kr_quat a, kr_quat b)
 {
     const kr_quat d = q_mul(q_conj(a), b);
     return 2.0 * atan2(v_length(q_vec(d)), d.w);

@@ -8,7 +8,7 @@ static int check_failures;
 
 #define IS(cond)                                                                                   \
     do {                                                                                           \
-        if (!(cond)) check_failures++, printf("%s:%d  not so: %s\n", __FILE__, __LINE__, #cond);  \
+        if (!(cond)) check_failures++, printf("%s:%d  not so: %s\n", __FILE__, __LINE__, #cond);   \
     } while (0)
 #define NEAR(got, want, tol)                                                                       \
     do {                                                                                           \

@@ -6,7 +6,7 @@
 
 enum { MANY = 64 };
 static unsigned long long seed = 1;
-static inline double uniform(void)             /* in 0 .. 1 */
+static inline double uniform(void) /* in 0 .. 1 */
 {
     seed = seed * 6364136223846793005u + 1442695040888963407u;
     return (double)(seed >> 11) * 0x1p-53;

@@ -1,10 +1,11 @@
-/* Prints a hash of where each algebraic method ends: equal from every compiler, at every level of optimization. */
+/* Prints a hash of where each algebraic method ends: equal from every compiler, at every level of
+ * optimization. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 #include "kreisel.h"
 
-static uint64_t hash(const void *data, size_t size)     /* FNV-1a */
+static uint64_t hash(const void *data, size_t size) /* FNV-1a */
 {
     uint64_t h = 14695981039346656037u;
     for (size_t i = 0; i < size; i++) h = (h ^ ((const unsigned char *)data)[i]) * 1099511628211u;
@@ -32,9 +33,12 @@ int main(void)
             const kr_config config = {.step = 0.01};
             kr_top *top = NULL;
             if (!kr_method_applies(method, &s.body)) continue;
-            if (kr_top_create(&s, method, config, &top) != KR_OK || kr_top_advance(top, 300.0025) != KR_OK) return 1;
+            if (kr_top_create(&s, method, config, &top) != KR_OK ||
+                kr_top_advance(top, 300.0025) != KR_OK)
+                return 1;
             const kr_state end = kr_top_state(top);
-            printf("%-16s %-8s %016" PRIx64 "\n", kr_method_name(method), names[which], hash(&end, sizeof end));
+            printf("%-16s %-8s %016" PRIx64 "\n", kr_method_name(method), names[which],
+                   hash(&end, sizeof end));
             kr_top_free(top);
         }
     }

@@ -1,7 +1,8 @@
-/* The adaptive methods by themselves, without the driver: extrap, and GSL's where it is there. How right they are. */
+/* The adaptive methods by themselves, without the driver: extrap, and GSL's where it is there. How
+ * right they are. */
 #include "adapters.h"
 #ifdef KREISEL_GSL
-#include "gsl/gsl.h"
+#  include "gsl/gsl.h"
 #endif
 
 static double energy(const problem *p, const kr_state *s)
@@ -18,13 +19,15 @@ static void free_top(const kr_method *method)
     p.start.q = q_exp(v3(0.3, -0.7, 0.4));
     for (double t = -10.0; t <= 10.0; t += 20.0) {
         const kr_state s = solve(method, &p, 1e-12, t, NULL);
-        const double spin = t * v_dot(p.start.m, q_axis(p.start.q)) * (1.0 / p.inertia.z - 1.0 / p.inertia.x);
+        const double spin =
+            t * v_dot(p.start.m, q_axis(p.start.q)) * (1.0 / p.inertia.z - 1.0 / p.inertia.x);
         const kr_quat turn = q_exp(v_scale(t / p.inertia.x, p.start.m));
         NEAR(apart(s.q, q_mul(q_mul(turn, p.start.q), q_exp(v3(0.0, 0.0, spin)))), 0.0, 1e-10);
         NEAR(off(s.m, p.start.m), 0.0, 1e-10);
     }
 }
-/* Steady precession: turn = rate e3 + spin a with rate (I3 (spin + rate cos) - I1 rate cos) = lever. */
+/* Steady precession: turn = rate e3 + spin a with rate (I3 (spin + rate cos) - I1 rate cos) =
+ * lever. */
 static problem precession(double rate, double tilt, double *spin)
 {
     problem p = thesis;
@@ -103,7 +106,8 @@ static void jacobian_is_the_derivative(void)
     static const double y[GSL_SIZE] = {0.31, -0.72, 0.45, 0.58, 0.9, -1.7, 2.3};
     const double h = 1e-5;
     kr_run run = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
-    double jacobian[GSL_SIZE * GSL_SIZE], rate_t[GSL_SIZE], plus[GSL_SIZE], minus[GSL_SIZE], at[GSL_SIZE];
+    double jacobian[GSL_SIZE * GSL_SIZE], rate_t[GSL_SIZE], plus[GSL_SIZE], minus[GSL_SIZE],
+        at[GSL_SIZE];
     IS(kr_gsl_jacobian(0.0, y, jacobian, rate_t, &run) == 0);
     for (int j = 0; j < GSL_SIZE; j++) {
         memcpy(at, y, sizeof at);
@@ -111,7 +115,8 @@ static void jacobian_is_the_derivative(void)
         kr_gsl_rates(0.0, at, plus, &run);
         at[j] = y[j] - h;
         kr_gsl_rates(0.0, at, minus, &run);
-        for (int i = 0; i < GSL_SIZE; i++) NEAR(jacobian[GSL_SIZE * i + j], (plus[i] - minus[i]) / (2.0 * h), 1e-10);
+        for (int i = 0; i < GSL_SIZE; i++)
+            NEAR(jacobian[GSL_SIZE * i + j], (plus[i] - minus[i]) / (2.0 * h), 1e-10);
         IS(rate_t[j] == 0.0);
     }
 }

@@ -1,4 +1,5 @@
-/* The adaptive methods at their limits: landing, first steps, tolerances, failures, and the same bits again. */
+/* The adaptive methods at their limits: landing, first steps, tolerances, failures, and the same
+ * bits again. */
 #include "adapters.h"
 
 static void lands(const kr_method *method, const problem *p)
@@ -72,7 +73,8 @@ static void limit_of_tol(const kr_method *method, const problem *p)
     for (double tol = 8.0 * DBL_EPSILON; tol >= DBL_EPSILON; tol *= 0.5) {
         kr_run run = open_run(method, p, 0.0, tol);
         kr_status status = KR_OK;
-        while (status == KR_OK && run.clock != 1.0 && run.stats.evaluations < 10000) status = method->step(&run, 1.0);
+        while (status == KR_OK && run.clock != 1.0 && run.stats.evaluations < 10000)
+            status = method->step(&run, 1.0);
         IS(status == KR_ERR_STEP || run.clock == 1.0);
         close_run(method, &run);
     }

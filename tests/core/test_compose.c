@@ -21,7 +21,8 @@ static void palindrome(const composition *c)
     NEAR(kicks, 1.0, 4e-16);
     NEAR(power_sum(c, 1), 1.0, 4e-16);
 }
-/* Of symmetric steps of order 2: the odd powers below the order add up to nothing, and that of the order does not. */
+/* Of symmetric steps of order 2: the odd powers below the order add up to nothing, and that of the
+ * order does not. */
 static void of_strang(int row, int stages, int order)
 {
     const composition c = compose(row);
@@ -29,9 +30,11 @@ static void of_strang(int row, int stages, int order)
     palindrome(&c);
     for (int power = 3; power < order; power += 2) NEAR(power_sum(&c, power), 0.0, 2e-15);
     IS(fabs(power_sum(&c, order + 1)) > 1e-4);
-    for (int i = 0; i + 1 < stages; i++) NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
+    for (int i = 0; i + 1 < stages; i++)
+        NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
 }
-/* Kicks b_i at times c_i = a_1 + ... + a_i: the quadrature of order 6 is the least that order 6 asks for. */
+/* Kicks b_i at times c_i = a_1 + ... + a_i: the quadrature of order 6 is the least that order 6
+ * asks for. */
 static void of_nystrom(void)
 {
     const composition c = compose(BLANES_MOAN6);

@@ -1,9 +1,12 @@
-/* digits=: what 20 and 30 promise, against heyoka in 128 bit (validation/truth/reference.json), and how the low words travel. */
+/* digits=: what 20 and 30 promise, against heyoka in 128 bit (validation/truth/reference.json), and
+ * how the low words travel. */
 #include <string.h>
 #include "check.h"
 #include "numbers/su2_dd.h"
 
-typedef struct { kr_state high, low; } deep;
+typedef struct {
+    kr_state high, low;
+} deep;
 
 static const kr_method *taylor(void) { return kr_method_find("taylor"); }
 static deep run_to(const kr_scene *s, int digits, double t)
@@ -18,10 +21,11 @@ static deep run_to(const kr_scene *s, int digits, double t)
     kr_top_free(top);
     return end;
 }
-static double apart(deep a, deep b)     /* half the angle, and the difference of m */
+static double apart(deep a, deep b) /* half the angle, and the difference of m */
 {
     const quat_dd d = qdd_mul(qdd_conj(q_dd(a.high.q, a.low.q)), q_dd(b.high.q, b.low.q));
-    const vec_dd m = v_dd(a.high.m, a.low.m), n = v_dd(v_scale(-1.0, b.high.m), v_scale(-1.0, b.low.m));
+    const vec_dd m = v_dd(a.high.m, a.low.m),
+                 n = v_dd(v_scale(-1.0, b.high.m), v_scale(-1.0, b.low.m));
     return v_length(vdd_high(d.v)) + v_length(vdd_high(vdd_add(m, n)));
 }
 static kr_scene tilted(void)
@@ -39,12 +43,19 @@ static kr_scene tilted(void)
 static void truth(void)
 {
     kr_scene s = kr_scene_default();
-    const kr_body body = {1.0, {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
-                          {0.0, 0.0, 0x1.47ae147ae147cp+2}, {1, 0, 0, 0}};
+    const kr_body body = {1.0,
+                          {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
+                          {0.0, 0.0, 0x1.47ae147ae147cp+2},
+                          {1, 0, 0, 0}};
     s.body = body;
     const deep want = {
-        {100.0, {0x1.596bdbe6c4be4p-1, 0x1.7d1de20e97b5bp-3, -0x1.cd594600f1a57p-4, -0x1.6924a07d8f6b3p-1}, {0, 0, 0}},
-        {0.0, {-0x1.58579de3fe5fap-55, -0x1.3d76fad57a73fp-57, 0x1.85d5a6faa81fcp-58, 0x1.ebb7d3eb07125p-59}, {0, 0, 0}},
+        {100.0,
+         {0x1.596bdbe6c4be4p-1, 0x1.7d1de20e97b5bp-3, -0x1.cd594600f1a57p-4, -0x1.6924a07d8f6b3p-1},
+         {0, 0, 0}},
+        {0.0,
+         {-0x1.58579de3fe5fap-55, -0x1.3d76fad57a73fp-57, 0x1.85d5a6faa81fcp-58,
+          0x1.ebb7d3eb07125p-59},
+         {0, 0, 0}},
     };
     deep twenty = run_to(&s, 20, 100), thirty = run_to(&s, 30, 100);
     twenty.high.m = twenty.low.m = thirty.high.m = thirty.low.m = v3(0, 0, 0);
@@ -55,11 +66,21 @@ static void truth(void)
 static void truth_of_asymmetric(void)
 {
     kr_scene s = kr_scene_default();
-    const kr_body body = {1.0, {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
-                          {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5}, {1, 0, 0, 0}};
-    const deep want = {{30.0, {0x1.2955932a0ceb4p-1, -0x1.843051ea62496p-4, -0x1.87212b636e44ap-1, 0x1.0f4a0522e92d1p-2}, {0, 0, 0}}, {0.0, {-0x1.bf467b072c22cp-55, -0x1.15de6d0a52be1p-59, 0x1.a3e1c6570dfe9p-55, -0x1.eca201dc222e0p-56}, {0, 0, 0}}};
+    const kr_body body = {1.0,
+                          {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
+                          {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
+                          {1, 0, 0, 0}};
+    const deep want = {
+        {30.0,
+         {0x1.2955932a0ceb4p-1, -0x1.843051ea62496p-4, -0x1.87212b636e44ap-1, 0x1.0f4a0522e92d1p-2},
+         {0, 0, 0}},
+        {0.0,
+         {-0x1.bf467b072c22cp-55, -0x1.15de6d0a52be1p-59, 0x1.a3e1c6570dfe9p-55,
+          -0x1.eca201dc222e0p-56},
+         {0, 0, 0}}};
     s.body = body;
-    s.start.q = q4(0x1.2acb3a9f5a815p-4, v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
+    s.start.q = q4(0x1.2acb3a9f5a815p-4,
+                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
     deep thirty = run_to(&s, 30, 30);
     thirty.high.m = thirty.low.m = v3(0, 0, 0);
     NEAR(apart(thirty, want), 0.0, 1e-27);
@@ -77,7 +98,7 @@ static void accuracy(void)
     NEAR(turned.hi, 0.0, 1e-28);
     s.start = thirty.high;
     const deep back = run_to(&s, 30, 0), begin = {start, {0.0, {0, 0, 0, 0}, {0, 0, 0}}};
-    NEAR(apart(back, begin), 0.0, 1e-14);       /* begun without its low words */
+    NEAR(apart(back, begin), 0.0, 1e-14); /* begun without its low words */
     IS(apart(back, begin) > 1e-18);
 }
 /* A start that is no whole number of steps from anything: the time between is taken exactly. */
@@ -90,10 +111,13 @@ static void exact_time(void)
     const deep a = run_to(&late, 30, t), b = run_to(&s, 30, span.hi);
     const kr_vec3 w = kr_state_velocity(&s, &b.high), torque = kr_state_torque(&s, &b.high);
     const kr_quat rate = q_scale(0.5, q_mul(q4(0, w), b.high.q));
-    const quat_dd moved = {dd_add(q_dd(b.high.q, b.low.q).w, dd_of(span.lo * rate.w)),
-                           vdd_add(q_dd(b.high.q, b.low.q).v, v_dd(v_scale(span.lo, q_vec(rate)), v3(0, 0, 0)))};
-    const vec_dd pushed = vdd_add(v_dd(b.high.m, b.low.m), v_dd(v_scale(span.lo, torque), v3(0, 0, 0)));
-    const deep want = {{t, qdd_high(moved), vdd_high(pushed)}, {0, qdd_low(moved), vdd_low(pushed)}};
+    const quat_dd moved = {
+        dd_add(q_dd(b.high.q, b.low.q).w, dd_of(span.lo * rate.w)),
+        vdd_add(q_dd(b.high.q, b.low.q).v, v_dd(v_scale(span.lo, q_vec(rate)), v3(0, 0, 0)))};
+    const vec_dd pushed =
+        vdd_add(v_dd(b.high.m, b.low.m), v_dd(v_scale(span.lo, torque), v3(0, 0, 0)));
+    const deep want = {{t, qdd_high(moved), vdd_high(pushed)},
+                       {0, qdd_low(moved), vdd_low(pushed)}};
     IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
     NEAR(apart(a, want), 0.0, 1e-28);
 }
@@ -110,8 +134,10 @@ static void scaling(void)
     big.start.m = v_scale(kg * m * m / sec, s.start.m);
     for (int digits = 16; digits <= 30; digits += 7) {
         const deep a = run_to(&s, digits, 5.003), b = run_to(&big, digits, 5.003 * sec);
-        const kr_vec3 high = v_scale(sec / (kg * m * m), b.high.m), low = v_scale(sec / (kg * m * m), b.low.m);
-        IS(memcmp(&a.high.q, &b.high.q, sizeof a.high.q) == 0 && memcmp(&a.low.q, &b.low.q, sizeof a.low.q) == 0);
+        const kr_vec3 high = v_scale(sec / (kg * m * m), b.high.m),
+                      low = v_scale(sec / (kg * m * m), b.low.m);
+        IS(memcmp(&a.high.q, &b.high.q, sizeof a.high.q) == 0 &&
+           memcmp(&a.low.q, &b.low.q, sizeof a.low.q) == 0);
         IS(memcmp(&a.high.m, &high, sizeof high) == 0 && memcmp(&a.low.m, &low, sizeof low) == 0);
     }
 }
@@ -124,7 +150,8 @@ static void stepping(void)
     for (int i = 0; i < 20; i++) {
         IS(kr_top_step(top) == KR_OK);
         const deep here = {kr_top_state(top), kr_top_low(top)}, there = run_to(&s, 30, here.high.t);
-        NEAR(apart(here, there), 0.0, 1e-15);   /* the end of a step, in the user's time, is rounded */
+        /* the end of a step, in the user's time, is rounded */
+        NEAR(apart(here, there), 0.0, 1e-15);
         IS(here.low.q.w != 0.0);
     }
     kr_top_free(top);

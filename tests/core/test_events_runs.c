@@ -1,4 +1,5 @@
-/* Runs that stop at events: what they find, that they leave the path alone, what is refused, failures. */
+/* Runs that stop at events: what they find, that they leave the path alone, what is refused,
+ * failures. */
 #include "events.h"
 #include "taylor/taylor.h"
 
@@ -22,11 +23,14 @@ static void nutation_of_lagrange_tops(void)
 
 static void path_is_the_same(void)
 {
-    const kr_term precession[] = {{1.0, KR_VERTICAL_X, KR_BODY_VELOCITY_X}, {1.0, KR_VERTICAL_Y, KR_BODY_VELOCITY_Y},
-                                  {1.0, KR_VERTICAL_Z, KR_BODY_VELOCITY_Z}, {-1.0, KR_APEX_Z, KR_SPIN}};
+    const kr_term precession[] = {{1.0, KR_VERTICAL_X, KR_BODY_VELOCITY_X},
+                                  {1.0, KR_VERTICAL_Y, KR_BODY_VELOCITY_Y},
+                                  {1.0, KR_VERTICAL_Z, KR_BODY_VELOCITY_Z},
+                                  {-1.0, KR_APEX_Z, KR_SPIN}};
     for (int digits = 16; digits <= 30; digits += 7) {
         const kr_scene s = scene_of(1);
-        kr_event e[2] = {{.terms = precession, .count = 4}, {.terms = &height, .count = 1, .extremum = 1}};
+        kr_event e[2] = {{.terms = precession, .count = 4},
+                         {.terms = &height, .count = 1, .extremum = 1}};
         const kr_config config = {.digits = digits};
         kr_top *watched = make(&s, config, e, 2), *plain = make(&s, config, NULL, 0);
         kr_hit hit = {-1, 0};
@@ -45,7 +49,8 @@ static void path_is_the_same(void)
     }
 }
 
-/* A height that the apex has where a step ends, to the last bits and just beside them: passed once, there. */
+/* A height that the apex has where a step ends, to the last bits and just beside them: passed once,
+ * there. */
 static void at_the_border(void)
 {
     const kr_scene s = scene_of(1);
@@ -90,7 +95,8 @@ static void two_in_one_step(void)
             const double aside = 0.5 * steps[k] * length;
             IS(kr_top_reset(to, &s.start) == KR_OK && kr_top_advance(to, at[i] - aside) == KR_OK);
             const kr_state before = kr_top_state(to);
-            const kr_term g[] = {height, {-kr_terms_value(&s, &before, 1, &height), KR_ONE, KR_ONE}};
+            const kr_term g[] = {height,
+                                 {-kr_terms_value(&s, &before, 1, &height), KR_ONE, KR_ONE}};
             kr_event e = {.terms = g, .count = 2};
             kr_top *other = make(&s, (kr_config){0}, &e, 1);
             const int m = seek_all(other, at[i] + length, t, hits);
@@ -111,13 +117,15 @@ static void starts(void)
 {
     const kr_scene s = scene_of(1);
     kr_scene late = s;
-    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &height, .count = 1, .extremum = 1}};
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &height, .count = 1, .extremum = 1}};
     double t[MANY], u[MANY];
     late.start.t = 12345.6789;
     kr_top *top = make(&s, (kr_config){0}, e, 1), *other = make(&late, (kr_config){0}, e + 1, 1);
     const int n = seek_all(top, 30.0, t, NULL);
     IS(n > 5 && seek_all(other, late.start.t + 30.0, u, NULL) == n);
-    for (int i = 0; i < n; i++) NEAR(u[i] - late.start.t, t[i], 4e-12);      /* the rounding of the late times */
+    /* the rounding of the late times */
+    for (int i = 0; i < n; i++) NEAR(u[i] - late.start.t, t[i], 4e-12);
     IS(kr_top_reset(top, &s.start) == KR_OK && seek_all(top, 30.0, u, NULL) == n);
     IS(memcmp(t, u, (size_t)n * sizeof *t) == 0);
     IS(kr_top_reset(top, &s.start) == KR_OK);
@@ -132,7 +140,8 @@ static void starts(void)
     on.start.q = q_unit(on.start.q);
     kr_top *again = make(&on, (kr_config){0}, e, 1);
     kr_hit hit;
-    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.which == 0 && kr_top_state(again).t > t[n - 1] + 0.1);
+    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.which == 0 &&
+       kr_top_state(again).t > t[n - 1] + 0.1);
     kr_top_free(top);
     kr_top_free(other);
     kr_top_free(again);
@@ -140,8 +149,10 @@ static void starts(void)
 static void both_at_once(void)
 {
     const kr_scene s = scene_of(1);
-    kr_event e[3] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &height, .count = 1, .extremum = 1},
-                     {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+    kr_event e[3] = {
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
     double t[MANY];
     kr_hit hits[MANY];
     int above = 0;
@@ -176,7 +187,8 @@ static void kernels_agree(void)
 /* Units of length, mass and time by powers of two. */
 static void scaling(void)
 {
-    const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20, momentum = mass * length * length / time;
+    const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
+                 momentum = mass * length * length / time;
     const kr_scene s = scene_of(1);
     kr_scene big = s;
     big.body.mass *= mass;
@@ -185,7 +197,8 @@ static void scaling(void)
     big.gravity *= length / (time * time);
     big.start.m = v_scale(momentum, s.start.m);
     const kr_term g[] = {{1.0, KR_M_X, KR_BODY_VELOCITY_Y}, {0.3, KR_SPIN, KR_ONE}};
-    const kr_term h[] = {{1.0 / momentum * time, KR_M_X, KR_BODY_VELOCITY_Y}, {0.3 * time, KR_SPIN, KR_ONE}};
+    const kr_term h[] = {{1.0 / momentum * time, KR_M_X, KR_BODY_VELOCITY_Y},
+                         {0.3 * time, KR_SPIN, KR_ONE}};
     kr_event e = {.terms = g, .count = 2}, f = {.terms = h, .count = 2};
     double t[MANY], u[MANY];
     kr_top *top = make(&s, (kr_config){0}, &e, 1), *other = make(&big, (kr_config){0}, &f, 1);
@@ -202,18 +215,26 @@ static void refusals(void)
     const kr_term nothing = {0.0, KR_APEX_Z, KR_ONE}, bad = {NAN, KR_APEX_Z, KR_ONE};
     const kr_term odd = {1.0, KR_QUANTITY_COUNT, KR_ONE};
     const kr_term vast[2] = {{1e308, KR_M_X, KR_ONE}, {1e308, KR_M_Y, KR_ONE}};
-    kr_event good = {.terms = &height, .count = 1}, wrong[] = {
-        {.terms = NULL, .count = 1}, {.terms = &height, .count = 0}, {.terms = &nothing, .count = 1},
-        {.terms = &bad, .count = 1}, {.terms = &odd, .count = 1}, {.terms = vast, .count = 2},
-        {.terms = &height, .count = 1, .direction = 2},
-        {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
+    kr_event good = {.terms = &height, .count = 1},
+             wrong[] = {{.terms = NULL, .count = 1},
+                        {.terms = &height, .count = 0},
+                        {.terms = &nothing, .count = 1},
+                        {.terms = &bad, .count = 1},
+                        {.terms = &odd, .count = 1},
+                        {.terms = vast, .count = 2},
+                        {.terms = &height, .count = 1, .direction = 2},
+                        {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
     kr_hit hit = {7, 7};
     kr_top *top = make(&s, (kr_config){0}, &good, 1), *rk4 = NULL;
-    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
     IS(top->watched == 1 && top->events == &good);
-    IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT && kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
-    IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT && kr_top_seek(top, 1.0, NULL) == KR_ERR_ARGUMENT);
-    IS(kr_top_seek(top, NAN, &hit) == KR_ERR_ARGUMENT && kr_top_seek(top, -1.0, &hit) == KR_ERR_TIME);
+    IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT &&
+       kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, 1.0, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(top, NAN, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, -1.0, &hit) == KR_ERR_TIME);
     IS(hit.which == 7 && kr_top_watch(top, 0, NULL) == KR_OK);
     IS(kr_top_seek(top, 50.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(top).t == 50.0);
     kr_top_free(top);
@@ -226,11 +247,13 @@ static void failures(void)
 {
     const kr_scene s = scene_of(0);
     const kr_term still = {1.0, KR_M_Z, KR_ONE};
-    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &still, .count = 1, .extremum = 1}};
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &still, .count = 1, .extremum = 1}};
     kr_hit hit = {7, 7};
     kr_top *top = make(&s, (kr_config){.max_steps = 3}, e, 2);
     for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
-    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 && kr_top_stats(top).steps == 3);
+    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 &&
+       kr_top_stats(top).steps == 3);
     kr_top_free(top);
 }
 

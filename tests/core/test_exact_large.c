@@ -1,4 +1,5 @@
-/* So many states of the closed form at once that they go past the cache, to places that suit that and to others. */
+/* So many states of the closed form at once that they go past the cache, to places that suit that
+ * and to others. */
 #include <string.h>
 #include "check.h"
 #include "kreisel.h"

@@ -1,4 +1,5 @@
-/* The rates of the closed form; the k-th state of the Bobenko-Suris map against the map; the method; refusals. */
+/* The rates of the closed form; the k-th state of the Bobenko-Suris map against the map; the
+ * method; refusals. */
 #include <string.h>
 #include "check.h"
 #include "numbers/su2.h"
@@ -14,16 +15,26 @@ static kr_scene thesis(kr_quat q, kr_vec3 m, double gravity)
 static kr_scene scene(int i)
 {
     switch (i) {
-    case 0: return kr_scene_default();
-    case 1: return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 30), 1.0);
-    case 2: return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.3, -3), -2.0);
-    case 3: return thesis(q_exp(v3(1e-7, 0, 0)), v3(0.3, 0.2, 4), 1.0);
-    case 4: return thesis(q_exp(v3(pi - 1e-6, 0, 0)), v3(3, -2, 5), 1.0);
-    case 5: return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 1.5, 0), 1.0);
-    case 6: return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 40, 0), 1.0);
-    case 7: return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 3), 0.0);
-    case 8: return thesis(q_one(), v3(0, 0, 9), 1.0);
-    default: return thesis(q4(0.0, v3(0.6, 0.8, 0.0)), v3(3, 1, 9), -1.0);
+    case 0:
+        return kr_scene_default();
+    case 1:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 30), 1.0);
+    case 2:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.3, -3), -2.0);
+    case 3:
+        return thesis(q_exp(v3(1e-7, 0, 0)), v3(0.3, 0.2, 4), 1.0);
+    case 4:
+        return thesis(q_exp(v3(pi - 1e-6, 0, 0)), v3(3, -2, 5), 1.0);
+    case 5:
+        return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 1.5, 0), 1.0);
+    case 6:
+        return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 40, 0), 1.0);
+    case 7:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 3), 0.0);
+    case 8:
+        return thesis(q_one(), v3(0, 0, 9), 1.0);
+    default:
+        return thesis(q4(0.0, v3(0.6, 0.8, 0.0)), v3(3, 1, 9), -1.0);
     }
 }
 enum { SCENES = 10 };
@@ -35,7 +46,8 @@ static double azimuth(const kr_scene *s, kr_state e)
 }
 static double twist(kr_quat q) { return atan2(q.z, q.w) - atan2(q.y, q.x); }
 
-/* After a period the axis is at its height again, and further by what the mean rates say; whole turns are counted. */
+/* After a period the axis is at its height again, and further by what the mean rates say; whole
+ * turns are counted. */
 static void rates(void)
 {
     enum { PARTS = 4000 };
@@ -43,7 +55,8 @@ static void rates(void)
         const kr_scene s = scene(i);
         kr_exact plan;
         IS(kr_exact_plan(&s, &plan) == KR_OK);
-        if (s.gravity == 0.0 || plan.period == INFINITY || i == 5 || i == 6) continue;      /* planar: a zero on the way */
+        /* planar: a zero on the way */
+        if (s.gravity == 0.0 || plan.period == INFINITY || i == 5 || i == 6) continue;
         kr_state last = kr_exact_state(&plan, 0.3), e = last;
         double turned = 0.0, spun = 0.0;
         const double height = kr_state_apex(&s, &e).z;
@@ -53,7 +66,7 @@ static void rates(void)
             spun += fold(twist(e.q) - twist(last.q));
         }
         NEAR(kr_state_apex(&s, &e).z, height, 1e-13);
-        if (i == 0 || i == 9) continue;         /* through a pole: the mean of either way round */
+        if (i == 0 || i == 9) continue; /* through a pole: the mean of either way round */
         NEAR(turned / plan.period, plan.precession, 1e-12 * (1.0 + fabs(plan.precession)));
         NEAR(spun / plan.period, plan.spin, 1e-12 * (1.0 + fabs(plan.spin)));
     }
@@ -78,13 +91,15 @@ static void map(void)
         kr_top_free(top);
     }
 }
-/* Far away the map's integrals, and one more step of it, which multiplies roundings where it is large. */
+/* Far away the map's integrals, and one more step of it, which multiplies roundings where it is
+ * large. */
 static void far_away(kr_scene s, double step, double within)
 {
     const kr_config config = {.step = step};
     kr_exact_map closed;
     IS(kr_exact_map_plan(&s, config.step, &closed) == KR_OK);
-    const double energy = kr_state_modified_energy(&s, &s.start, config.step), axial = kr_state_axial(&s, &s.start);
+    const double energy = kr_state_modified_energy(&s, &s.start, config.step),
+                 axial = kr_state_axial(&s, &s.start);
     const double most = fabs(energy) + kr_state_kinetic(&s, &s.start), size = v_length(s.start.m);
     for (int64_t k = 1; k < 1000000000000; k *= -7) {
         const kr_state e = kr_exact_map_state(&closed, k);
@@ -93,8 +108,10 @@ static void far_away(kr_scene s, double step, double within)
         kr_scene here = s;
         here.start = e;
         kr_top *top = NULL;
-        IS(kr_top_create(&here, kr_method_find("bobenko_suris"), config, &top) == KR_OK && kr_top_step(top) == KR_OK);
-        NEAR(kr_attitude_error(kr_top_state(top).q, kr_exact_map_state(&closed, k + 1).q), 0.0, within);
+        IS(kr_top_create(&here, kr_method_find("bobenko_suris"), config, &top) == KR_OK &&
+           kr_top_step(top) == KR_OK);
+        NEAR(kr_attitude_error(kr_top_state(top).q, kr_exact_map_state(&closed, k + 1).q), 0.0,
+             within);
         kr_top_free(top);
     }
 }
@@ -112,13 +129,15 @@ static void map_rates(void)
             IS(kr_exact_map_plan(&s, h, &closed) == KR_OK);
             double turned = 0.0;
             for (int k = 0; k < 30000; k++)
-                turned += fold(azimuth(&s, kr_exact_map_state(&closed, k + 1)) - azimuth(&s, kr_exact_map_state(&closed, k)));
+                turned += fold(azimuth(&s, kr_exact_map_state(&closed, k + 1)) -
+                               azimuth(&s, kr_exact_map_state(&closed, k)));
             NEAR(turned / (30000 * h), closed.curve.precession, 8.0 / (30000 * h));
             off[j] = fabs(1.0 / closed.curve.period - 1.0 / plan.period);
             NEAR(closed.curve.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
             NEAR(closed.curve.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
         }
-        NEAR(off[0] / off[1], 2.0, 2.2);        /* of first order, or of second from starts like the thesis' */
+        /* of first order, or of second from starts like the thesis' */
+        NEAR(off[0] / off[1], 2.0, 2.2);
     }
 }
 static void method(void)
@@ -152,16 +171,20 @@ static void refusals(void)
     bad = s, bad.start.m.x = INFINITY;
     IS(kr_exact_plan(&bad, &plan) == KR_ERR_ARGUMENT);
     bad = s, bad.body.inertia.x *= 1.1;
-    IS(kr_exact_plan(&bad, &plan) == KR_ERR_METHOD && kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_METHOD);
+    IS(kr_exact_plan(&bad, &plan) == KR_ERR_METHOD &&
+       kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_METHOD);
     IS(kr_top_create(&bad, exact, config, &top) == KR_ERR_METHOD && !kr_method_suits(exact, &bad));
-    bad.gravity = 0.0;                          /* any free body has a closed form */
-    IS(kr_exact_plan(&bad, &plan) == KR_OK && kr_method_suits(exact, &bad) && !kr_method_applies(exact, &bad.body));
+    bad.gravity = 0.0; /* any free body has a closed form */
+    IS(kr_exact_plan(&bad, &plan) == KR_OK && kr_method_suits(exact, &bad) &&
+       !kr_method_applies(exact, &bad.body));
     IS(kr_top_create(&bad, exact, config, &top) == KR_OK);
     kr_top_free(top);
     bad = s, bad.body.inertia = v3(1e-30, 1e-30, 1e-30), bad.start.m.x = 1e300;
     IS(kr_exact_plan(&bad, &plan) == KR_ERR_ARGUMENT);
-    IS(kr_exact_map_plan(&s, 0.0, &closed) == KR_ERR_ARGUMENT && kr_exact_map_plan(&s, NAN, &closed) == KR_ERR_ARGUMENT);
-    bad = thesis(q_exp(v3(1e-14, 0, 0)), v3(0, 0, 0), 1.0);                 /* next to the separatrix */
+    IS(kr_exact_map_plan(&s, 0.0, &closed) == KR_ERR_ARGUMENT &&
+       kr_exact_map_plan(&s, NAN, &closed) == KR_ERR_ARGUMENT);
+    /* next to the separatrix */
+    bad = thesis(q_exp(v3(1e-14, 0, 0)), v3(0, 0, 0), 1.0);
     IS(kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_STEP_SIZE && closed.step == 7.0);
 }
 int main(void)
@@ -169,7 +192,8 @@ int main(void)
     rates();
     map();
     far_away(scene(1), 0.1, 2e-15);
-    far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);      /* hangs: step^2 lever / I1 > 2 */
+    /* hangs: step^2 lever / I1 > 2 */
+    far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);
     far_away(thesis(q4(0.0, v3(0.6, 0.8, 0)), v3(2, -3, 1), 1.0), -7.0, 5e-14);
     map_rates();
     method();

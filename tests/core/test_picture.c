@@ -29,7 +29,8 @@ static void test_box_of_a_cuboid(void)
     const kr_body plain = cuboid(1.7, half, pivot);
     double j[9];
     for (int i = 0; i < 3; i++) {
-        const kr_vec3 e = v3(i == 0, i == 1, i == 2), column = q_turn(turn, inertia(&plain, q_turn_back(turn, e)));
+        const kr_vec3 e = v3(i == 0, i == 1, i == 2),
+                      column = q_turn(turn, inertia(&plain, q_turn_back(turn, e)));
         j[i] = column.x, j[3 + i] = column.y, j[6 + i] = column.z;
     }
     kr_body body;
@@ -37,13 +38,15 @@ static void test_box_of_a_cuboid(void)
     const kr_box box = kr_picture_box(&body);
     NEAR(box.density, 1.7, 1e-12);
     NEAR(off(box.centre, q_turn(turn, v_scale(-1.0, pivot))), 0.0, 1e-12);
-    for (int corner = 0; corner < 8; corner++) {            /* its edges may have other names, its corners lie there */
+    /* its edges may have other names, its corners lie there */
+    for (int corner = 0; corner < 8; corner++) {
         const kr_vec3 sign = v3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         const kr_vec3 seen = q_turn_back(turn, q_turn(box.turn, v_times(sign, box.half)));
         NEAR(off(v3(fabs(seen.x), fabs(seen.y), fabs(seen.z)), half), 0.0, 1e-12);
     }
 }
-/* The thesis gives its cuboid's inertia, and 1 for its mass: the cuboid is found, for its density is 1. */
+/* The thesis gives its cuboid's inertia, and 1 for its mass: the cuboid is found, for its density
+ * is 1. */
 static void test_box_of_density_one(void)
 {
     kr_body body = cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0));
@@ -54,13 +57,16 @@ static void test_box_of_density_one(void)
     NEAR(off(box.half, v3(0.8, 0.8, 1.0)), 0.0, 1e-12);
     NEAR(off(box.centre, v3(0.0, 0.0, 1.0)), 0.0, 1e-12);
 }
-/* No body of this mass has its centre of mass so far out: the cuboid is of another one that moves the same, in any units. */
+/* No body of this mass has its centre of mass so far out: the cuboid is of another one that moves
+ * the same, in any units. */
 static void test_box_of_numbers_that_fit_no_body(void)
 {
     kr_body body, small;
-    IS(kr_body_symmetric(1.0, 1.0, 0.9, 2.0, &body) == KR_OK && kr_body_symmetric(1.0, 1e-8, 0.9e-8, 2e-4, &small) == KR_OK);
+    IS(kr_body_symmetric(1.0, 1.0, 0.9, 2.0, &body) == KR_OK &&
+       kr_body_symmetric(1.0, 1e-8, 0.9e-8, 2e-4, &small) == KR_OK);
     const kr_box box = kr_picture_box(&body), little = kr_picture_box(&small);
-    const kr_body drawn = cuboid(box.density, box.half, v_scale(-1.0, q_turn_back(box.turn, box.centre)));
+    const kr_body drawn =
+        cuboid(box.density, box.half, v_scale(-1.0, q_turn_back(box.turn, box.centre)));
     NEAR(off(v_scale(drawn.mass, q_turn(drawn.axes, drawn.com)), v3(0.0, 0.0, 2.0)), 0.0, 1e-12);
     NEAR(off(drawn.inertia, body.inertia), 0.0, 1e-12);
     NEAR(off(v_scale(1e4, little.half), box.half), 0.0, 1e-7);
@@ -123,8 +129,10 @@ static void test_way(void)
     actor = top(kr_scene_default(), 10000, 1000000);
     IS(way(actor, 2.0) == 101);
     NEAR(off(v_scale(0.5, at(0)), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
-    NEAR(off(v_scale(0.5 / (1.0 - 2.0 / KR_PICTURE_POINTS), at(100)), v3(0.0, 0.0, 1.0)), 0.0, 1e-6);
-    actor = top(kr_scene_default(), 10000, 100000000);      /* the ring has gone round: every other step, newest first */
+    NEAR(off(v_scale(0.5 / (1.0 - 2.0 / KR_PICTURE_POINTS), at(100)), v3(0.0, 0.0, 1.0)), 0.0,
+         1e-6);
+    /* the ring has gone round: every other step, newest first */
+    actor = top(kr_scene_default(), 10000, 100000000);
     IS(way(actor, 1.0) == KR_PICTURE_POINTS);
     NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(v_length(at(KR_PICTURE_POINTS - 1)), 0.98 + 0.02 / KR_PICTURE_POINTS, 1e-6);
@@ -141,7 +149,7 @@ static void test_rod(void)
 {
     const kr_actor *actor = top(kr_scene_default(), 10000, 3000000);
     const int n = rod(actor, 0.8, 0.1);
-    IS(n == 61);                                            /* every fifth step, 0.05 apart */
+    IS(n == 61); /* every fifth step, 0.05 apart */
     NEAR(off(centre(0), v3(0.0, 0.0, 0.0)), 0.0, 1e-6);
     for (int ring = 0; ring + 1 < n; ring++) {
         kr_state then = actor->now;
@@ -153,7 +161,8 @@ static void test_rod(void)
     IS(rod(top(kr_scene_default(), 400000, 4000000), 1.0, 0.1) == 11);
     IS(rod(top(kr_scene_default(), 1, 100), 1.0, 0.1) == 1);
 }
-/* Round for a body alike about its axis; for Kowalewski's the stiffnesses are as 2 to 1, the sides as sqrt(2) to 1. */
+/* Round for a body alike about its axis; for Kowalewski's the stiffnesses are as 2 to 1, the sides
+ * as sqrt(2) to 1. */
 static void test_section(void)
 {
     kr_scene scene = kr_scene_default();

@@ -4,7 +4,7 @@
 #include "check.h"
 
 static kr_stage stage, other;
-static const int64_t eps1 = 10000, eps2 = 70000;      /* 0.01, 0.07; the common multiple is 0.07 */
+static const int64_t eps1 = 10000, eps2 = 70000; /* 0.01, 0.07; the common multiple is 0.07 */
 
 static void set(kr_stage *s, int64_t first, int64_t second)
 {
@@ -33,7 +33,8 @@ static void test_states(void)
     IS(stage.actor[0].steps == 700 && stage.actor[1].steps == 100 && stage.actor[2].steps == 100);
     kr_top_free(top);
 }
-/* An adaptive method stands at multiples of eps, from each of which it begins as if new: so eps counts. */
+/* An adaptive method stands at multiples of eps, from each of which it begins as if new: so eps
+ * counts. */
 static void test_restarts(void)
 {
     kr_scene scene = kr_scene_default();
@@ -71,7 +72,8 @@ static void test_any_division_is_the_same(void)
     for (int64_t r = 0; r < stage.rows; r++)
         IS(memcmp(&stage.row[r], &other.row[r], sizeof(kr_row)) == 0);
 }
-/* Off the grid the two stand at different times: no error is to be had there, and none is recorded. */
+/* Off the grid the two stand at different times: no error is to be had there, and none is
+ * recorded. */
 static void test_compares_at_common_multiples_only(void)
 {
     set(&stage, eps1, eps2);
@@ -90,25 +92,31 @@ static void test_compares_at_common_multiples_only(void)
 static void test_record_is_bounded(void)
 {
     set(&stage, eps1, eps1);
-    kr_stage_advance(&stage, 100000000, INT64_MAX);     /* 10,000 steps */
+    kr_stage_advance(&stage, 100000000, INT64_MAX); /* 10,000 steps */
     IS(stage.rows > KR_STAGE_ROWS / 2 && stage.rows <= KR_STAGE_ROWS);
     IS(stage.stride == 16 * stage.common);
-    for (int64_t row = 0; row < stage.rows; row++) NEAR(stage.row[row].time, 0.16 * (double)row, 1e-12);
+    for (int64_t row = 0; row < stage.rows; row++)
+        NEAR(stage.row[row].time, 0.16 * (double)row, 1e-12);
     NEAR(stage.row[stage.rows - 1].at[2].energy, stage.row[0].at[2].energy, 1e-7);
 }
-/* Between two rows the energy swings many times. What it swings to is in the record all the same. */
+/* Between two rows the energy swings many times. What it swings to is in the record all the
+ * same. */
 static void test_extremes_are_not_lost(void)
 {
     const kr_scene scene = kr_scene_default();
     double low = INFINITY, high = -INFINITY, all_low = INFINITY, all_high = -INFINITY;
     kr_stage_clear(&stage);
     IS(kr_stage_add(&stage, &scene, kr_method_find("bobenko_suris"), eps1, 0.0, -1) == KR_OK);
-    kr_stage_advance(&stage, 8000000, INT64_MAX);       /* 8: one swing, each step of it in the record */
+    /* 8: one swing, each step of it in the record */
+    kr_stage_advance(&stage, 8000000, INT64_MAX);
     for (int64_t k = 0; k < stage.rows; k++) {
-        IS(stage.row[k].low[0].energy == stage.row[k].at[0].energy && isnan(stage.row[k].high[0].error));
-        all_low = fmin(all_low, stage.row[k].at[0].energy), all_high = fmax(all_high, stage.row[k].at[0].energy);
+        IS(stage.row[k].low[0].energy == stage.row[k].at[0].energy &&
+           isnan(stage.row[k].high[0].error));
+        all_low = fmin(all_low, stage.row[k].at[0].energy),
+        all_high = fmax(all_high, stage.row[k].at[0].energy);
     }
-    kr_stage_advance(&stage, 20000000000, INT64_MAX);   /* 20,000: rows 20.48 apart, more than two swings */
+    /* 20,000: rows 20.48 apart, more than two swings */
+    kr_stage_advance(&stage, 20000000000, INT64_MAX);
     IS(stage.stride == 2048 * stage.common);
     for (int64_t k = 1; k < stage.rows; k++) {
         const kr_row *row = &stage.row[k];
@@ -121,7 +129,8 @@ static void test_extremes_are_not_lost(void)
 }
 static void test_common_multiples(void)
 {
-    static const int64_t of[][3] = {{10000, 200000, 200000}, {30000, 200000, 600000}, {70000, 200000, 1400000}};
+    static const int64_t of[][3] = {
+        {10000, 200000, 200000}, {30000, 200000, 600000}, {70000, 200000, 1400000}};
     for (int i = 0; i < 3; i++) {
         set(&stage, of[i][0], of[i][1]);
         IS(stage.common == of[i][2]);
@@ -145,7 +154,8 @@ static void test_track(void)
     IS(kr_stage_add_track(&stage, &scene, track, 51, 100000, 0) == KR_OK);
     kr_stage_advance(&stage, 5000000, INT64_MAX);
     IS(kr_stage_measure(&stage, 1).error == 0.0 && same(&stage.actor[1].now, &track[50]));
-    kr_stage_advance(&stage, 6000000, INT64_MAX);       /* past its end: it stays, the other goes on */
+    /* past its end: it stays, the other goes on */
+    kr_stage_advance(&stage, 6000000, INT64_MAX);
     IS(stage.actor[1].status == KR_ERR_LIMIT && isnan(kr_stage_measure(&stage, 1).energy));
     IS(stage.actor[0].steps == 60);
 }
@@ -162,7 +172,8 @@ static void test_refusals(void)
     IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_ERR_BODY);
     IS(stage.tops == 0 && kr_stage_advance(&stage, 1000000, INT64_MAX) == 0);
     scene = kr_scene_default();
-    for (int i = 0; i < KR_STAGE_TOPS; i++) IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_OK);
+    for (int i = 0; i < KR_STAGE_TOPS; i++)
+        IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_OK);
     IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_ERR_ARGUMENT);
 }
 /* One that fails stays at its last good state; the others go on. */

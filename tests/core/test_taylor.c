@@ -1,4 +1,5 @@
-/* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens when it fails. */
+/* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens
+ * when it fails. */
 #include <stdlib.h>
 #include <string.h>
 #include "check.h"
@@ -6,13 +7,14 @@
 #include "taylor/taylor.h"
 
 static const kr_method *taylor(void) { return kr_method_find("taylor"); }
-static kr_scene asymmetric(void)        /* that of problems.json */
+static kr_scene asymmetric(void) /* that of problems.json */
 {
     kr_scene s = kr_scene_default();
     s.body.mass = 1.0;
     s.body.inertia = v3(0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2);
     s.body.com = v3(-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5);
-    s.start.q = q4(0x1.2acb3a9f5a815p-4, v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
+    s.start.q = q4(0x1.2acb3a9f5a815p-4,
+                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
     return s;
 }
 static kr_top *make(const kr_scene *s, kr_config config)
@@ -31,12 +33,19 @@ static kr_state run_to(const kr_scene *s, double tol, double t)
     return end;
 }
 static int same(const kr_state *a, const kr_state *b) { return memcmp(a, b, sizeof *a) == 0; }
-static double distance(kr_state a, kr_state b) { return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m)); }
-static double energy(const kr_scene *s, kr_state a) { return kr_state_kinetic(s, &a) + kr_state_potential(s, &a); }
+static double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+}
+static double energy(const kr_scene *s, kr_state a)
+{
+    return kr_state_kinetic(s, &a) + kr_state_potential(s, &a);
+}
 
 static kr_series example(void)
 {
-    kr_series s = {.k = {0, -.28, .84, -.73}, .up = {0, -.02, .68, -.01}, .down = {0, .06, .01, -.64}};
+    kr_series s = {
+        .k = {0, -.28, .84, -.73}, .up = {0, -.02, .68, -.01}, .down = {0, .06, .01, -.64}};
     const double x[8] = {.6, 0, .8, 0, 0, -.96, 0, -.28}, w[4] = {0, .8, .4, .1};
     memcpy(s.end_x, x, sizeof x);
     memcpy(s.end_w, w, sizeof w);
@@ -67,8 +76,8 @@ static void coefficients(const kr_set *set, const kr_kernel *kernel)
             W = v_add(W, v_times(next(w), prev(q_vec(quat(s->w[n - j])))));
         }
         const kr_vec3 p = q_vec(quat(s->x[n] + 4));
-        W = v_add(v_times(q_vec(quat(s->k)), W),
-                  v_add(v_times(q_vec(quat(s->up)), next(p)), v_times(q_vec(quat(s->down)), prev(p))));
+        W = v_add(v_times(q_vec(quat(s->k)), W), v_add(v_times(q_vec(quat(s->up)), next(p)),
+                                                       v_times(q_vec(quat(s->down)), prev(p))));
         NEAR(off(s->x[n + 1], q_scale(1.0 / (n + 1), q)), 0.0, 4e-16);
         NEAR(off(s->x[n + 1] + 4, q_scale(1.0 / (n + 1), P)), 0.0, 4e-16);
         NEAR(off(s->w[n + 1], q4(0, v_scale(1.0 / (n + 1), W))), 0.0, 4e-16);
@@ -78,7 +87,8 @@ static void coefficients(const kr_set *set, const kr_kernel *kernel)
     NEAR(s->end_x[0], sum, 4e-16);
     s->at = s->end;
     kernel->look(s);
-    IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 && memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
+    IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
+       memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(set->runs_here());
 }
 /* The kernels go the same way up to rounding, those with fma bit by bit. */
@@ -97,7 +107,8 @@ static void kernels(void)
             NEAR(s.end, first.end, 1e-12);
             for (int j = 0; j < 8; j++) NEAR(s.end_x[j], first.end_x[j], 2e-12);
         }
-        if (strncmp(widest->name, "avx", 3) == 0 && order == KR_ORDER_28) IS(first.end_x[0] == 0x1.f4fae93612feap-5);
+        if (strncmp(widest->name, "avx", 3) == 0 && order == KR_ORDER_28)
+            IS(first.end_x[0] == 0x1.f4fae93612feap-5);
     }
 }
 static void kernels_one_by_one(void)
@@ -110,23 +121,33 @@ static void kernels_one_by_one(void)
     }
 }
 
-/* References with 17 digits, from series of 30; the scenes are those of problems.json, under `published`. */
-static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q, kr_vec3 body_momentum)
+/* References with 17 digits, from series of 30; the scenes are those of problems.json, under
+ * `published`. */
+static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q,
+                          kr_vec3 body_momentum)
 {
-    const kr_scene s = {{mass, inertia, com, {1, 0, 0, 0}}, g, {0, q_unit(q), q_turn(q_unit(q), body_momentum)}};
+    const kr_scene s = {
+        {mass, inertia, com, {1, 0, 0, 0}}, g, {0, q_unit(q), q_turn(q_unit(q), body_momentum)}};
     return s;
 }
 static void references(void)
 {
     const kr_scene thesis = kr_scene_default();
-    const kr_quat thesis_100 = q4(0.6746510237884391, v3(0.18609215361626748, -0.11263396592321704, -0.70535756619184153));
-    const kr_scene bruels = published(15, v3(15.234375, 0.46875, 15.234375), v3(0, 1, 0), 9.81, q4(1, v3(0, 0, 0)),
-                                      v3(0, 0.46875 * 150, 15.234375 * -4.61538));
-    const kr_quat bruels_2 = q4(0.12294713504153347, v3(-0.49107989255002704, 0.35043003034362097, -0.7879868875504856));
-    const kr_scene gni = published(1, v3(0.5, 0.9, 1.0), v3(0, 0, 1), 1, q4(.4, v3(.2, .4, .8)), v3(.2, 1, .4));
-    const kr_quat gni_100 = q4(0.7464937173085555, v3(-0.4840896264121985, -0.4361930751934588, -0.13468468648003798));
-    const kr_scene simo = published(1, v3(5, 5, 1), v3(0, 0, 20), 1, q_exp(v3(0.05, 0, 0)), v3(0, 0, 50));
-    const kr_quat simo_10 = q4(0.2438016485933486, v3(0.01959979642171687, -0.018724922959298465, -0.969446224080305));
+    const kr_quat thesis_100 =
+        q4(0.6746510237884391, v3(0.18609215361626748, -0.11263396592321704, -0.70535756619184153));
+    const kr_scene bruels =
+        published(15, v3(15.234375, 0.46875, 15.234375), v3(0, 1, 0), 9.81, q4(1, v3(0, 0, 0)),
+                  v3(0, 0.46875 * 150, 15.234375 * -4.61538));
+    const kr_quat bruels_2 =
+        q4(0.12294713504153347, v3(-0.49107989255002704, 0.35043003034362097, -0.7879868875504856));
+    const kr_scene gni =
+        published(1, v3(0.5, 0.9, 1.0), v3(0, 0, 1), 1, q4(.4, v3(.2, .4, .8)), v3(.2, 1, .4));
+    const kr_quat gni_100 =
+        q4(0.7464937173085555, v3(-0.4840896264121985, -0.4361930751934588, -0.13468468648003798));
+    const kr_scene simo =
+        published(1, v3(5, 5, 1), v3(0, 0, 20), 1, q_exp(v3(0.05, 0, 0)), v3(0, 0, 50));
+    const kr_quat simo_10 =
+        q4(0.2438016485933486, v3(0.01959979642171687, -0.018724922959298465, -0.969446224080305));
     NEAR(kr_attitude_error(run_to(&thesis, 0, 100).q, thesis_100), 0.0, 3e-13);
     NEAR(kr_attitude_error(run_to(&bruels, 0, 2).q, bruels_2), 0.0, 4e-13);
     NEAR(kr_attitude_error(run_to(&gni, 0, 100).q, gni_100), 0.0, 3e-12);
@@ -141,7 +162,8 @@ static void against_extrapolation(void)
     for (int i = 0; i < 2; i++) {
         const kr_config config = {.tol = 1e-13};
         kr_top *top = NULL;
-        IS(kr_top_create(&scenes[i], kr_method_find("extrap"), config, &top) == KR_OK && kr_top_advance(top, 10) == KR_OK);
+        IS(kr_top_create(&scenes[i], kr_method_find("extrap"), config, &top) == KR_OK &&
+           kr_top_advance(top, 10) == KR_OK);
         NEAR(distance(run_to(&scenes[i], 0, 10), kr_top_state(top)), 0.0, 1e-10);
         kr_top_free(top);
     }
@@ -156,7 +178,8 @@ static void dense_output(void)
     static double t[LOOKS + 1];
     kr_top *top = make(&s, config), *truth = make(&s, precise);
     for (int i = 0; i <= LOOKS; i++) t[i] = 10.0 * i / LOOKS;
-    IS(kr_top_record(top, LOOKS + 1, t, out, NULL) == KR_OK && kr_top_record(truth, LOOKS + 1, t, better, NULL) == KR_OK);
+    IS(kr_top_record(top, LOOKS + 1, t, out, NULL) == KR_OK &&
+       kr_top_record(truth, LOOKS + 1, t, better, NULL) == KR_OK);
     const kr_state once = run_to(&s, 0, 10);
     IS(same(&out[LOOKS], &once));
     NEAR((double)kr_top_stats(top).evaluations, 20, 5);
@@ -195,7 +218,8 @@ static void extremes(void)
 static void fails(double lever, double tol, double clock, kr_status why)
 {
     kr_run run = {.inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
-    kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start, there = start;
+    kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start,
+             there = start;
     run.work = calloc(taylor()->work, sizeof(double));
     IS(run.work && taylor()->reset(&run, &start) == KR_OK);
     taylor()->read(&run, &before);

@@ -29,26 +29,33 @@ static kr_state end(const kr_scene *s, const kr_method *method, kr_config config
     return state;
 }
 static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-static double distance(kr_state a, kr_state b) { return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m)); }
+static double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+}
 
 /* However the way is divided, on the grid or off it: the same bits. */
 static void division(const kr_method *method)
 {
     const kr_scene s = tilted();
-    const kr_config config = {.step = 0.03125, .tol = method && kr_method_flags(method) & KR_ADAPTIVE ? 1e-7 : 0.0};
-    const double t[] = {0.0, 0.01, 0.03125, 0.04, 0.05, 0.0625, 1.0, 1.0, 2.3, 2.34375, 20.0, 21.001};
+    const kr_config config = {.step = 0.03125,
+                              .tol = method && kr_method_flags(method) & KR_ADAPTIVE ? 1e-7 : 0.0};
+    const double t[] = {0.0, 0.01, 0.03125, 0.04,    0.05, 0.0625,
+                        1.0, 1.0,  2.3,     2.34375, 20.0, 21.001};
     enum { N = sizeof t / sizeof *t };
     kr_state at_once[N];
     size_t done = 0;
     kr_top *top = NULL, *steps = NULL;
-    IS(kr_top_create(&s, method, config, &top) == KR_OK && kr_top_create(&s, method, config, &steps) == KR_OK);
+    IS(kr_top_create(&s, method, config, &top) == KR_OK &&
+       kr_top_create(&s, method, config, &steps) == KR_OK);
     IS(kr_top_record(top, N, t, at_once, &done) == KR_OK && done == N);
     for (int i = 0; i < N; i++) {
         IS(same(at_once[i], end(&s, method, config, t[i])) && at_once[i].t == t[i]);
         IS(kr_top_advance(steps, t[i]) == KR_OK && same(at_once[i], kr_top_state(steps)));
     }
     IS(same(at_once[0], s.start));
-    IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_advance(top, 21.001) == KR_OK && same(kr_top_state(top), at_once[N - 1]));
+    IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_advance(top, 21.001) == KR_OK &&
+       same(kr_top_state(top), at_once[N - 1]));
     IS(kr_top_stats(top).steps > 0 && kr_top_stats(top).evaluations >= kr_top_stats(top).steps);
     kr_top_free(top);
     kr_top_free(steps);
@@ -80,7 +87,8 @@ static void frames(const kr_method *method)
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.01};
     const kr_state a = end(&s, method, config, 10.0);
-    const kr_quat turns[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)), q_exp(v3(1.0, 0.3, -0.7))};
+    const kr_quat turns[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
+                              q_exp(v3(1.0, 0.3, -0.7))};
     for (int i = 0; i < 3; i++) {
         kr_scene other = s;
         other.body.axes = turns[i];
@@ -89,7 +97,7 @@ static void frames(const kr_method *method)
         b.q = q_mul(b.q, turns[i]);
         NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_ADAPTIVE ? 1e-6 : 1e-11);
     }
-    for (int i = 0; i < 2; i++) {               /* the same top with its axis along N, along B */
+    for (int i = 0; i < 2; i++) { /* the same top with its axis along N, along B */
         kr_scene other = s;
         const kr_vec3 I = s.body.inertia;
         other.body.inertia = i == 0 ? v3(I.z, I.x, I.y) : v3(I.y, I.z, I.x);
@@ -115,14 +123,17 @@ static void limits(void)
     kr_config config = {.step = 0.01, .max_steps = 300};
     for (int i = 0; i < MANY; i++) t[i] = i * 0.01;
     IS(kr_top_create(&s, rk4, config, &top) == KR_OK);
-    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_LIMIT && done == 301 && kr_top_stats(top).steps == 300);
-    IS(same(kr_top_state(top), out[300]) && kr_top_advance(top, 7.0) == KR_ERR_LIMIT && same(kr_top_state(top), out[300]));
+    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_LIMIT && done == 301 &&
+       kr_top_stats(top).steps == 300);
+    IS(same(kr_top_state(top), out[300]) && kr_top_advance(top, 7.0) == KR_ERR_LIMIT &&
+       same(kr_top_state(top), out[300]));
     kr_top_free(top);
     config.max_steps = 0, config.poll = stop_at, config.context = &left;
     IS(kr_top_create(&s, map, config, &top) == KR_OK);
-    IS(kr_top_advance(top, 7.0) == KR_ERR_INTERRUPTED && kr_top_state(top).t == 512 * 0.01 && kr_top_stats(top).steps == 512);
+    IS(kr_top_advance(top, 7.0) == KR_ERR_INTERRUPTED && kr_top_state(top).t == 512 * 0.01 &&
+       kr_top_stats(top).steps == 512);
     left = 9;
-    IS(kr_top_advance(top, 7.0) == KR_OK);      /* and on from there */
+    IS(kr_top_advance(top, 7.0) == KR_OK); /* and on from there */
     const kr_config plain = {.step = 0.01};
     IS(same(kr_top_state(top), end(&s, map, plain, 7.0)));
     kr_top_free(top);
@@ -142,7 +153,8 @@ static void blow_up(void)
     last = kr_top_state(top);
     IS(same(last, out[done - 1]) && isfinite(v_length(last.m)));
     IS(kr_top_advance(again, 1e4) == KR_ERR_NOT_FINITE && same(kr_top_state(again), last));
-    IS(kr_top_reset(again, &s.start) == KR_OK && kr_top_advance(again, 3.0) == KR_OK && same(kr_top_state(again), out[1]));
+    IS(kr_top_reset(again, &s.start) == KR_OK && kr_top_advance(again, 3.0) == KR_OK &&
+       same(kr_top_state(again), out[1]));
     kr_top_free(top);
     kr_top_free(again);
 }
@@ -153,7 +165,8 @@ static void steps_and_ways_back(void)
     IS(kr_top_advance(top, 0.25) == KR_OK && kr_top_step(top) == KR_OK);
     NEAR(kr_top_state(top).t, 0.3, 1e-15);
     IS(kr_top_step(top) == KR_OK && kr_top_stats(top).steps == 4);
-    IS(kr_top_advance(top, 0.1) == KR_ERR_TIME && kr_top_state(top).t == 0.4 && kr_top_advance(top, NAN) == KR_ERR_ARGUMENT);
+    IS(kr_top_advance(top, 0.1) == KR_ERR_TIME && kr_top_state(top).t == 0.4 &&
+       kr_top_advance(top, NAN) == KR_ERR_ARGUMENT);
     kr_scene from = s;
     from.start = kr_top_state(top);
     kr_top_free(top);
@@ -162,7 +175,8 @@ static void steps_and_ways_back(void)
     NEAR(distance(kr_top_state(top), s.start), 0.0, 2e-15);
     kr_top_free(top);
     top = make(&s, "extrap", 0.0);
-    IS(kr_top_advance(top, 1e-3) == KR_OK && kr_top_step(top) == KR_OK && kr_top_state(top).t > 1e-3);
+    IS(kr_top_advance(top, 1e-3) == KR_OK && kr_top_step(top) == KR_OK &&
+       kr_top_state(top).t > 1e-3);
     kr_top_free(top);
 }
 static void refusals(void)
@@ -172,8 +186,10 @@ static void refusals(void)
     kr_config odd = config;
     kr_scene s = kr_scene_default(), bad = s;
     kr_top *top = NULL;
-    IS(kr_method_find("nope") == NULL && kr_method_find(NULL) == NULL && kr_method_at(1000) == NULL);
-    IS(kr_top_create(NULL, rk4, config, &top) == KR_ERR_ARGUMENT && kr_top_create(&s, NULL, config, &top) == KR_ERR_ARGUMENT);
+    IS(kr_method_find("nope") == NULL && kr_method_find(NULL) == NULL &&
+       kr_method_at(1000) == NULL);
+    IS(kr_top_create(NULL, rk4, config, &top) == KR_ERR_ARGUMENT &&
+       kr_top_create(&s, NULL, config, &top) == KR_ERR_ARGUMENT);
     odd.step = 0.0;
     IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_ARGUMENT);
     odd.step = NAN;
@@ -181,12 +197,15 @@ static void refusals(void)
     bad.start.m.x = INFINITY;
     IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
     bad = s, bad.start.m.x = 1e300, bad.body.inertia = v_scale(1e-30, s.body.inertia);
-    IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);      /* a rate beyond all numbers */
+    /* a rate beyond all numbers */
+    IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
     bad = s, bad.body.inertia.x *= 1.1;
-    IS(kr_top_create(&bad, map, config, &top) == KR_ERR_METHOD && !kr_method_applies(map, &bad.body));
+    IS(kr_top_create(&bad, map, config, &top) == KR_ERR_METHOD &&
+       !kr_method_applies(map, &bad.body));
     bad = s, bad.start.t = 1e17;
     IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_STEP);
-    IS(top == NULL && kr_top_advance(NULL, 1.0) == KR_ERR_ARGUMENT && kr_top_step(NULL) == KR_ERR_ARGUMENT);
+    IS(top == NULL && kr_top_advance(NULL, 1.0) == KR_ERR_ARGUMENT &&
+       kr_top_step(NULL) == KR_ERR_ARGUMENT);
     kr_top_free(NULL);
     top = make(&s, "rk4", 1e-300);
     IS(kr_top_advance(top, 1.0) == KR_ERR_STEP && kr_top_state(top).t == 0.0);

@@ -27,10 +27,14 @@ def test_find_package_refuses_another_version(prefix, tmp_path):
 
 
 @pytest.mark.parametrize("linking", ["shared", "static"])
-@pytest.mark.parametrize("language", [("gcc", "-std=c99"), ("g++", "-std=c++17", "-xc++")], ids=["c", "c++"])
+@pytest.mark.parametrize(
+    "language", [("gcc", "-std=c99"), ("g++", "-std=c++17", "-xc++")], ids=["c", "c++"]
+)
 def test_pkg_config(prefix, language, linking, tmp_path):
     compiler, *options = language
     source = tmp_path / "main.c"
     source.write_text((HERE / "main.c").read_text())
-    out = compile_and_run(source, prefix, *options, compiler=compiler, linking=linking, to=tmp_path / "a.out")
+    out = compile_and_run(
+        source, prefix, *options, compiler=compiler, linking=linking, to=tmp_path / "a.out"
+    )
     assert out == VERSION + "\n"

@@ -18,7 +18,11 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 def run(*command, cwd=ROOT, **environment):
     """The command's standard output; its failure fails the test, with all that it said."""
     done = subprocess.run(
-        [str(word) for word in command], cwd=cwd, env=os.environ | environment, capture_output=True, text=True
+        [str(word) for word in command],
+        cwd=cwd,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
     )
     if done.returncode:
         pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
@@ -29,7 +33,9 @@ def need(*tools):
     """Skips the test where a tool is missing; fails it where CI=true."""
     missing = [tool for tool in tools if not shutil.which(tool)]
     if missing:
-        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(f"needs {', '.join(missing)}")
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
+            f"needs {', '.join(missing)}"
+        )
 
 
 def need_gsl():
@@ -40,7 +46,9 @@ def need_gsl():
 
 def core_sources():
     """What the library is made of, the adapters to GSL and the page's own file apart."""
-    return sorted(file for file in CSRC.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c")
+    return sorted(
+        file for file in CSRC.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
+    )
 
 
 def c_tests():
@@ -64,7 +72,20 @@ def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", 
     need(compiler, "pkg-config")
     static = ["-static"] if linking == "static" else []
     pc = {"PKG_CONFIG_PATH": f"{prefix / 'lib/pkgconfig'}:{os.environ.get('PKG_CONFIG_PATH', '')}"}
-    flags = shlex.split(run("pkg-config", *("--" + s[1:] for s in static), "--cflags", "--libs", "kreisel", **pc))
+    flags = shlex.split(
+        run("pkg-config", *("--" + s[1:] for s in static), "--cflags", "--libs", "kreisel", **pc)
+    )
     warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    run(compiler, *options, *warnings, source, *static, *flags, *libraries, f"-Wl,-rpath,{prefix / 'lib'}", "-o", to)
+    run(
+        compiler,
+        *options,
+        *warnings,
+        source,
+        *static,
+        *flags,
+        *libraries,
+        f"-Wl,-rpath,{prefix / 'lib'}",
+        "-o",
+        to,
+    )
     return run(to)

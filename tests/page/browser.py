@@ -1,20 +1,27 @@
 """What the tests of the page share: visits without a network, drags, and what the page says of itself."""
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 from kreisel.view import _PAGE
 
 
 def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):
     """The page in a window of its own; `troubles`: complaints in the console, and what was asked of the network."""
-    context = browser.new_context(viewport=dict(zip(("width", "height"), size)), offline=True, **how)
+    context = browser.new_context(
+        viewport=dict(zip(("width", "height"), size)), offline=True, **how
+    )
     context.set_default_timeout(10000)
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.on("console", lambda message: message.type in {"error", "warning"} and troubles.append(message.text))
-    page.on("request", lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url))
+    page.on(
+        "console",
+        lambda message: message.type in {"error", "warning"} and troubles.append(message.text),
+    )
+    page.on(
+        "request",
+        lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
+    )
     page.goto(file.as_uri() + fragment)
     page.wait_for_function("window.kreisel")
     return page
@@ -34,7 +41,11 @@ def scene_in_python(given, second=False):
         made = kr.Body.cuboid(**body)
     else:
         made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"])
-    attitude, momentum = (given["second"][:4], given["second"][4:]) if second else (given["attitude"], given["momentum"])
+    attitude, momentum = (
+        (given["second"][:4], given["second"][4:])
+        if second
+        else (given["attitude"], given["momentum"])
+    )
     return kr.Scene(made, momentum, attitude, given["gravity"])
 
 

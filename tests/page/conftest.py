@@ -4,11 +4,14 @@ import shutil
 
 import pytest
 from browser import visit
+from kreisel.view import _PAGE
 from toolbox import need
 
-from kreisel.view import _PAGE
-
-SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]     # draws without a GPU
+SOFTWARE = [
+    "--no-sandbox",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]  # draws without a GPU
 
 
 @pytest.fixture(scope="session")
@@ -35,6 +38,8 @@ def shared(browser):
 @pytest.fixture
 def page(shared):
     """Lagrange's top at rest, at its start, and all of the panel open."""
-    shared.evaluate("kreisel.page.run(false); kreisel.page.past = []; kreisel.page.load(kreisel.presets[0])")
+    shared.evaluate(
+        "kreisel.page.run(false); kreisel.page.past = []; kreisel.page.load(kreisel.presets[0])"
+    )
     shared.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")
     return shared

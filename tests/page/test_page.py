@@ -5,15 +5,19 @@ import gzip
 import io
 import json
 
+import kreisel as kr
 import numpy as np
 import pytest
 from browser import clock, scene, scene_in_python, visit
+from kreisel.view import _PAGE
 from toolbox import need
 
-import kreisel as kr
-from kreisel.view import _PAGE
-
-EXACT = ["bobenko_suris", "bobenko_suris2", "strang", "rk4"]        # + - * / sqrt alone: the same bits everywhere
+EXACT = [
+    "bobenko_suris",
+    "bobenko_suris2",
+    "strang",
+    "rk4",
+]  # + - * / sqrt alone: the same bits everywhere
 
 
 # The file
@@ -25,14 +29,26 @@ def test_one_small_file_with_its_licences():
     text = _PAGE.read_text(encoding="utf-8")
     size = len(text.encode())
     assert 400_000 < size <= 900_000 and len(gzip.compress(text.encode(), 9)) <= 250_000
-    for words in ("three.js authors", "Leon Sorokin", "musl as a whole", "Zig contributors", "Google LLC", "the kreisel authors"):
+    for words in (
+        "three.js authors",
+        "Leon Sorokin",
+        "musl as a whole",
+        "Zig contributors",
+        "Google LLC",
+        "the kreisel authors",
+    ):
         assert words in text, words
 
 
 def test_starts_by_itself(browser):
     page = visit(browser)
-    page.wait_for_function("kreisel.page.clock > 200000 && !document.getElementById('charts').hidden")
-    assert page.get_by_text("drag me").is_visible() and page.get_by_role("button", name="Stop").is_visible()
+    page.wait_for_function(
+        "kreisel.page.clock > 200000 && !document.getElementById('charts').hidden"
+    )
+    assert (
+        page.get_by_text("drag me").is_visible()
+        and page.get_by_role("button", name="Stop").is_visible()
+    )
     assert page.evaluate("kreisel.view.tops[0].line.geometry.instanceCount") > 10
     assert page.troubles == []
     page.context.close()
@@ -53,7 +69,9 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
     for method in EXACT:
         if not kr.methods[method].applies_to(scene_in_python(given).body):
             continue
-        page.evaluate("name => kreisel.page.edit((s) => (s.methods = s.methods.map(() => name)))", method)
+        page.evaluate(
+            "name => kreisel.page.edit((s) => (s.methods = s.methods.map(() => name)))", method
+        )
         page.evaluate("kreisel.advance(21)")
         states = page.evaluate("kreisel.states()")
         for i, state in enumerate(states):
@@ -69,7 +87,9 @@ def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
     names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
     assert len(names) >= 9
     for name in names:
-        page.evaluate("name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name)
+        page.evaluate(
+            "name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name
+        )
         expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
         assert page.evaluate("kreisel.states()[0]") == expected.tolist(), name
 
@@ -87,7 +107,9 @@ def test_extrap_begins_anew_at_each_eps(page):
     for _ in range(20):
         now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
     expected = [*now.attitude, *now.momentum]
-    assert state[1:] == pytest.approx(expected, abs=1e-9)      # its logarithms and powers are not the same bits
+    assert state[1:] == pytest.approx(
+        expected, abs=1e-9
+    )  # its logarithms and powers are not the same bits
     assert 1e-9 < page.evaluate("kreisel.stage.measure(3)[4]") < 1e-3
 
 
@@ -100,7 +122,9 @@ def test_one_big_advance_equals_many_small(page):
 
 
 def test_compares_at_common_multiples_only(page):
-    page.evaluate("kreisel.page.load({...kreisel.presets[1], eps: [0.03, 0.2]}); kreisel.advance(30)")
+    page.evaluate(
+        "kreisel.page.load({...kreisel.presets[1], eps: [0.03, 0.2]}); kreisel.advance(30)"
+    )
     assert page.evaluate("kreisel.stage.common()") == 600000
     times = np.array(page.evaluate("Array.from(kreisel.stage.time())"))
     assert np.abs(times - 0.6 * np.arange(51)).max() < 1e-9
@@ -115,7 +139,8 @@ def test_presets_keep_their_integrals(page, preset):
     given, tops = scene(page), page.evaluate("kreisel.page.tops")
     for i, top in enumerate(tops):
         energy, vertical, axial, fourth = (
-            np.array(page.evaluate(f"kreisel.stage.record({i}, {what})"), float) for what in range(4)
+            np.array(page.evaluate(f"kreisel.stage.record({i}, {what})"), float)
+            for what in range(4)
         )
         size = np.abs(energy).max() + np.abs(vertical).max()
         coarse = 0.2 if top["eps"] > 0.1 else 0.01
@@ -168,7 +193,9 @@ def test_files(page, browser, tmp_path):
     (tmp_path / "top.html").write_bytes(taken(page, "This page").read_bytes())
     other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
     other.evaluate("kreisel.advance(2)")
-    assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate("kreisel.states()")
+    assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate(
+        "kreisel.states()"
+    )
     page.get_by_role("button", name="Link").click()
     link = page.url
     page.evaluate("history.replaceState(null, '', '#')")
@@ -179,9 +206,19 @@ def test_files(page, browser, tmp_path):
     other.context.close()
 
 
-@pytest.mark.parametrize("link", [
-    "garbage", "{}x", '{"methods":[]}', '{"methods":["none"]}', '{"eps":7}', '{"show":{"opacity":"x"}}', "[1]", "7",
-])
+@pytest.mark.parametrize(
+    "link",
+    [
+        "garbage",
+        "{}x",
+        '{"methods":[]}',
+        '{"methods":["none"]}',
+        '{"eps":7}',
+        '{"show":{"opacity":"x"}}',
+        "[1]",
+        "7",
+    ],
+)
 def test_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
     assert "cannot be shown" in page.locator("#words").inner_text()

@@ -1,10 +1,9 @@
 """The page's charts, its table of integrals and the momentum it shows: the present, as Python has it."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 from browser import clock, scene, scene_in_python
-
-import kreisel as kr
 
 AXES = ("first", "second", "vertical")
 
@@ -17,7 +16,9 @@ def small(shared):
 
 def drawn(page, chart=0):
     """The lines of a chart: times, and the values of each top."""
-    return np.array(page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float)
+    return np.array(
+        page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
+    )
 
 
 def run_to(page, t):
@@ -66,7 +67,9 @@ def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
     sizes, powers = drawn(page), [float(label) for label in labels(page)]
     box.uncheck()
     assert np.nanmin(sizes[1:]) > 0 and np.nanmax(sizes[1:]) == np.nanmax(np.abs(before[1:]))
-    assert 2 <= len(powers) <= 5 and np.log10(powers) == pytest.approx(np.round(np.log10(powers)), abs=1e-9)
+    assert 2 <= len(powers) <= 5 and np.log10(powers) == pytest.approx(
+        np.round(np.log10(powers)), abs=1e-9
+    )
     assert drawn(page) == pytest.approx(before, nan_ok=True)
 
 
@@ -85,11 +88,16 @@ def test_zoom_of_both_charts_stays_while_time_goes_on(page):
     page.mouse.move(right, y)
     page.mouse.up()
     zoomed = page.evaluate(spans)
-    assert zoomed[0] == pytest.approx((7.5, 22.5), abs=0.5) and zoomed[1] == pytest.approx(zoomed[0])
+    assert zoomed[0] == pytest.approx((7.5, 22.5), abs=0.5) and zoomed[1] == pytest.approx(
+        zoomed[0]
+    )
     run_to(page, 60)
     assert page.evaluate(spans) == zoomed
     page.mouse.dblclick(left, y)
-    assert page.evaluate(spans) == [[0, pytest.approx(60)]] * 2 and whole == [[0, pytest.approx(30)]] * 2
+    assert (
+        page.evaluate(spans) == [[0, pytest.approx(60)]] * 2
+        and whole == [[0, pytest.approx(30)]] * 2
+    )
 
 
 def test_record_is_thinned_but_not_its_extremes(page):
@@ -99,13 +107,19 @@ def test_record_is_thinned_but_not_its_extremes(page):
     times, long = drawn(page)
     assert len(times) <= 2050 and times[-1] > 19900
     assert (long.min(), long.max()) == pytest.approx((short.min(), short.max()), rel=1e-3)
-    assert long[2::2].max() < 0.98 * short.min() and long[3::2].min() > 0.98 * short.max()     # at every time
+    assert (
+        long[2::2].max() < 0.98 * short.min() and long[3::2].min() > 0.98 * short.max()
+    )  # at every time
 
 
 def test_fourth_integral_belongs_to_two_kinds_of_body(page):
     run_to(page, 1)
-    fourth = page.get_by_label("Quantity in the chart").locator("option", has_text="Change of K or G")
-    for t, (shape, has) in enumerate({"kowalewski": True, "lagrange": False, "goryachev_chaplygin": True}.items(), 2):
+    fourth = page.get_by_label("Quantity in the chart").locator(
+        "option", has_text="Change of K or G"
+    )
+    for t, (shape, has) in enumerate(
+        {"kowalewski": True, "lagrange": False, "goryachev_chaplygin": True}.items(), 2
+    ):
         page.get_by_label("Shape").select_option(shape)
         run_to(page, t)
         assert fourth.is_enabled() == has
@@ -123,12 +137,16 @@ def table(page):
     rows = page.locator("#integrals tr").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
-    return np.array([[cell.split("\n") if cell != "–" else ["nan"] * 2 for cell in row] for row in rows], float)
+    return np.array(
+        [[cell.split("\n") if cell != "–" else ["nan"] * 2 for cell in row] for row in rows], float
+    )
 
 
 def expected(path):
     """What the table tells of a path in Python."""
-    fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(path.scene.body.kind)
+    fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(
+        path.scene.body.kind
+    )
     lines = [path.scene.gravity * path.vertical, path.axial, path.energy]
     lines += [getattr(path, fourth)] if fourth else []
     return np.array([(line[-1], line[-1] - line[0]) for line in lines])
@@ -136,7 +154,9 @@ def expected(path):
 
 @pytest.mark.parametrize("preset, fourth", [(0, None), (2, "K"), (3, "G")])
 def test_integrals_are_those_of_python(page, preset, fourth):
-    page.evaluate(f"kreisel.page.load({{...kreisel.presets[{preset}], methods: ['strang', 'rk4'], eps: [0.05]}})")
+    page.evaluate(
+        f"kreisel.page.load({{...kreisel.presets[{preset}], methods: ['strang', 'rk4'], eps: [0.05]}})"
+    )
     page.evaluate("kreisel.page.set('gravity', 2.5)")
     for t in (2, 6):
         page.evaluate(f"kreisel.advance({t})")
@@ -150,7 +170,10 @@ def test_integrals_are_those_of_python(page, preset, fourth):
             assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
             assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
     if fourth:
-        assert page.get_by_role("columnheader", name=fourth, exact=True).is_visible() and abs(told[1, 3, 1]) > 0
+        assert (
+            page.get_by_role("columnheader", name=fourth, exact=True).is_visible()
+            and abs(told[1, 3, 1]) > 0
+        )
 
 
 # The momentum
@@ -169,7 +192,7 @@ def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
     page.evaluate("kreisel.advance(3)")
     second = fields(page)[1]
     second.fill("2.5")
-    page.evaluate("kreisel.advance(4)")     # while it is typed
+    page.evaluate("kreisel.advance(4)")  # while it is typed
     second.press("Tab")
     assert clock(page) == 0 and scene(page)["momentum"] == [end.momentum[0], 2.5, end.momentum[2]]
     assert scene(page)["attitude"] == list(end.attitude)

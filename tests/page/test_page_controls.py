@@ -1,10 +1,9 @@
 """The page's controls and keys, by the names that a screen reader says: each changes what it should, nothing else."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 from browser import changed, clock, scene, scene_in_python
-
-import kreisel as kr
 
 
 @pytest.mark.parametrize(
@@ -52,7 +51,10 @@ def test_number(page, name, value, key, expected):
 def test_choices(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Method").first.select_option("strang")
-    assert scene(page)["methods"] == ["strang", "rk4"] and page.evaluate("kreisel.page.tops.length") == 2
+    assert (
+        scene(page)["methods"] == ["strang", "rk4"]
+        and page.evaluate("kreisel.page.tops.length") == 2
+    )
     page.evaluate("kreisel.advance(1); kreisel.charts.update()")
     page.get_by_label("Quantity in the chart").select_option("axial")
     assert scene(page)["chart"] == "axial"
@@ -60,9 +62,14 @@ def test_choices(page):
     assert page.evaluate("kreisel.page.kind") == "kowalewski"
     assert page.get_by_label("Method").first.locator("option[value=bobenko_suris]").is_disabled()
     page.get_by_label("Shape").select_option("goryachev_chaplygin")
-    assert page.evaluate("kreisel.page.kind") == "goryachev_chaplygin" and scene(page)["momentum"][2] == 0
+    assert (
+        page.evaluate("kreisel.page.kind") == "goryachev_chaplygin"
+        and scene(page)["momentum"][2] == 0
+    )
     page.get_by_label("What to look at").select_option(label="5  Dzhanibekov's nut")
-    assert scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
+    assert (
+        scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
+    )
 
 
 def test_jump_goes_to_any_time_and_back(page):
@@ -72,8 +79,12 @@ def test_jump_goes_to_any_time_and_back(page):
         field.fill(str(t))
         field.press("Tab")
         page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
-        first, *_, last = (kr.solve(scene_in_python(scene(page)), t, method, step=step, every=round(t / step)).states[-1]
-                           for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2)))
+        first, *_, last = (
+            kr.solve(
+                scene_in_python(scene(page)), t, method, step=step, every=round(t / step)
+            ).states[-1]
+            for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
+        )
         states = page.evaluate("kreisel.states()")
         assert (states[0], states[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.running")
@@ -91,9 +102,13 @@ def test_looks(page):
     thin = page.evaluate(edge)
     page.get_by_role("slider", name="Thickness").press("End")
     assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
-    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(9.6, rel=1e-6)
+    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(
+        9.6, rel=1e-6
+    )
     page.get_by_role("slider", name="Gravity").press("End")
-    up = page.evaluate("kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()")
+    up = page.evaluate(
+        "kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()"
+    )
     assert up == pytest.approx([0, 0, 24 / 14], abs=1e-6)
     page.get_by_role("slider", name="Gravity").press("Home")
     assert not page.evaluate("kreisel.view.tops[0].p.visible")
@@ -101,13 +116,18 @@ def test_looks(page):
 
 @pytest.mark.parametrize("flat", [False, True])
 def test_sides(page, flat):
-    page.evaluate(f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)")
+    page.evaluate(
+        f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)"
+    )
     seen = []
     for _ in range(3):
         page.get_by_role("button", name="From the next side").click()
         camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
         seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
-    assert np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max() < 2e-3
+    assert (
+        np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max()
+        < 2e-3
+    )
 
 
 def test_bad_numbers_change_nothing(page):
@@ -145,20 +165,33 @@ def test_buttons_and_keys(page):
     page.keyboard.press("d")
     page.evaluate("document.getElementById('keys').closest('details').open = false")
     page.keyboard.press("?")
-    assert page.locator("#keys").is_visible() and "Principal axes" in page.locator("#keys").inner_text()
+    assert (
+        page.locator("#keys").is_visible()
+        and "Principal axes" in page.locator("#keys").inner_text()
+    )
     page.keyboard.press("z")
     assert scene(page)["name"] == "Kowalewski"
 
 
 def test_stops_at_the_stop_time(page):
-    page.evaluate("kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)")
+    page.evaluate(
+        "kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)"
+    )
     assert clock(page) == 500000 and not page.evaluate("kreisel.page.running")
 
 
 def test_toggles_and_table(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()")
+    page.evaluate(
+        "kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()"
+    )
     page.get_by_role("checkbox", name="extrap 0.2").uncheck()
-    assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [True, True, True, True, False]
+    assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [
+        True,
+        True,
+        True,
+        True,
+        False,
+    ]
     page.get_by_role("checkbox", name="extrap 0.2").check()
     rows = page.locator("#integrals tr").all_inner_texts()
     assert len(rows) == 4 and all("\t1.4600" in row for row in rows)

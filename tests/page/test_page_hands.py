@@ -55,8 +55,13 @@ def test_drag_of_a_corner_moves_the_fixed_point(page, how):
     if how == "tool":
         page.get_by_label("Corners move the fixed point").uncheck()
     assert end - start == pytest.approx((-30, 25), abs=1)
-    assert after["body"]["half"] == before["body"]["half"] and after["body"]["pivot"] != before["body"]["pivot"]
-    assert after["momentum"] == before["momentum"] and page.evaluate("kreisel.page.kind") == "general"
+    assert (
+        after["body"]["half"] == before["body"]["half"]
+        and after["body"]["pivot"] != before["body"]["pivot"]
+    )
+    assert (
+        after["momentum"] == before["momentum"] and page.evaluate("kreisel.page.kind") == "general"
+    )
     assert after["methods"] == ["strang"] and not page.evaluate("kreisel.view.tops[0].axes.visible")
 
 
@@ -67,7 +72,9 @@ def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
     page.mouse.move(x + 9, y + 9)
     assert page.evaluate("kreisel.view.tops[0].axes.visible")
     page.keyboard.press("Escape")
-    assert scene(page)["body"]["pivot"] == [0, 0, -1] and not page.evaluate("kreisel.view.tops[0].axes.visible")
+    assert scene(page)["body"]["pivot"] == [0, 0, -1] and not page.evaluate(
+        "kreisel.view.tops[0].axes.visible"
+    )
     page.mouse.up(button="middle")
 
 
@@ -97,7 +104,8 @@ def test_touch_drags_too(browser):
     page = visit(browser, size=(390, 780), has_touch=True, is_mobile=True, reduced_motion="reduce")
     x, y = page.evaluate("kreisel.at('tip')")
     assert y < 400
-    page.evaluate("""([x, y]) => {
+    page.evaluate(
+        """([x, y]) => {
         const canvas = kreisel.view.canvas;
         canvas.setPointerCapture = () => {};
         const send = (type, x, y) => canvas.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: y,
@@ -105,8 +113,12 @@ def test_touch_drags_too(browser):
         send('pointerdown', x + 6, y - 5);
         send('pointermove', x + 46, y - 35);
         send('pointerup', x + 46, y - 35);
-    }""", [x, y])
-    assert np.subtract(page.evaluate("kreisel.at('tip')"), (x, y)) == pytest.approx((40, -30), abs=1)
+    }""",
+        [x, y],
+    )
+    assert np.subtract(page.evaluate("kreisel.at('tip')"), (x, y)) == pytest.approx(
+        (40, -30), abs=1
+    )
     page.context.close()
 
 
@@ -121,6 +133,9 @@ def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
     page.mouse.up()
     left, right = page.evaluate("kreisel.states()")
     assert left[1:] == before[0][1:]
-    assert right[moved] != before[1][moved] and np.linalg.norm(np.subtract(right, before[1])[1:5]) < 0.3
+    assert (
+        right[moved] != before[1][moved]
+        and np.linalg.norm(np.subtract(right, before[1])[1:5]) < 0.3
+    )
     kept = slice(1, 5) if kind == "tip" else slice(5, 8)
     assert right[kept] == before[1][kept]

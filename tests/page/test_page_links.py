@@ -5,11 +5,9 @@ import json
 import shutil
 from urllib.parse import quote
 
-import numpy as np
+import kreisel as kr
 import pytest
 from browser import clock, scene, visit
-
-import kreisel as kr
 from kreisel.view import _PAGE
 
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
@@ -31,8 +29,23 @@ WRONG = {
     "stop": ["x", 0, -3, True],
     "speed": [-1, "fast"],
     "chart": ["k", None, 3],
-    "tracks": [7, [7], ["rk4"], [{**TRACK, "name": 7}], [{**TRACK, "eps": "0.1"}], [{**TRACK, "states": None}]],
-    "body": ["<b>", None, [], {}, {**BODY, "half": [1, 1]}, {**BODY, "pivot": "0"}, {"mass": 1, "inertia": [1, 1, 1]}],
+    "tracks": [
+        7,
+        [7],
+        ["rk4"],
+        [{**TRACK, "name": 7}],
+        [{**TRACK, "eps": "0.1"}],
+        [{**TRACK, "states": None}],
+    ],
+    "body": [
+        "<b>",
+        None,
+        [],
+        {},
+        {**BODY, "half": [1, 1]},
+        {**BODY, "pivot": "0"},
+        {"mass": 1, "inertia": [1, 1, 1]},
+    ],
 }
 IMPOSSIBLE = [
     {"attitude": [0, 0, 0, 0]},
@@ -60,12 +73,15 @@ def words(page):
 
 def follow(page, given):
     """Another link, in the page that is open; what it says then."""
-    page.evaluate("""(hash) => new Promise((done) => {
+    page.evaluate(
+        """(hash) => new Promise((done) => {
         kreisel.page.say('');
         history.replaceState(null, '', '#');
         addEventListener('hashchange', () => setTimeout(done), {once: true});
         location.hash = hash;
-    })""", "#scene=" + quote(json.dumps(given)))
+    })""",
+        "#scene=" + quote(json.dumps(given)),
+    )
     return words(page)
 
 
@@ -86,13 +102,25 @@ def colours(page):
 
 def test_a_link_opens_in_the_open_page(page):
     page.evaluate("kreisel.advance(3)")
-    given = {"name": "Mine", "about": "To look at.", "momentum": [1, 2, 3], "methods": ["strang", "rk4"], "eps": [0.02]}
+    given = {
+        "name": "Mine",
+        "about": "To look at.",
+        "momentum": [1, 2, 3],
+        "methods": ["strang", "rk4"],
+        "eps": [0.02],
+    }
     assert follow(page, given) == ""
     assert {key: scene(page)[key] for key in given} == given
     assert page.evaluate("[kreisel.page.clock, kreisel.page.tops.length]") == [0, 2]
     assert page.get_by_text("To look at.").is_visible()
     page.evaluate("kreisel.advance(2)")
-    expected = kr.solve(kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3)), 2, "rk4", step=0.02, every=100)
+    expected = kr.solve(
+        kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3)),
+        2,
+        "rk4",
+        step=0.02,
+        every=100,
+    )
     assert page.evaluate("kreisel.states()[1]") == expected.states[-1].tolist()
 
 
@@ -129,7 +157,11 @@ def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
         page.get_by_role("button", name="This page").click()
     (tmp_path / "a.html").write_bytes(download.value.path().read_bytes())
     other = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
-    assert scene(other)["name"] == EVIL and other.locator("#evil, img").count() == 0 and other.troubles == []
+    assert (
+        scene(other)["name"] == EVIL
+        and other.locator("#evil, img").count() == 0
+        and other.troubles == []
+    )
     other.context.close()
 
 

@@ -3,12 +3,11 @@
 import base64
 import sys
 
+import kreisel as kr
 import numpy as np
 import pytest
 from browser import drag, scene, visit
 from click.testing import CliRunner
-
-import kreisel as kr
 from kreisel.cli import main
 
 
@@ -38,13 +37,17 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     assert page.evaluate("kreisel.states()[1]") == path.states[-1].tolist()
     assert 0 < max(page.evaluate("kreisel.stage.record(1, 4)")) < 1e-4
     page.evaluate("kreisel.page.begin(); kreisel.page.edit((s) => (s.momentum[0] += 0.1))")
-    assert scene(page)["tracks"] == []      # it was of another motion
+    assert scene(page)["tracks"] == []  # it was of another motion
     page.context.close()
 
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     view = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
-    assert view.scene["methods"] == ["strang", "rk4"] and view.scene["eps"] == [0.02] and "cusps" in view.html
+    assert (
+        view.scene["methods"] == ["strang", "rk4"]
+        and view.scene["eps"] == [0.02]
+        and "cusps" in view.html
+    )
     assert view._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     done = CliRunner().invoke(main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
     assert done.exit_code == 0 and "turns over" in (tmp_path / "a.html").read_text()
@@ -69,4 +72,7 @@ def test_view_refuses(tmp_path, monkeypatch):
 def test_states_travel_without_loss():
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.01, every=1)
     (track,) = kr.view(path, open=False).scene["tracks"]
-    assert np.frombuffer(base64.b64decode(track["states"]), "<f8").tolist() == path.states.ravel().tolist()
+    assert (
+        np.frombuffer(base64.b64decode(track["states"]), "<f8").tolist()
+        == path.states.ravel().tolist()
+    )

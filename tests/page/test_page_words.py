@@ -1,10 +1,9 @@
 """What the page says and takes back: refusals, undo, keys, methods that do not suit, the stop time."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 from browser import clock, drag, scene, scene_in_python
-
-import kreisel as kr
 
 REFUSED = [
     *(("Step ε, number", value) for value in ("0", "-1", "", "1e300", "0.0000001")),
@@ -26,7 +25,9 @@ def words(page):
 
 def everything(page):
     """What a refusal must not change: the scene, the time, the states, and what can be undone."""
-    return page.evaluate("[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]")
+    return page.evaluate(
+        "[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]"
+    )
 
 
 def until(page, t):
@@ -38,7 +39,9 @@ def button(page, name):
 
 
 def chosen(page, name):
-    return page.get_by_label(name, exact=True).first.evaluate("(list) => list.selectedOptions[0].text")
+    return page.get_by_label(name, exact=True).first.evaluate(
+        "(list) => list.selectedOptions[0].text"
+    )
 
 
 # Refusals
@@ -188,7 +191,9 @@ def test_a_method_that_does_not_suit_is_replaced(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Shape").select_option("kowalewski")
     assert scene(page)["methods"] == ["strang", "rk4"]
-    assert chosen(page, "Method") == "strang" and "bobenko_suris is not for this body: strang instead" in words(page)
+    assert chosen(
+        page, "Method"
+    ) == "strang" and "bobenko_suris is not for this body: strang instead" in words(page)
 
 
 @pytest.mark.parametrize("method", ["rk4", "extrap", "bobenko_suris4"])
@@ -212,7 +217,7 @@ def test_tolerance_is_kept_to(page):
     assert scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
     field.press("Tab")
-    assert 0 < scene(page)["tol"] == float(field.input_value())     # none is not to be had
+    assert 0 < scene(page)["tol"] == float(field.input_value())  # none is not to be had
 
 
 # Time

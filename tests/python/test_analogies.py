@@ -1,11 +1,17 @@
 """Rods, traces and scaled units: what the analogies of the thesis promise, and what they refuse."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 
-import kreisel as kr
-
-NAMES = ["thesis", "cusps", "kowalewski", "goryachev_chaplygin", "asymmetric_regular", "dzhanibekov"]
+NAMES = [
+    "thesis",
+    "cusps",
+    "kowalewski",
+    "goryachev_chaplygin",
+    "asymmetric_regular",
+    "dzhanibekov",
+]
 CUBOID = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
 THESIS = kr.Scene(CUBOID, momentum=(0.172, -1.862, 1.46))
 
@@ -40,8 +46,12 @@ def test_the_rod_bends_and_twists_as_it_says(path):
     size = np.abs(path.velocity).max()
     for curve, towards in zip(rod.curvature.T, (n, b)):
         assert (bent * towards[2:-2]).sum(-1) == pytest.approx(curve[2:-2], abs=2e-6 * size**5)
-    assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(rod.torsion[2:-2], abs=2e-6 * size**5)
-    assert slope(rod.centre, rod.s) == pytest.approx(t[2:-2], abs=2e-8 * size**4), "the centre line has unit speed along T"
+    assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(
+        rod.torsion[2:-2], abs=2e-6 * size**5
+    )
+    assert slope(rod.centre, rod.s) == pytest.approx(t[2:-2], abs=2e-8 * size**4), (
+        "the centre line has unit speed along T"
+    )
 
 
 def test_the_centre_line_is_of_fourth_order():
@@ -72,7 +82,9 @@ def test_an_axis_between_equal_moments_is_a_principal_axis_too():
 
 
 def test_no_rod_for_a_centre_of_mass_off_the_axes():
-    with pytest.raises(ValueError, match="no rod belongs to this top: its centre of mass, .*, is on none of them"):
+    with pytest.raises(
+        ValueError, match="no rod belongs to this top: its centre of mass, .*, is on none of them"
+    ):
         kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
 
 
@@ -81,9 +93,15 @@ def closed_form(scene, n=400):
     I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (l - c u)^2, without its singular ends."""
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
-    c, l, lever = start.axial[0], start.vertical[0], scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com)
+    c, l, lever = (
+        start.axial[0],
+        start.vertical[0],
+        scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com),
+    )
     h = start.energy[0] - c * c / (2 * i3)
-    cubic = np.poly1d([-2 * i1 * lever, 2 * i1 * h]) * np.poly1d([-1, 0, 1]) - np.poly1d([-c, l]) ** 2
+    cubic = (
+        np.poly1d([-2 * i1 * lever, 2 * i1 * h]) * np.poly1d([-1, 0, 1]) - np.poly1d([-c, l]) ** 2
+    )
     low, high, beyond = sorted(cubic.roots.real)
     angle = np.pi * (np.arange(n) + 0.5) / n
     x = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
@@ -93,8 +111,12 @@ def closed_form(scene, n=400):
 
 
 @pytest.mark.parametrize(
-    "scene", [kr.scenes.cusps, kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3))],
-    ids=["cusps", "cuboid"]
+    "scene",
+    [
+        kr.scenes.cusps,
+        kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3)),
+    ],
+    ids=["cusps", "cuboid"],
 )
 def test_nutation_and_precession_are_those_of_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
@@ -132,7 +154,9 @@ def test_scaled_units():
     scaled = units.into(THESIS)
     assert scaled.body.moments == pytest.approx((1, 1, 2 * n * n / (n * n + 4 * t * t)), rel=1e-15)
     assert scaled.body.com == (0, 0, 1)
-    assert scaled.body.mass * scaled.gravity == pytest.approx(3 * t * t / (n * n + 4 * t * t), rel=1e-15)
+    assert scaled.body.mass * scaled.gravity == pytest.approx(
+        3 * t * t / (n * n + 4 * t * t), rel=1e-15
+    )
     back = units.back(scaled)
     assert back.momentum == pytest.approx(THESIS.momentum, rel=1e-15)
     assert back.body.inertia == pytest.approx(THESIS.body.inertia, rel=1e-15)
@@ -156,7 +180,9 @@ def test_the_energy_that_bobenko_suris_keeps_in_the_texts_words():
     text = (path.m**2).sum(-1) / 2 + path.apex @ p + step / 2 * np.cross(path.apex, path.m) @ p
     assert kr.h_eps(path, step) == pytest.approx(text, abs=1e-13)
     assert np.ptp(text) < 1e-13
-    assert kr.h_eps(kr.solve(THESIS, 1, method="rk4", step=0.1, every=1), step)[0] == pytest.approx(text[0], abs=1e-14)
+    assert kr.h_eps(kr.solve(THESIS, 1, method="rk4", step=0.1, every=1), step)[0] == pytest.approx(
+        text[0], abs=1e-14
+    )
 
 
 def test_scaled_units_are_for_lagrange_tops():

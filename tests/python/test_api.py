@@ -6,12 +6,11 @@ import pickle
 import subprocess
 import sys
 
+import kreisel as kr
 import numpy as np
 import pytest
-from toolbox import ROOT
-
-import kreisel as kr
 from kreisel import _core, quaternion
+from toolbox import ROOT
 
 RNG = np.random.default_rng(3)
 FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
@@ -56,7 +55,9 @@ def test_axes_diagonalise(scale):
         axes = matrix(body.axes)
         tensor = np.array(body.inertia)
         size = np.abs(tensor).max()
-        np.testing.assert_allclose(axes.T @ tensor @ axes, np.diag(body.moments), rtol=0, atol=2e-15 * size)
+        np.testing.assert_allclose(
+            axes.T @ tensor @ axes, np.diag(body.moments), rtol=0, atol=2e-15 * size
+        )
         np.testing.assert_allclose(axes @ body.principal_com, body.com, rtol=0, atol=2e-15 * scale)
 
 
@@ -65,7 +66,9 @@ def test_from_com_agrees_with_the_cuboid():
     mass = 8 * a * b * c
     about_com = mass / 3 * np.array([b * b + c * c, c * c + a * a, a * a + b * b])
     moved = kr.Body.from_com(mass, about_com, com=(5, 6, 7), pivot=(5.1, 5.8, 6))
-    np.testing.assert_allclose(moved.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14)
+    np.testing.assert_allclose(
+        moved.inertia, kr.Body.cuboid(half, pivot=(0.1, -0.2, -1)).inertia, rtol=1e-14
+    )
     np.testing.assert_allclose(moved.com, CORNER.com, rtol=1e-14)
 
 
@@ -77,7 +80,11 @@ def test_symmetric():
 
 def test_diagonal_inertia_is_its_own_frame():
     body = kr.Body(mass=1, inertia=np.diag([3, 1, 2.5]), com=(0.1, 0.2, 0.3))
-    assert body.inertia == body.moments == (3, 1, 2.5) and body.com == body.principal_com == (0.1, 0.2, 0.3)
+    assert body.inertia == body.moments == (3, 1, 2.5) and body.com == body.principal_com == (
+        0.1,
+        0.2,
+        0.3,
+    )
 
 
 def test_lagrange_top_in_a_rotated_frame_keeps_t_along_its_axis():
@@ -91,7 +98,9 @@ def test_lagrange_top_in_a_rotated_frame_keeps_t_along_its_axis():
 def test_equal_moments():
     body = kr.Body(mass=1, inertia=(2, 2, 2), com=(0.1, 0.2, 0.3))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0)
-    turned = kr.Body(mass=1, inertia=matrix(TILT) @ (2 * np.eye(3)) @ matrix(TILT).T, com=(0.1, 0.2, 0.3))
+    turned = kr.Body(
+        mass=1, inertia=matrix(TILT) @ (2 * np.eye(3)) @ matrix(TILT).T, com=(0.1, 0.2, 0.3)
+    )
     np.testing.assert_allclose(turned.moments, (2, 2, 2), rtol=1e-15)
 
 
@@ -101,18 +110,28 @@ def test_equal_moments():
 NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
 
 
-@pytest.mark.parametrize("name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)])
+@pytest.mark.parametrize(
+    "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
+)
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     """From far away the principal axes come out in another order, and fixed steps make other errors of their order."""
-    bodies = (kr.scenes.asymmetric.body, kr.scenes.thesis.body, kr.Body(2.0, (3.0, 2.5, 1.5), (0.0, 0.0, 0.0)))
+    bodies = (
+        kr.scenes.asymmetric.body,
+        kr.scenes.thesis.body,
+        kr.Body(2.0, (3.0, 2.5, 1.5), (0.0, 0.0, 0.0)),
+    )
     body = next(body for body in bodies if kr.methods[name].applies_to(body))
-    turned = kr.Body(body.mass, matrix(turn) @ np.diag(body.inertia) @ matrix(turn).T, matrix(turn) @ body.com)
+    turned = kr.Body(
+        body.mass, matrix(turn) @ np.diag(body.inertia) @ matrix(turn).T, matrix(turn) @ body.com
+    )
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
     scenes = [kr.Scene(b, SCENE.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
     how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
     own, other = (kr.solve(scene, [1, 2], name, **how) for scene in scenes)
     for quantity in ("m", "velocity", "torque", "apex", "energy"):
-        np.testing.assert_allclose(getattr(other, quantity), getattr(own, quantity), rtol=0, atol=atol)
+        np.testing.assert_allclose(
+            getattr(other, quantity), getattr(own, quantity), rtol=0, atol=atol
+        )
     back = [quaternion.multiply(tuple(q), turn) for q in other.q]
     assert kr.attitude_error(back, own.q).max() < atol
 
@@ -131,7 +150,9 @@ def test_momentum_and_velocity_in_space_and_body():
     for word, value in words.items():
         scene = kr.Scene(CORNER, attitude=TILT, **{word: value})
         np.testing.assert_allclose(scene.momentum, in_space, rtol=1e-14, err_msg=word)
-        np.testing.assert_allclose(kr.solve(scene, [0.0]).velocity[0], velocity, rtol=1e-14, err_msg=word)
+        np.testing.assert_allclose(
+            kr.solve(scene, [0.0]).velocity[0], velocity, rtol=1e-14, err_msg=word
+        )
 
 
 def test_what_needs_no_rounding_is_exact():
@@ -147,7 +168,9 @@ def test_scalar_last():
 
 
 def test_values():
-    again = kr.Scene(kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), SCENE.momentum, SCENE.attitude, 1)
+    again = kr.Scene(
+        kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), SCENE.momentum, SCENE.attitude, 1
+    )
     assert again == SCENE and hash(again) == hash(SCENE) and again.body == CORNER
     assert pickle.loads(pickle.dumps(SCENE)) == SCENE
     assert eval(repr(SCENE), {"Scene": kr.Scene, "Body": kr.Body}) == SCENE
@@ -173,9 +196,14 @@ def test_named_scenes_are_the_problems_of_the_report():
     assert set(problems) <= set(kr.scenes.about)
     for name, problem in problems.items():
         scene = getattr(kr.scenes, name)
-        hexes = {key: tuple(map(float.fromhex, values)) for key, values in problem["principal"].items()}
+        hexes = {
+            key: tuple(map(float.fromhex, values)) for key, values in problem["principal"].items()
+        }
         assert (scene.body.mass, scene.gravity) == (1.0, 1.0)
-        assert scene.body.moments == hexes["inertia"] and scene.body.principal_com == hexes["mass_g_com"]
+        assert (
+            scene.body.moments == hexes["inertia"]
+            and scene.body.principal_com == hexes["mass_g_com"]
+        )
         assert scene.attitude == hexes["q0"] and scene.momentum == tuple(problem["momentum"])
 
 
@@ -183,16 +211,26 @@ def test_named_scenes_show_what_they_say():
     t = np.linspace(0, 60, 1201)
     path = {name: kr.solve(getattr(kr.scenes, name), t) for name in kr.scenes.about}
     height = {name: path[name].apex[:, 2] for name in path}
-    assert path["sleeping"].scene.body.kind == "lagrange" and 0.99 < height["sleeping"].min() < 0.9999
-    assert np.ptp(height["steady_precession"]) < 1e-7 and abs(height["steady_precession"][0] - 0.6) < 1e-15
+    assert (
+        path["sleeping"].scene.body.kind == "lagrange" and 0.99 < height["sleeping"].min() < 0.9999
+    )
+    assert (
+        np.ptp(height["steady_precession"]) < 1e-7
+        and abs(height["steady_precession"][0] - 0.6) < 1e-15
+    )
     cusps = path["cusps"]
     assert np.ptp(height["cusps"]) > 0.1 and abs(height["cusps"].max() - 0.6) < 1e-8
     top = height["cusps"].argmax()
     across = np.cross(cusps.velocity[top], cusps.apex[top])
     assert np.linalg.norm(across) < 0.05 * np.linalg.norm(cusps.velocity[top])
     middle = path["dzhanibekov"].frame[:, 1, 1]
-    assert middle.min() < -0.99 and middle.max() > 0.99 and (np.diff(np.sign(middle)) != 0).sum() >= 2
-    assert [name for name in path if path[name].scene.body.kind == "general"] == ["asymmetric", "asymmetric_regular"]
+    assert (
+        middle.min() < -0.99 and middle.max() > 0.99 and (np.diff(np.sign(middle)) != 0).sum() >= 2
+    )
+    assert [name for name in path if path[name].scene.body.kind == "general"] == [
+        "asymmetric",
+        "asymmetric_regular",
+    ]
     for name in ("kowalewski", "goryachev_chaplygin"):
         assert path[name].scene.body.kind == name and np.ptp(getattr(path[name], name)) < 1e-7
     assert kr.scenes.name_of(path["cusps"].scene) == "cusps" and kr.scenes.name_of(SCENE) == ""
@@ -204,9 +242,21 @@ def test_named_scenes_show_what_they_say():
 def test_methods():
     assert {"bobenko_suris", "bobenko_suris2", "strang", "rk4", "extrap"} <= set(kr.methods)
     rk4 = kr.methods["rk4"]
-    assert (rk4.name, rk4.order, rk4.symplectic, rk4.adaptive, rk4.algebraic) == ("rk4", 4, False, False, True)
-    assert kr.methods["extrap"].adaptive and kr.methods["strang"].symplectic and kr.methods["strang"].reversible
-    assert all(method.text and method.conserves and method.reference for method in kr.methods.values())
+    assert (rk4.name, rk4.order, rk4.symplectic, rk4.adaptive, rk4.algebraic) == (
+        "rk4",
+        4,
+        False,
+        False,
+        True,
+    )
+    assert (
+        kr.methods["extrap"].adaptive
+        and kr.methods["strang"].symplectic
+        and kr.methods["strang"].reversible
+    )
+    assert all(
+        method.text and method.conserves and method.reference for method in kr.methods.values()
+    )
     assert rk4.applies_to(CORNER) and not kr.methods["bobenko_suris"].applies_to(CORNER)
     with pytest.raises(KeyError, match="did you mean 'strang'"):
         kr.methods["strng"]
@@ -216,7 +266,9 @@ def test_attitude_error():
     half = np.array([1e-150, 1e-12, 0.4, np.pi / 2])
     turns = np.stack([np.cos(half), np.sin(half), 0 * half, 0 * half], axis=-1)
     np.testing.assert_allclose(kr.attitude_error(turns, (1, 0, 0, 0)), 2 * half, rtol=1e-15)
-    np.testing.assert_allclose(kr.attitude_error(-turns[2], turns[None]), 2 * abs(half[None] - 0.4), atol=1e-15)
+    np.testing.assert_allclose(
+        kr.attitude_error(-turns[2], turns[None]), 2 * abs(half[None] - 0.4), atol=1e-15
+    )
     assert kr.attitude_error(turns[:, None], turns[None]).shape == (4, 4)
     with pytest.raises(ValueError, match="shape"):
         kr.attitude_error(turns[:, :3], turns)
@@ -233,11 +285,24 @@ def test_conventions_are_those_of_the_core():
 def test_core_is_typed_as_its_stub_says():
     stub = (ROOT / "python/kreisel/_core.pyi").read_text()
     public = {name for name in dir(_core) if not name.startswith("_")}
-    typed = {line.split("(")[0].removeprefix("def ").split(":")[0] for line in stub.splitlines() if line[:1].isalpha()}
-    typed = {word.removeprefix("class ") for word in typed if not word.startswith(("class _", "from ", "import "))}
+    typed = {
+        line.split("(")[0].removeprefix("def ").split(":")[0]
+        for line in stub.splitlines()
+        if line[:1].isalpha()
+    }
+    typed = {
+        word.removeprefix("class ")
+        for word in typed
+        if not word.startswith(("class _", "from ", "import "))
+    }
     assert public == typed
 
 
 def test_import_needs_numpy_only():
     code = "import sys, kreisel; print(sorted(sys.modules.keys() & {'scipy', 'rich', 'click', 'matplotlib', 'heyoka'}))"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+    assert (
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True
+        ).stdout
+        == "[]\n"
+    )

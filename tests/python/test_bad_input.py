@@ -2,10 +2,9 @@
 
 import re
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 from kreisel import _core
 
 NAN, INF = float("nan"), float("inf")
@@ -43,7 +42,11 @@ def nothing_runs(monkeypatch):
         ({"mass": 1j}, TypeError, "mass must be a number, not 1j"),
         ({"mass": None}, TypeError, "mass must be a number, not None"),
         ({"mass": np.array([1.0])}, TypeError, "mass must be a number"),
-        ({"inertia": (1, 2)}, ValueError, re.escape("inertia must be 3 moments or a symmetric 3x3 matrix, not (1, 2)")),
+        (
+            {"inertia": (1, 2)},
+            ValueError,
+            re.escape("inertia must be 3 moments or a symmetric 3x3 matrix, not (1, 2)"),
+        ),
         ({"inertia": np.ones((3, 2))}, ValueError, "3 moments"),
         ({"inertia": ((1, 2), (3,))}, ValueError, "3 moments"),
         ({"inertia": (1, 2, "3")}, TypeError, "3 moments"),
@@ -52,7 +55,11 @@ def nothing_runs(monkeypatch):
         ({"inertia": (1, 2, 0)}, ValueError, "0.0 is not positive"),
         ({"inertia": (1, -2, 2)}, ValueError, r"-2.0 is not positive in \[1.0, -2.0, 2.0\]"),
         ({"inertia": (1, 2, 3.1)}, ValueError, re.escape("3.1 > 1.0 + 2.0")),
-        ({"inertia": ((2, 1.9, 0), (1.9, 2, 0), (0, 0, 2))}, ValueError, "none larger than the other two"),
+        (
+            {"inertia": ((2, 1.9, 0), (1.9, 2, 0), (0, 0, 2))},
+            ValueError,
+            "none larger than the other two",
+        ),
         ({"inertia": ((2, 2.1, 0), (2.1, 2, 0), (0, 0, 2))}, ValueError, "is not positive"),
         ({"inertia": ((2, 0.1, 0), (0.2, 2, 0), (0, 0, 2))}, ValueError, "symmetric"),
         ({"com": (0, 1)}, ValueError, re.escape("com must be 3 numbers, not (0, 1)")),
@@ -93,17 +100,37 @@ def test_plates_and_rods_are_bodies():
     "change, exception, message",
     [
         ({"body": BODY}, TypeError, "body must be a kreisel.Body"),
-        ({"momentum": None}, ValueError, "exactly one of momentum, velocity, body_momentum, body_velocity, not none"),
+        (
+            {"momentum": None},
+            ValueError,
+            "exactly one of momentum, velocity, body_momentum, body_velocity, not none",
+        ),
         ({"velocity": (1, 0, 0)}, ValueError, "exactly one of .*, not momentum and velocity"),
         ({"momentum": (1, 2)}, ValueError, re.escape("momentum must be 3 numbers, not (1, 2)")),
         ({"momentum": (1, 2, NAN)}, ValueError, "momentum must be finite"),
         ({"momentum": None, "body_velocity": (1, 2, 1e308)}, ValueError, None),
-        ({"attitude": (1, 0, 0)}, ValueError, re.escape("attitude must be 4 numbers (w, x, y, z), not (1, 0, 0)")),
-        ({"attitude": (1, 1, 0, 0)}, ValueError, r"the norm of .* is 1.4142135623730951: divide by it"),
+        (
+            {"attitude": (1, 0, 0)},
+            ValueError,
+            re.escape("attitude must be 4 numbers (w, x, y, z), not (1, 0, 0)"),
+        ),
+        (
+            {"attitude": (1, 1, 0, 0)},
+            ValueError,
+            r"the norm of .* is 1.4142135623730951: divide by it",
+        ),
         ({"attitude": (0, 0, 0, 0)}, ValueError, "norm of .* is 0.0"),
-        ({"attitude": (0.7071, 0, 0, 0.7071)}, ValueError, "unit quaternion; the norm of .* is 0.99999"),
+        (
+            {"attitude": (0.7071, 0, 0, 0.7071)},
+            ValueError,
+            "unit quaternion; the norm of .* is 0.99999",
+        ),
         ({"attitude": (1, 0, 0, NAN)}, ValueError, "attitude must be finite"),
-        ({"attitude_xyzw": (0, 0, 1)}, ValueError, re.escape("attitude_xyzw must be 4 numbers (x, y, z, w)")),
+        (
+            {"attitude_xyzw": (0, 0, 1)},
+            ValueError,
+            re.escape("attitude_xyzw must be 4 numbers (x, y, z, w)"),
+        ),
         ({"attitude": (1, 0, 0, 0), "attitude_xyzw": (0, 0, 0, 1)}, ValueError, "not both"),
         ({"gravity": INF}, ValueError, "gravity must be finite"),
         ({"gravity": (0, 0, -1)}, TypeError, r"gravity must be a number, not \(0, 0, -1\)"),
@@ -134,19 +161,39 @@ def test_attitude_up_to_rounding():
         ({"t": None}, TypeError, "t must be a number or a list of times"),
         ({"t": True}, TypeError, "t must be a number or a list of times"),
         ({"t": [1, 2j]}, TypeError, "t must be a number"),
-        ({"t": [[1, 2]]}, ValueError, r"t must be a number or a list of times, not an array of shape \(1, 2\)"),
+        (
+            {"t": [[1, 2]]},
+            ValueError,
+            r"t must be a number or a list of times, not an array of shape \(1, 2\)",
+        ),
         ({"t": [[1, 2], 3]}, ValueError, "t must be a number"),
         ({"t": [1, 3, 2]}, ValueError, re.escape("t[2] = 2.0 goes back from t[1] = 3.0")),
         ({"t": [1, -1]}, ValueError, re.escape("t[0] = 1.0 goes back from the start at 0")),
         ({"t": [-1, -0.5]}, ValueError, re.escape("t[1] = -0.5 goes back from t[0] = -1.0")),
-        ({"t": 1e300}, ValueError, r"t = 1e\+300 this top turns by .* double precision cannot tell"),
+        (
+            {"t": 1e300},
+            ValueError,
+            r"t = 1e\+300 this top turns by .* double precision cannot tell",
+        ),
         ({"t": 1e300, **FIXED}, ValueError, "more steps of 0.1 than double precision can count"),
         ({"step": 1e-300, "method": "rk4"}, ValueError, "more steps of 1e-300"),
         ({"step": 1e-300, "method": "rk4", "every": 1}, ValueError, "more steps of 1e-300"),
-        ({"t": 1e14, **FIXED, "every": 1}, MemoryError, "1000000000000001 states need .* larger every"),
-        ({"method": "bobenko-suris"}, ValueError, "unknown method 'bobenko-suris'; did you mean 'bobenko_suris'?"),
+        (
+            {"t": 1e14, **FIXED, "every": 1},
+            MemoryError,
+            "1000000000000001 states need .* larger every",
+        ),
+        (
+            {"method": "bobenko-suris"},
+            ValueError,
+            "unknown method 'bobenko-suris'; did you mean 'bobenko_suris'?",
+        ),
         ({"method": "RK4"}, ValueError, "unknown method 'RK4'; did you mean 'rk4'?"),
-        ({"method": "qqq"}, ValueError, "unknown method 'qqq'; known are auto, exact, bobenko_suris"),
+        (
+            {"method": "qqq"},
+            ValueError,
+            "unknown method 'qqq'; known are auto, exact, bobenko_suris",
+        ),
         ({"method": 4}, TypeError, "method must be a name in kreisel.methods, not 4"),
         ({"method": "rk4"}, ValueError, "method 'rk4' has a fixed step: give step"),
         ({"method": "rk4", "step": 0}, ValueError, "step must be positive, not 0"),
@@ -181,7 +228,10 @@ def test_what_reads_a_path_takes_no_scene(reader):
 
 def test_method_that_does_not_apply():
     asymmetric = kr.scenes.asymmetric
-    with pytest.raises(ValueError, match="'bobenko_suris' does not apply to this body of kind 'general'.*strang, .*rk4"):
+    with pytest.raises(
+        ValueError,
+        match="'bobenko_suris' does not apply to this body of kind 'general'.*strang, .*rk4",
+    ):
         kr.solve(asymmetric, 1, "bobenko_suris", step=0.1)
 
 
@@ -200,7 +250,11 @@ def test_methods_of_gsl_say_how_to_get_them(name):
         ({"methods": ["rk4"]}, ValueError, r"give steps, as in steps=\[0.1, 0.01\]"),
         ({"methods": ["extrap"], "tols": [0]}, ValueError, "tols must be positive"),
         ({"methods": ["rk4"], "steps": ["a"]}, TypeError, "steps must be a number"),
-        ({"methods": ["rk4"], "steps": [0.1], "repeats": 0}, ValueError, "repeats must be at least 1"),
+        (
+            {"methods": ["rk4"], "steps": [0.1], "repeats": 0},
+            ValueError,
+            "repeats must be at least 1",
+        ),
         ({"methods": ["extrap"], "truth": "rk4"}, ValueError, "truth 'rk4' has a fixed step"),
         ({"methods": ["extrap"], "truth": "rk44"}, ValueError, "unknown method 'rk44'"),
     ],

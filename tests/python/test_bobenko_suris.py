@@ -1,9 +1,9 @@
 """The Bobenko-Suris maps: what they keep, how near they are to the top, and where the fourth order ends."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 
-import kreisel as kr
 from validation.truth.orders import BODIES, TILT
 from validation.truth.orders import tilted as scene
 
@@ -11,7 +11,13 @@ from validation.truth.orders import tilted as scene
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
 def test_bobenko_suris_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris", step=step, every=1000)
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris",
+        step=step,
+        every=1000,
+    )
     size = np.abs(path.kinetic + path.potential).max()
     assert np.ptp(path.vertical) == 0
     assert np.ptp(path.axial) < 1e-12
@@ -22,8 +28,16 @@ def test_bobenko_suris_keeps_its_integrals(step, gravity):
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
 def test_bobenko_suris2_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris2", step=step, every=1000)
-    modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (8 * path.scene.body.moments[0])
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris2",
+        step=step,
+        every=1000,
+    )
+    modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
+        8 * path.scene.body.moments[0]
+    )
     assert np.ptp(path.vertical) == 0
     assert np.ptp(path.axial) < 1e-12
     assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
@@ -33,7 +47,13 @@ def test_bobenko_suris2_keeps_its_integrals(step, gravity):
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.05, 0.2])
 def test_bobenko_suris4_keeps_its_integrals(step, gravity):
-    path = kr.solve(scene("lagrange", gravity=gravity), 1e6 * step, method="bobenko_suris4", step=step, every=1000)
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris4",
+        step=step,
+        every=1000,
+    )
     size = np.abs(path.energy).max()
     assert np.ptp(path.vertical) == 0
     assert np.ptp(path.axial) < 1e-12 * np.abs(path.axial).max() * 3
@@ -46,13 +66,15 @@ def test_bobenko_suris4_is_so_many_times_as_accurate(step, times):
     top = kr.scenes.thesis
     at = np.linspace(90, 100, 11)
     truth = kr.solve(top, at, method="exact").q
-    one, four = (kr.attitude_error(kr.solve(top, at, method=name, step=step).q, truth).max()
-                 for name in ("bobenko_suris", "bobenko_suris4"))
+    one, four = (
+        kr.attitude_error(kr.solve(top, at, method=name, step=step).q, truth).max()
+        for name in ("bobenko_suris", "bobenko_suris4")
+    )
     assert one > times * four
 
 
 def test_bobenko_suris4_refuses_steps_without_rates():
-    top = scene("lagrange", momentum=(8.0, 0.0, 0.0))       # |m| / I1 is about 1
+    top = scene("lagrange", momentum=(8.0, 0.0, 0.0))  # |m| / I1 is about 1
     kr.solve(top, 10, method="bobenko_suris4", step=0.6)
     with pytest.raises(ValueError, match="step is too large"):
         kr.solve(top, 10, method="bobenko_suris4", step=1.2)
@@ -62,7 +84,10 @@ def test_bobenko_suris4_refuses_steps_without_rates():
 def test_bobenko_suris4_is_right_for_fast_tops():
     top = kr.Scene(BODIES["lagrange"], momentum=(0.5, 0.0, 200.0), attitude=TILT)
     truth = kr.solve(top, 10, method="takahashi_imada4", step=0.001)
-    assert kr.attitude_error(kr.solve(top, 10, method="bobenko_suris4", step=0.03).q[-1], truth.q[-1]) < 3e-6
+    assert (
+        kr.attitude_error(kr.solve(top, 10, method="bobenko_suris4", step=0.03).q[-1], truth.q[-1])
+        < 3e-6
+    )
 
 
 def test_the_maps_are_conjugate():

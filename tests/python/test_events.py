@@ -1,14 +1,14 @@
 """Events from Python: none missed and none twice, the ready ones, what ends a path, what is refused."""
+
 import os
 import pickle
 import subprocess
 import sys
 import threading
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 from kreisel import events
 
 TOP = kr.Scene(kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=(0.172, -1.862, 1.46))
@@ -21,7 +21,12 @@ def random_scene(rng):
     body = kr.Body.cuboid(half=tuple(half), pivot=tuple(rng.uniform(-1, 1, 3) * half))
     q = rng.normal(size=4)
     momentum = rng.normal(size=3) * body.mass * rng.choice([0.3, 1, 3])
-    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=rng.choice([1.0, -1.0, 0.2]))
+    return kr.Scene(
+        body,
+        momentum=momentum,
+        attitude=q / np.linalg.norm(q),
+        gravity=rng.choice([1.0, -1.0, 0.2]),
+    )
 
 
 def of_every_kind(scene):
@@ -110,7 +115,7 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
     count = np.bincount(path.events.which, minlength=3).tolist()
     assert count[2] == nutations
     assert count[1] == cusps * nutations
-    if not cusps:       # there the precession touches zero, and rounding decides
+    if not cusps:  # there the precession touches zero, and rounding decides
         assert abs(count[0] - loops * nutations) <= 1
 
 
@@ -127,14 +132,18 @@ def test_separatrix():
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
     near = path.events.path
     middle = int(np.argsort(body.moments)[1])
-    share = np.abs((near.velocity * near.frame[:, middle]).sum(axis=1)) / np.linalg.norm(near.velocity, axis=1)
+    share = np.abs((near.velocity * near.frame[:, middle]).sum(axis=1)) / np.linalg.norm(
+        near.velocity, axis=1
+    )
     assert len(near) > 3 and share.min() > 1 - 1e-9
     up = events.separatrix(SCENE)
     highest = kr.solve(SCENE, 30, events=[up]).events
     dense = kr.solve(SCENE, np.linspace(0, 30, 30001), "taylor").apex[:, 2]
     assert len(highest) == np.sum((dense[1:-1] > dense[:-2]) & (dense[1:-1] > dense[2:]))
     with pytest.raises(ValueError, match="has no separatrix: two are equal"):
-        events.separatrix(kr.Scene(kr.Body.cuboid(half=(1, 1, 2), pivot=(0, 0, 0)), momentum=(1, 2, 3)))
+        events.separatrix(
+            kr.Scene(kr.Body.cuboid(half=(1, 1, 2), pivot=(0, 0, 0)), momentum=(1, 2, 3))
+        )
 
 
 def test_terminal_ends_the_path_there():
@@ -153,19 +162,29 @@ def test_terminal_ends_the_path_there():
 
 def test_at_most_so_many():
     path = kr.solve(SCENE, 50, events=[events.nutation(most=2), events.nutation(direction=-1)])
-    assert (path.events.which == 0).sum() == 2 and (path.events.which == 1).sum() > 5 and path.t[-1] == 50
+    assert (
+        (path.events.which == 0).sum() == 2
+        and (path.events.which == 1).sum() > 5
+        and path.t[-1] == 50
+    )
 
 
 def test_where():
     high = {"apex_z": 1, "1": 0.4}
-    both = kr.solve(SCENE, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]).events
+    both = kr.solve(
+        SCENE, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
+    ).events
     wanted = both.path.apex[:, 2] > -0.4
     assert 0 < (both.which == 1).sum() == wanted[both.which == 0].sum() < (both.which == 0).sum()
 
 
 def test_constant_of_the_motion_has_no_events():
     vertical = {f"vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
-    wanted = [events.crossing({"m_z": 1}, 1.46), events.extremum({"m_z": 1}), events.extremum(vertical)]
+    wanted = [
+        events.crossing({"m_z": 1}, 1.46),
+        events.extremum({"m_z": 1}),
+        events.extremum(vertical),
+    ]
     assert len(kr.solve(SCENE, 100, events=wanted).events) == 0
     assert len(kr.solve(SCENE, 10, events=[]).events) == 0 and kr.solve(SCENE, 10).events is None
 
@@ -180,10 +199,22 @@ def test_what_the_docstring_shows():
 @pytest.mark.parametrize(
     "make, error, message",
     [
-        (lambda: events.crossing({"mx": 1}), ValueError, "unknown quantity 'mx'; did you mean 'm_x'"),
+        (
+            lambda: events.crossing({"mx": 1}),
+            ValueError,
+            "unknown quantity 'mx'; did you mean 'm_x'",
+        ),
         (lambda: events.crossing({"m_x*m_y*m_z": 1}), ValueError, "a quantity or a product of two"),
-        (lambda: events.crossing({3: 1}), ValueError, "a quantity or a product of two, as in 'm_x[*]m_y', not 3"),
-        (lambda: events.crossing({"m_x": np.nan}), ValueError, "the factor of 'm_x' must be finite"),
+        (
+            lambda: events.crossing({3: 1}),
+            ValueError,
+            "a quantity or a product of two, as in 'm_x[*]m_y', not 3",
+        ),
+        (
+            lambda: events.crossing({"m_x": np.nan}),
+            ValueError,
+            "the factor of 'm_x' must be finite",
+        ),
         (lambda: events.crossing({"m_x": "1"}), TypeError, "the factor of 'm_x' must be a number"),
         (lambda: events.crossing({}), ValueError, "the function is constant"),
         (lambda: events.crossing({"m_x": 0, "1": 3}), ValueError, "the function is constant"),
@@ -198,12 +229,32 @@ def test_what_the_docstring_shows():
         (lambda: events.plane((1, 0, 0), of="axis"), ValueError, "unknown vector 'axis'"),
         (lambda: events.cusp(within=1e-9), ValueError, "within must be at least 1e-7, not 1e-09"),
         (lambda: events.separatrix(BODY), TypeError, "scene must be a kreisel.Scene"),
-        (lambda: kr.solve(SCENE, 1, "rk4", step=0.1, events=[]), ValueError, "of method=.taylor., and .rk4. has none"),
-        (lambda: kr.solve(TOP, 1, "exact", events=[events.loop()]), ValueError, "and 'exact' has none"),
-        (lambda: kr.solve(TOP, 1, "geometric", error=1e-3, events=[events.loop()]), ValueError, "leave events out"),
-        (lambda: kr.solve(SCENE, 1, events=["loop"]), TypeError, "events must be a list of what kreisel.events makes"),
+        (
+            lambda: kr.solve(SCENE, 1, "rk4", step=0.1, events=[]),
+            ValueError,
+            "of method=.taylor., and .rk4. has none",
+        ),
+        (
+            lambda: kr.solve(TOP, 1, "exact", events=[events.loop()]),
+            ValueError,
+            "and 'exact' has none",
+        ),
+        (
+            lambda: kr.solve(TOP, 1, "geometric", error=1e-3, events=[events.loop()]),
+            ValueError,
+            "leave events out",
+        ),
+        (
+            lambda: kr.solve(SCENE, 1, events=["loop"]),
+            TypeError,
+            "events must be a list of what kreisel.events makes",
+        ),
         (lambda: kr.solve(SCENE, 1, events=events.loop()), TypeError, "events must be a list"),
-        (lambda: kr.solve(SCENE, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]), ValueError, "range"),
+        (
+            lambda: kr.solve(SCENE, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]),
+            ValueError,
+            "range",
+        ),
     ],
 )
 def test_refused(make, error, message):
@@ -231,7 +282,9 @@ try:
 except kr.Interrupted as stopped:
     print(len(stopped.path.events), stopped.path.t[-1])
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
     found, reached = map(float, done.stdout.split())
     assert found == 10 and 0 < reached < 1e7
 

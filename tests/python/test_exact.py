@@ -5,10 +5,9 @@ import dataclasses
 import math
 import pickle
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 
 THESIS = kr.scenes.thesis
 TILT = np.array([0.8, 0.4, -0.2, 0.4])
@@ -18,10 +17,16 @@ SCENES = {
     "thesis": THESIS,
     "tilted": TILTED,
     "hanging": TILTED.replace(gravity=-3.0),
-    "turned": kr.Scene(kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1)), (1, 2, 3), TILTED.attitude),
+    "turned": kr.Scene(
+        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1)),
+        (1, 2, 3),
+        TILTED.attitude,
+    ),
     "spherical": kr.Scene(kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2)), (1, 2, 3), TILTED.attitude),
     "free": kr.Scene(PLATE, (1.0, 2.0, 3.0), TILTED.attitude, gravity=0.0),
-    "at its centre of mass": kr.Scene(kr.Body(1.0, (1, 2, 2.5), (0, 0, 0)), (1.0, 2.0, 3.0), TILTED.attitude),
+    "at its centre of mass": kr.Scene(
+        kr.Body(1.0, (1, 2, 2.5), (0, 0, 0)), (1.0, 2.0, 3.0), TILTED.attitude
+    ),
 }
 
 
@@ -49,8 +54,14 @@ def test_auto_takes_it(name):
 def test_a_number_gives_one_state_with_the_same_bits():
     top = kr.exact(TILTED)
     many = top(np.linspace(-50.0, 1e5, 200))
-    for t in (np.linspace(-50.0, 1e5, 600)[::3], np.linspace(-50, 1e5, 200).tolist(), np.array([7], dtype=int)):
-        assert np.array_equal(top(t).t, t) and np.array_equal(top(t).states, np.vstack([top(float(x)).states for x in t]))
+    for t in (
+        np.linspace(-50.0, 1e5, 600)[::3],
+        np.linspace(-50, 1e5, 200).tolist(),
+        np.array([7], dtype=int),
+    ):
+        assert np.array_equal(top(t).t, t) and np.array_equal(
+            top(t).states, np.vstack([top(float(x)).states for x in t])
+        )
     for i in (0, 3, 199):
         assert np.array_equal(top(many.t[i]).states[0], many.states[i])
     assert len(top([])) == 0
@@ -71,9 +82,15 @@ def test_a_path_is_as_its_constructor_makes_it():
     for path in (kr.exact(TILTED)(2.0), kr.exact(TILTED, map="bobenko_suris", step=0.1)([1, 2])):
         made = kr.Path(path.scene, path.states, path.method, path.step, None, path.stats)
         for field in dataclasses.fields(kr.Path):
-            assert getattr(path, field.name) is getattr(made, field.name) or field.name == "_columns"
+            assert (
+                getattr(path, field.name) is getattr(made, field.name) or field.name == "_columns"
+            )
         assert path._columns == made._columns == {} and not path.states.flags.writeable
-        assert repr(path) == repr(made) and path.plan == made.plan and path.energy_error == made.energy_error
+        assert (
+            repr(path) == repr(made)
+            and path.plan == made.plan
+            and path.energy_error == made.energy_error
+        )
 
 
 def test_many_scenes_at_once():
@@ -89,7 +106,10 @@ def test_many_scenes_at_once():
 
 
 def test_rates_of_the_map_tend_to_the_tops():
-    top, coarse, fine = kr.exact(TILTED), *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01))
+    top, coarse, fine = (
+        kr.exact(TILTED),
+        *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
+    )
     for name in ("period", "precession", "spin"):
         far, near = (abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine))
         assert 0 < near < far / 4 < 2e-3
@@ -116,13 +136,24 @@ def test_map(name, step):
 
 
 def test_refusals():
-    with pytest.raises(ValueError, match="no closed form is known for this body of kind 'kowalewski' under gravity"):
+    with pytest.raises(
+        ValueError, match="no closed form is known for this body of kind 'kowalewski' under gravity"
+    ):
         kr.exact(kr.scenes.kowalewski)
-    with pytest.raises(ValueError, match="'exact' does not apply to this body of kind 'kowalewski'.*without torque; these"):
+    with pytest.raises(
+        ValueError,
+        match="'exact' does not apply to this body of kind 'kowalewski'.*without torque; these",
+    ):
         kr.solve(kr.scenes.kowalewski, 1, method="exact")
     assert kr.exact(kr.scenes.kowalewski.replace(gravity=0.0))(1e6).q.shape == (1, 4)
-    with pytest.raises(ValueError, match="no closed form is known for the map at the step 0.1 .* of a separatrix"):
-        kr.exact(THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)), map="bobenko_suris", step=0.1)
+    with pytest.raises(
+        ValueError, match="no closed form is known for the map at the step 0.1 .* of a separatrix"
+    ):
+        kr.exact(
+            THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)),
+            map="bobenko_suris",
+            step=0.1,
+        )
     with pytest.raises(ValueError, match="'bobenko_suris' does not apply"):
         kr.exact(SCENES["free"], map="bobenko_suris", step=0.1)
 
@@ -134,7 +165,11 @@ def test_refusals():
         (lambda: kr.exact(THESIS, step=0.1), ValueError, "step is for map"),
         (lambda: kr.exact(THESIS, map="rk4", step=0.1), ValueError, "the map with a closed form"),
         (lambda: kr.exact(THESIS, map="bobenko_suris"), TypeError, "step must be a number"),
-        (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.0), ValueError, "step must not be zero"),
+        (
+            lambda: kr.exact(THESIS, map="bobenko_suris", step=0.0),
+            ValueError,
+            "step must not be zero",
+        ),
         (lambda: kr.exact(THESIS)(math.nan), ValueError, "t must be finite"),
         (lambda: kr.exact(THESIS)(1e300), ValueError, "cannot tell"),
         (lambda: kr.exact(THESIS)([[1.0]]), ValueError, "shape"),
@@ -142,11 +177,19 @@ def test_refusals():
         (lambda: kr.exact(THESIS)("1"), TypeError, "t must be a number or a list of times"),
         (lambda: kr.exact([]), ValueError, "must not be empty"),
         (lambda: kr.exact([THESIS, 3]), TypeError, r"scene\[1\] must be a kreisel.Scene, not 3"),
-        (lambda: kr.exact([THESIS, kr.scenes.kowalewski]), ValueError, r"scene\[1\]: no closed form is known for this body"),
+        (
+            lambda: kr.exact([THESIS, kr.scenes.kowalewski]),
+            ValueError,
+            r"scene\[1\]: no closed form is known for this body",
+        ),
         (lambda: kr.exact([THESIS], step=0.1), TypeError, "scene must be a kreisel.Scene"),
         (lambda: kr.exact([THESIS])([math.inf]), ValueError, "t must be finite"),
         (lambda: kr.exact([THESIS])([1e300]), ValueError, "cannot tell"),
-        (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(0.5), ValueError, "k must be whole"),
+        (
+            lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(0.5),
+            ValueError,
+            "k must be whole",
+        ),
         (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(2**60), ValueError, "below 2"),
         (lambda: kr.solve(THESIS, 1, method="exact", every=2), ValueError, "exact has none"),
     ],

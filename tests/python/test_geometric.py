@@ -1,38 +1,45 @@
 """method="geometric": the error asked for is met, what was chosen is said, and what cannot be met is refused."""
 
+import kreisel as kr
 import numpy as np
 import pytest
-from toolbox import ROOT
-
-import kreisel as kr
 from kreisel.costs import page
+from toolbox import ROOT
 
 LAGRANGE, KOWALEWSKI, ASYMMETRIC = kr.scenes.thesis, kr.scenes.kowalewski, kr.scenes.asymmetric
 
 
 @pytest.mark.parametrize("target", [1e-3, 1e-6, 1e-9])
-@pytest.mark.parametrize("scene", [LAGRANGE, KOWALEWSKI, ASYMMETRIC], ids=["lagrange", "kowalewski", "asymmetric"])
+@pytest.mark.parametrize(
+    "scene", [LAGRANGE, KOWALEWSKI, ASYMMETRIC], ids=["lagrange", "kowalewski", "asymmetric"]
+)
 def test_error_is_met(scene, target):
     times = np.linspace(0, 20, 41)
     path = kr.solve(scene, times, method="geometric", error=target)
     truth = kr.solve(scene, times, method="kahan_li8", step=0.005)
     true = kr.attitude_error(path.q, truth.q).max()
     assert true <= 2 * target and path.error <= target and true <= 3 * path.error + 1e-11
-    assert np.array_equal(path.t, times) and path.plan.method == path.method and path.plan.step == path.step
+    assert (
+        np.array_equal(path.t, times)
+        and path.plan.method == path.method
+        and path.plan.step == path.step
+    )
 
 
 def test_says_what_was_chosen_and_what_it_cost():
     path = kr.solve(LAGRANGE, 100, method="geometric", error=1e-7)
     plan = path.plan
     assert path.stats.evaluations == plan.run + plan.trials and plan.trials > 0 and len(path) == 2
-    assert plan.method in str(plan) and "1e-07 allowed" in str(plan) and "in trial runs" in str(plan)
+    assert (
+        plan.method in str(plan) and "1e-07 allowed" in str(plan) and "in trial runs" in str(plan)
+    )
     assert 1e-16 < plan.conditioning < 1e-12
     assert kr.solve(LAGRANGE, 1, method="strang", step=0.1).plan.choice is None
     assert 1e-6 < kr.solve(LAGRANGE, 1, method="strang", step=0.1).error < 1e-2
 
 
 def test_no_more_than_it_takes():
-    free = LAGRANGE.replace(gravity=0.0)        # its drift has no error
+    free = LAGRANGE.replace(gravity=0.0)  # its drift has no error
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
@@ -49,7 +56,9 @@ def test_at_any_times():
 
 
 def test_refuses_what_the_data_do_not_hold():
-    with pytest.raises(ValueError, match=r"cannot be met at t = 100.*moves the attitude by about \d"):
+    with pytest.raises(
+        ValueError, match=r"cannot be met at t = 100.*moves the attitude by about \d"
+    ):
         kr.solve(ASYMMETRIC, 100, method="geometric", error=1e-10)
 
 
@@ -80,12 +89,15 @@ def test_published_figures(capsys):
 
 def test_table_of_methods():
     lines = kr.methods.table().splitlines()
-    assert len(lines) == 2 + len(kr.methods) and all(line.count("|") == lines[0].count("|") for line in lines)
+    assert len(lines) == 2 + len(kr.methods) and all(
+        line.count("|") == lines[0].count("|") for line in lines
+    )
     assert all(any(line.startswith(f"| {name} |") for line in lines) for name in kr.methods)
 
 
 def test_methods_md_is_up_to_date():
     """All but the measured costs: made again by `kreisel methods --markdown > METHODS.md`."""
+
     def cells(text):
         lines = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]
         rows = [line.strip("| ").split(" | ") for line in lines]

@@ -2,10 +2,10 @@
 
 The starts are tilted: over an upright start no torque acts, and that hides an error of first order."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 
-import kreisel as kr
 from validation.truth.orders import BODIES, measured
 from validation.truth.orders import tilted as scene
 
@@ -15,7 +15,8 @@ def cases(*, adaptive, **flags):
     return [
         pytest.param(name, body, id=f"{name}-{body}")
         for name, method in kr.methods.items()
-        if method.adaptive == adaptive and all(getattr(method, flag) == value for flag, value in flags.items())
+        if method.adaptive == adaptive
+        and all(getattr(method, flag) == value for flag, value in flags.items())
         for body in BODIES
         if method.applies_to(BODIES[body])
     ]
@@ -42,8 +43,11 @@ def test_the_truth_of_the_orders():
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))
 def test_tolerance_is_kept(name, body):
     top = scene(body)
-    truth = kr.solve(top, 10, method="taylor", digits=20)     # extrapolation would be the worse of two
-    errors = [kr.attitude_error(kr.solve(top, 10, method=name, tol=tol).q[-1], truth.q[-1]) for tol in (1e-6, 1e-9, 1e-12)]
+    truth = kr.solve(top, 10, method="taylor", digits=20)  # extrapolation would be the worse of two
+    errors = [
+        kr.attitude_error(kr.solve(top, 10, method=name, tol=tol).q[-1], truth.q[-1])
+        for tol in (1e-6, 1e-9, 1e-12)
+    ]
     assert errors[0] < 1e-2 and errors[1] < 1e-5 and errors[2] < 1e-8
     assert errors[0] > errors[1] > errors[2]
 
@@ -105,14 +109,20 @@ def test_veselov_keeps_the_energy_of_free_tops(name):
     assert path.energy_error < 1e-11 and path.stats.iterations > path.stats.steps
 
 
-@pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.implicit and not method.adaptive])
+@pytest.mark.parametrize(
+    "name", [name for name, method in kr.methods.items() if method.implicit and not method.adaptive]
+)
 def test_implicit_methods_say_where_they_do_not_converge(name):
     with pytest.raises(kr.Error, match="did not converge") as failure:
-        kr.solve(scene("asymmetric", momentum=(30.0, 40.0, -20.0)), 50, method=name, step=0.01, tol=1e-30)
+        kr.solve(
+            scene("asymmetric", momentum=(30.0, 40.0, -20.0)), 50, method=name, step=0.01, tol=1e-30
+        )
     assert failure.value.status == "ERR_CONVERGENCE" and failure.value.path.t[-1] < 5
 
 
-@pytest.mark.parametrize("name", [name for name in kr.methods if "<m,a>" in kr.methods[name].conserves])
+@pytest.mark.parametrize(
+    "name", [name for name in kr.methods if "<m,a>" in kr.methods[name].conserves]
+)
 def test_lagrange_tops_keep_the_axial_momentum(name):
     path = kr.solve(scene("lagrange"), 500, method=name, step=0.05, every=50)
     assert np.ptp(path.axial) < 1e-11 and np.ptp(path.vertical) < 1e-12
@@ -133,7 +143,9 @@ def test_fourth_integrals_are_constant():
     path = kr.solve(level, np.linspace(0, 50, 101), method="extrap", tol=1e-13)
     assert np.abs(path.goryachev_chaplygin).max() > 1e-3
     assert np.ptp(path.goryachev_chaplygin) < 1e-9
-    raised = kr.solve(scene("goryachev_chaplygin"), np.linspace(0, 50, 101), method="extrap", tol=1e-13)
+    raised = kr.solve(
+        scene("goryachev_chaplygin"), np.linspace(0, 50, 101), method="extrap", tol=1e-13
+    )
     assert np.ptp(raised.goryachev_chaplygin) > 1e-2
 
 
@@ -143,6 +155,9 @@ def test_methods_refuse_other_bodies(name):
         if not kr.methods[name].applies_to(body):
             with pytest.raises(ValueError, match="does not apply.*it is for"):
                 kr.solve(kr.Scene(body, momentum=(1, 2, 3)), 1, method=name, step=0.1)
-    kinds = {"hirota_kimura": {"free"}, "blanes_moan6": {"lagrange", "kowalewski", "goryachev_chaplygin"}}
+    kinds = {
+        "hirota_kimura": {"free"},
+        "blanes_moan6": {"lagrange", "kowalewski", "goryachev_chaplygin"},
+    }
     if name in kinds:
         assert {body for body in BODIES if kr.methods[name].applies_to(BODIES[body])} == kinds[name]

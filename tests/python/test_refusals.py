@@ -2,10 +2,9 @@
 
 import re
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 
 STEPS = 10
 
@@ -22,7 +21,10 @@ def tops(number, kinds, seed):
         body = kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
         q = rng.normal(size=4)
         momentum = rng.normal(size=3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7))
-        yield kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q)), float(np.exp(rng.uniform(-2.5, 1.0)))
+        yield (
+            kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q)),
+            float(np.exp(rng.uniform(-2.5, 1.0))),
+        )
 
 
 def lever(scene):
@@ -34,7 +36,9 @@ def error(scene, method, step):
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
-        said = re.search(r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused))
+        said = re.search(
+            r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused)
+        )
         assert said and float(said[1]) == step
         kr.solve(scene, STEPS * step, method=method, step=float(said[2]))
         return None
@@ -61,7 +65,10 @@ def test_bobenko_suris4():
 
 @pytest.mark.parametrize(
     "method, kinds, most",
-    [("takahashi_imada4", ["kowalewski", "asymmetric"], 2.5), ("veselov4", ["lagrange", "kowalewski", "asymmetric"], 1.25)],
+    [
+        ("takahashi_imada4", ["kowalewski", "asymmetric"], 2.5),
+        ("veselov4", ["lagrange", "kowalewski", "asymmetric"], 1.25),
+    ],
 )
 def test_methods_with_a_modified_kick(method, kinds, most):
     """Refused where the top, as fast as its energy allows, may turn by more than `most` [rad] in a step, or where h^2

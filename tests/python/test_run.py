@@ -7,16 +7,24 @@ import sys
 import threading
 import time
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 from kreisel import _core, quaternion
 
 FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
 QUANTITIES = {
-    "velocity": (3,), "torque": (3,), "frame": (3, 3), "apex": (3,), "kinetic": (), "potential": (), "energy": (),
-    "vertical": (), "axial": (), "kowalewski": (), "goryachev_chaplygin": (),
+    "velocity": (3,),
+    "torque": (3,),
+    "frame": (3, 3),
+    "apex": (3,),
+    "kinetic": (),
+    "potential": (),
+    "energy": (),
+    "vertical": (),
+    "axial": (),
+    "kowalewski": (),
+    "goryachev_chaplygin": (),
 }
 CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
 SCENE = kr.Scene(CORNER, momentum=(0.172, -1.862, 1.46), attitude=(0.8, 0.4, -0.2, 0.4))
@@ -30,9 +38,24 @@ def test_times():
     path = kr.solve(SCENE, 1, "strang", step=0.1)
     assert path.t.tolist() == [0, 1] and len(path) == 2
     assert kr.solve(SCENE, [0.3, 0.3, 1.0], "strang", step=0.1).t.tolist() == [0.3, 0.3, 1.0]
-    assert kr.solve(SCENE, 1, "strang", step=0.1, every=3).t.tolist() == [0, 3 * 0.1, 6 * 0.1, 9 * 0.1]
-    assert kr.solve(SCENE, -0.35, "strang", step=0.1, every=1).t.tolist() == [0, -0.1, -0.2, -3 * 0.1]
-    assert kr.solve(SCENE, 3 * 0.1, "strang", step=0.1, every=1).t.tolist() == [0, 0.1, 0.2, 3 * 0.1]
+    assert kr.solve(SCENE, 1, "strang", step=0.1, every=3).t.tolist() == [
+        0,
+        3 * 0.1,
+        6 * 0.1,
+        9 * 0.1,
+    ]
+    assert kr.solve(SCENE, -0.35, "strang", step=0.1, every=1).t.tolist() == [
+        0,
+        -0.1,
+        -0.2,
+        -3 * 0.1,
+    ]
+    assert kr.solve(SCENE, 3 * 0.1, "strang", step=0.1, every=1).t.tolist() == [
+        0,
+        0.1,
+        0.2,
+        3 * 0.1,
+    ]
     assert kr.solve(SCENE, 0.3, "strang", step=0.1, every=1).t.tolist() == [0, 0.1, 0.2, 3 * 0.1]
     assert kr.solve(SCENE, 0, "strang", step=0.1, every=1).t.tolist() == [0]
     assert kr.solve(SCENE, np.float32(0.5), "strang", step=0.25).t.tolist() == [0, 0.5]
@@ -40,7 +63,12 @@ def test_times():
 
 def test_no_times_give_an_empty_path():
     path = kr.solve(SCENE, [])
-    assert len(path) == 0 and path.t.shape == (0,) and path.q.shape == (0, 4) and path.energy_error == 0
+    assert (
+        len(path) == 0
+        and path.t.shape == (0,)
+        and path.q.shape == (0, 4)
+        and path.energy_error == 0
+    )
     for name, shape in QUANTITIES.items():
         assert getattr(path, name).shape == (0, *shape)
     assert "0 states" in repr(path)
@@ -105,7 +133,9 @@ def test_quantities_from_their_definitions():
         assert path.vertical[i] == m[2]
     assert np.isnan(path.kowalewski).all() and np.isnan(path.modified_energy(0.1)).all()
     size = path.kinetic.max() + mass * np.linalg.norm(com)
-    assert path.energy_error == pytest.approx(np.abs(path.energy - path.energy[0]).max() / size, rel=1e-6)
+    assert path.energy_error == pytest.approx(
+        np.abs(path.energy - path.energy[0]).max() / size, rel=1e-6
+    )
 
 
 @pytest.mark.parametrize("name", [name for name in QUANTITIES if name != "energy"])
@@ -114,7 +144,9 @@ def test_nothing_is_computed_unasked(name, monkeypatch):
     for quantity in QUANTITIES:
         if quantity != "energy":
             original = getattr(_core, quantity)
-            monkeypatch.setattr(_core, quantity, lambda *a, q=quantity, f=original: called.append(q) or f(*a))
+            monkeypatch.setattr(
+                _core, quantity, lambda *a, q=quantity, f=original: called.append(q) or f(*a)
+            )
     path = kr.solve(SCENE, 1, "strang", step=0.1, every=1)
     repr(path), len(path), path.t, path.q, path.m, path.end
     assert called == []
@@ -135,7 +167,11 @@ def test_path_is_pickled_with_its_scene():
     path = kr.solve(SCENE, 1)
     path.energy
     again = pickle.loads(pickle.dumps(path))
-    assert np.array_equal(again.states, path.states) and again.scene == SCENE and again.stats == path.stats
+    assert (
+        np.array_equal(again.states, path.states)
+        and again.scene == SCENE
+        and again.stats == path.stats
+    )
 
 
 def test_scene_at_goes_on():
@@ -150,20 +186,22 @@ def test_scene_at_goes_on():
 def test_rotations():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     path = kr.solve(SCENE, [0, 1, 2])
-    np.testing.assert_allclose(path.rotation.apply(CORNER.com), path.apex * np.linalg.norm(CORNER.com), atol=1e-14)
+    np.testing.assert_allclose(
+        path.rotation.apply(CORNER.com), path.apex * np.linalg.norm(CORNER.com), atol=1e-14
+    )
     rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
     np.testing.assert_allclose(matrix(kr.from_rotation(rotation)), rotation.as_matrix(), atol=1e-15)
     with pytest.raises(ValueError, match="rotation must be 4 numbers"):
         kr.from_rotation(path.rotation)
 
 
-
-
 # Failures, interruption, threads
 
 
 def test_limit_of_steps():
-    with pytest.raises(kr.Error, match="largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps") as failure:
+    with pytest.raises(
+        kr.Error, match="largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
+    ) as failure:
         kr.solve(SCENE, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
     error = failure.value
     assert error.status == "ERR_LIMIT" and isinstance(error, RuntimeError)
@@ -192,7 +230,11 @@ def test_tolerance_out_of_reach():
     assert failure.value.status == "ERR_STEP" and failure.value.path.t.tolist()[0] == 0
 
 
-ENDLESS = {"fixed": 'method="rk4", step=1e-3', "adaptive": "tol=1e-12", "detours": 'method="strang", step=1e-3'}
+ENDLESS = {
+    "fixed": 'method="rk4", step=1e-3',
+    "adaptive": "tol=1e-12",
+    "detours": 'method="strang", step=1e-3',
+}
 
 
 @pytest.mark.parametrize("kind", ENDLESS)
@@ -207,7 +249,9 @@ except kr.Interrupted as stopped:
     assert isinstance(stopped, KeyboardInterrupt) and stopped.status == "ERR_INTERRUPTED"
     print(time.perf_counter() - sent, len(stopped.path), stopped.path.t[-1])
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
     seconds, states, reached = map(float, done.stdout.split())
     assert seconds < 2 and states >= 2 and reached > 0
 

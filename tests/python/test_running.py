@@ -5,10 +5,9 @@ import math
 import warnings
 import zlib
 
+import kreisel as kr
 import numpy as np
 import pytest
-
-import kreisel as kr
 
 TOP, FREE = kr.scenes.asymmetric, kr.scenes.dzhanibekov
 WILD = kr.scenes.thesis.replace(attitude=(0.8, 0.4, -0.2, 0.4), momentum=(5, -10, 5))
@@ -29,7 +28,9 @@ def test_stream_gives_the_bits_of_solve(method, chunk):
     whole = kr.solve(scene, times, method, **words)
     for t in (times, times.tolist(), iter(times)):
         paths = list(kr.stream(scene, t, method, chunk=chunk, **words))
-        assert [len(path) for path in paths[:-1]] == [chunk] * (len(paths) - 1) and len(paths[-1]) <= chunk
+        assert [len(path) for path in paths[:-1]] == [chunk] * (len(paths) - 1) and len(
+            paths[-1]
+        ) <= chunk
         assert np.array_equal(np.concatenate([path.states for path in paths]), whole.states)
     assert paths[-1].stats == whole.stats
 
@@ -54,18 +55,26 @@ def test_streams_without_end():
     assert next(endless).t[-1] == 0.1 * 9 and next(endless).t[0] == 0.1 * 10
 
 
-@pytest.mark.parametrize("t, words, kind, message", [
-    (5.0, {}, ValueError, "a stream needs the times wanted"),
-    (math.inf, {}, ValueError, "a stream needs the times wanted"),
-    (math.nan, {"method": "strang", "step": 0.1, "every": 1}, ValueError, "t must be finite"),
-    ([2.0, 1.0], {}, ValueError, "goes back"),
-    ("abc", {}, TypeError, "t must be"),
-    (iter("abc"), {}, TypeError, "an iterator of times"),
-    (iter([1.0]), {"method": "strang", "step": 0.1, "every": 1}, ValueError, "every is for t as a number"),
-    ([1.0], {"chunk": 0}, ValueError, "chunk must be at least 1"),
-    ([1.0], {"progress": 3}, TypeError, "progress must be a function"),
-    ([1.0], {"method": "rk4"}, ValueError, "fixed step"),
-])
+@pytest.mark.parametrize(
+    "t, words, kind, message",
+    [
+        (5.0, {}, ValueError, "a stream needs the times wanted"),
+        (math.inf, {}, ValueError, "a stream needs the times wanted"),
+        (math.nan, {"method": "strang", "step": 0.1, "every": 1}, ValueError, "t must be finite"),
+        ([2.0, 1.0], {}, ValueError, "goes back"),
+        ("abc", {}, TypeError, "t must be"),
+        (iter("abc"), {}, TypeError, "an iterator of times"),
+        (
+            iter([1.0]),
+            {"method": "strang", "step": 0.1, "every": 1},
+            ValueError,
+            "every is for t as a number",
+        ),
+        ([1.0], {"chunk": 0}, ValueError, "chunk must be at least 1"),
+        ([1.0], {"progress": 3}, TypeError, "progress must be a function"),
+        ([1.0], {"method": "rk4"}, ValueError, "fixed step"),
+    ],
+)
 def test_stream_refuses_before_anything_runs(t, words, kind, message):
     with pytest.raises(kind, match=message):
         kr.stream(TOP, t, **words)
@@ -99,7 +108,11 @@ def test_a_run_goes_on_with_the_same_bits(name, back, tmp_path):
         assert run.t == t
     assert np.array_equal(np.concatenate([path.states for path in parts]), whole.states)
     assert np.array_equal(np.concatenate([path.q_low for path in parts]), whole.q_low)
-    assert parts[-1].stats == whole.stats == run.stats and run.method == whole.method and run.scene == scene
+    assert (
+        parts[-1].stats == whole.stats == run.stats
+        and run.method == whole.method
+        and run.scene == scene
+    )
     assert [file.name for file in tmp_path.iterdir()] == ["run"]
 
 
@@ -108,7 +121,9 @@ def test_a_run_goes_on_without_heading():
     whole, run = kr.solve(TOP, times, want=("energy",)), kr.start(TOP, want=("energy",))
     first = run.to(times[:20])
     rest = kr.resume(run.checkpoint).to(times[20:])
-    assert np.array_equal(np.concatenate([first.energy, rest.energy]), whole.energy) and rest.want == ("energy",)
+    assert np.array_equal(
+        np.concatenate([first.energy, rest.energy]), whole.energy
+    ) and rest.want == ("energy",)
 
 
 def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
@@ -118,7 +133,7 @@ def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
     for path in itertools.islice(run.stream(100, **words), 4):
         got.append(path.states)
         run.save(file)
-    next(run.stream(100, **words))          # and is killed here
+    next(run.stream(100, **words))  # and is killed here
     for path in kr.resume(file).stream(100, **words):
         got.append(path.states)
     assert np.array_equal(np.concatenate(got), whole.states)
@@ -148,7 +163,9 @@ def test_a_run_leads_on():
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, ArithmeticError])
-@pytest.mark.parametrize("method, words", [("rk4", {"step": 1e-3}), ("taylor", {"digits": 30}), ("extrap", {})])
+@pytest.mark.parametrize(
+    "method, words", [("rk4", {"step": 1e-3}), ("taylor", {"digits": 30}), ("extrap", {})]
+)
 def test_a_stopped_run_goes_on_with_the_same_bits(method, words, stop):
     def tell(t):
         raise stop
@@ -170,7 +187,9 @@ def test_damaged_checkpoints_are_refused(tmp_path):
     for i in [*range(200), *random.integers(0, len(whole), 300)]:
         bad = bytearray(whole)
         bad[i] ^= 1 << random.integers(0, 8)
-        with pytest.raises(ValueError, match="the checkpoint is not what a run has saved, or damaged"):
+        with pytest.raises(
+            ValueError, match="the checkpoint is not what a run has saved, or damaged"
+        ):
             kr.resume(bytes(bad))
     for bad in (b"", whole[:-1], whole[:100], whole + b"x", random.bytes(len(whole))):
         with pytest.raises(ValueError, match="damaged"):
@@ -180,7 +199,10 @@ def test_damaged_checkpoints_are_refused(tmp_path):
         kr.resume(tmp_path / "odd")
     with pytest.raises(FileNotFoundError):
         kr.resume(tmp_path / "none")
-    magic, body = whole[:12], whole[21:].replace(b'"gravity', b'"gravity').replace(b"gravity = 1.0", b"gravity = 2.0")
+    magic, body = (
+        whole[:12],
+        whole[21:].replace(b'"gravity', b'"gravity').replace(b"gravity = 1.0", b"gravity = 2.0"),
+    )
     with pytest.raises(ValueError, match="no checkpoint of such a top"):
         kr.resume(magic + b"%08x\n" % zlib.crc32(body) + body)
 

@@ -5,9 +5,8 @@ import subprocess
 import sys
 import threading
 
-import pytest
-
 import kreisel as kr
+import pytest
 
 TOP = kr.scenes.asymmetric
 
@@ -25,10 +24,18 @@ def test_progress_is_told():
     assert 0 < told[0] < told[1] < told[2] < 1e9
 
 
-@pytest.mark.parametrize("run", [
-    lambda tell: list(kr.stream(TOP, 1e6, "strang", step=1e-2, every=1, chunk=7, progress=tell)),
-    lambda tell: kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell),
-], ids=["stream", "want"])
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda tell: list(
+            kr.stream(TOP, 1e6, "strang", step=1e-2, every=1, chunk=7, progress=tell)
+        ),
+        lambda tell: kr.solve(
+            TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell
+        ),
+    ],
+    ids=["stream", "want"],
+)
 def test_progress_is_told_however_short_the_pieces(run):
     told = []
 
@@ -59,11 +66,11 @@ def test_progress_is_told_in_any_thread_and_may_not_lead_on():
 
 
 STOPS = {
-    "digits": 'kr.solve(top, 1e9, digits=30, progress=send)',
-    "dense": 'kr.solve(top, np.linspace(0, 10, 30_000_000), progress=send)',
+    "digits": "kr.solve(top, 1e9, digits=30, progress=send)",
+    "dense": "kr.solve(top, np.linspace(0, 10, 30_000_000), progress=send)",
     "implicit": 'kr.solve(top, 1e9, "implicit_midpoint", step=0.01, progress=send)',
     "geometric": 'kr.solve(kr.scenes.thesis, 1e6, "geometric", error=1e-3, progress=send)',
-    "exact": 'kr.solve(kr.scenes.thesis, np.linspace(0, 10, 30_000_000), progress=send)',
+    "exact": "kr.solve(kr.scenes.thesis, np.linspace(0, 10, 30_000_000), progress=send)",
     "wanted": 'kr.solve(top, np.linspace(0, 1e8, 10_000_000), want=("energy",), progress=send)',
     "stream": 'list(kr.stream(top, math.inf, "strang", step=.01, every=200, progress=send))',
     "by itself": 'kr.solve(top, 1e9, "rk4", step=1e-3, progress=stop)',
@@ -90,7 +97,12 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED, STOPS[kind]], capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, STOPS[kind]],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == 0 and done.stdout, done.stderr
     _, states, reached = map(float, done.stdout.split())
     assert states >= 1 and reached >= 0

@@ -1,7 +1,5 @@
 """Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected one holds."""
 
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +7,8 @@ import pytest
 pytest.importorskip("matplotlib")
 pytest.importorskip("heyoka")
 
-import kreisel as kr                                                        # noqa: E402
+import kreisel as kr  # noqa: E402
+
 from validation.thesis import errata, errata_maps, su2
 from validation.thesis.integrals import adjusted
 from validation.thesis.runs import SCENE, fixed, theorem42, truth
@@ -48,7 +47,8 @@ def test_the_text_is_wrong_and_the_correction_holds(number):
 def test_c_does_not_become_right_with_smaller_steps():
     tilted = errata_maps.TILTED
     text, right = (
-        [errata_maps.off(su2.theorem42(tilted, h, 5.0, c_of=c), tilted, 5.0) for h in (0.02, 0.01)] for c in "pa"
+        [errata_maps.off(su2.theorem42(tilted, h, 5.0, c_of=c), tilted, 5.0) for h in (0.02, 0.01)]
+        for c in "pa"
     )
     assert abs(text[1] / text[0] - 1) < 0.1 and right[1] / right[0] == pytest.approx(0.5, rel=0.1)
 
@@ -59,7 +59,9 @@ def test_c_is_not_seen_in_the_scene_of_the_thesis():
     assert path.axial == pytest.approx(path.vertical, abs=1e-10)
 
 
-@pytest.mark.parametrize("scene", [errata_maps.SCALED, errata_maps.TILTED], ids=["upright", "tilted"])
+@pytest.mark.parametrize(
+    "scene", [errata_maps.SCALED, errata_maps.TILTED], ids=["upright", "tilted"]
+)
 def test_the_run_of_theorem_42_is_the_theorem_word_by_word(scene):
     path = theorem42(scene, 0.05, 5.0).path
     for form in 1, 2:
@@ -96,7 +98,11 @@ def test_inverse_and_change_do_not_commute():
     assert abs(-np.linalg.inv(now) @ change @ np.linalg.inv(now) - rate_of_inverse).max() < 1e-9
 
 
-@pytest.mark.parametrize("how", [{"method": "rk4", "step": 0.1}, {"method": "extrap", "tol": 1e-6}], ids=["rk4", "extrap"])
+@pytest.mark.parametrize(
+    "how",
+    [{"method": "rk4", "step": 0.1}, {"method": "extrap", "tol": 1e-6}],
+    ids=["rk4", "extrap"],
+)
 def test_one_step_methods_need_no_past(how):
     """Begun anew, as no multi-step method could be, they go on as exactly."""
     whole, half = kr.solve(SCENE, 4.0, **how), kr.solve(SCENE, 2.0, **how)
@@ -113,5 +119,8 @@ def test_g_is_constant_for_level_momenta_only():
     """dG/dt = 2 M2 <M, P> in the units of (5.2)."""
     level = adjusted("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)
-    change = [np.ptp(truth(scene, np.linspace(0, 20, 201)).path.goryachev_chaplygin) for scene in (level, tilted)]
+    change = [
+        np.ptp(truth(scene, np.linspace(0, 20, 201)).path.goryachev_chaplygin)
+        for scene in (level, tilted)
+    ]
     assert change[0] < 1e-10 and change[1] > 0.05

@@ -1,20 +1,35 @@
 """Compositions of order 8 made by hand: would other coefficients, or the closed form as the drift, be worth it?"""
+
 from itertools import count
 from statistics import median
 from time import perf_counter
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from ..truth.orders import tilted
 from ..truth.problems import turn
 
 # Halves of palindromes. Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
-SUZUKI_UMENO8 = (0.74167036435061295345, -0.40910082580003159400, 0.19075471029623837995, -0.57386247111608226666,
-                 0.29906418130365592384, 0.33462491824529818378, 0.31529309239676659663)
-KAHAN_LI8 = (0.13020248308889008088, 0.56116298177510838456, -0.38947496264484728641, 0.15884190655515560090,
-             -0.39590389413323757734, 0.18453964097831570709, 0.25837438768632204729, 0.29501172360931029887)
+SUZUKI_UMENO8 = (
+    0.74167036435061295345,
+    -0.40910082580003159400,
+    0.19075471029623837995,
+    -0.57386247111608226666,
+    0.29906418130365592384,
+    0.33462491824529818378,
+    0.31529309239676659663,
+)
+KAHAN_LI8 = (
+    0.13020248308889008088,
+    0.56116298177510838456,
+    -0.38947496264484728641,
+    0.15884190655515560090,
+    -0.39590389413323757734,
+    0.18453964097831570709,
+    0.25837438768632204729,
+    0.29501172360931029887,
+)
 
 
 def drift(scene, method):
@@ -57,7 +72,10 @@ def suzuki_umeno():
     """Name of a top and how many times the kicks of kahan_li8 its 15 stages need for an error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
         scene = tilted(body)
-        one, two = (kicks(scene, half, 3.0, drift(scene, "strang"), 1e-8) for half in (SUZUKI_UMENO8, KAHAN_LI8))
+        one, two = (
+            kicks(scene, half, 3.0, drift(scene, "strang"), 1e-8)
+            for half in (SUZUKI_UMENO8, KAHAN_LI8)
+        )
         yield body, one / two
 
 
@@ -81,5 +99,8 @@ def free_flow():
     """The spin of a general top in units of the usual, and how many times fewer kicks an exact drift needs."""
     for spin in (1, 8, 32):
         scene = tilted("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
-        one, two = (kicks(scene, KAHAN_LI8, 3.0 / spin, drift(scene, name), 1e-8) for name in ("strang", "exact"))
+        one, two = (
+            kicks(scene, KAHAN_LI8, 3.0 / spin, drift(scene, name), 1e-8)
+            for name in ("strang", "exact")
+        )
         yield spin, one / two

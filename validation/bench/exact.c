@@ -1,4 +1,5 @@
-/* What exact.py times beside heyoka: loops in C, with their own clock; as called, or by an instruction set. */
+/* What exact.py times beside heyoka: loops in C, with their own clock; as called, or by an
+ * instruction set. */
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>
 #include "exact/dispatch.h"
@@ -7,7 +8,8 @@ const char *bench_set(int set);
 double bench_plan(const kr_scene *scene, int n);
 double bench_plan_and_state(const kr_scene *scene, double t, int n);
 double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[]);
-double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[], kr_state out[]);
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+                   kr_state out[]);
 double bench_map_state(const kr_scene *scene, double step, int n);
 
 static double now(void)
@@ -29,10 +31,11 @@ double bench_plan_and_state(const kr_scene *scene, double t, int n)
 {
     kr_exact plan;
     const double begin = now();
-    for (int i = 0; i < n; i++) keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
+    for (int i = 0; i < n; i++)
+        keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
     return (now() - begin) / n;
 }
-const char *bench_set(int set)                          /* NULL: beyond the last */
+const char *bench_set(int set) /* NULL: beyond the last */
 {
     const kr_exact_set *found = kr_exact_set_at(set);
     return found ? found->runs_here() ? found->name : "" : NULL;
@@ -40,7 +43,8 @@ const char *bench_set(int set)                          /* NULL: beyond the last
 /* set: of kr_exact_set_at, -1 for what kr_exact_state chooses. */
 double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[])
 {
-    kr_state (*const state)(const kr_exact *, double) = set < 0 ? kr_exact_state : kr_exact_set_at(set)->one->state;
+    kr_state (*const state)(const kr_exact *, double) =
+        set < 0 ? kr_exact_state : kr_exact_set_at(set)->one->state;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();
@@ -48,7 +52,8 @@ double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_
     return (now() - begin) / n;
 }
 /* n times, so many at once. */
-double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[], kr_state out[])
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+                   kr_state out[])
 {
     kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_set_at(set)->many;
     kr_exact plan;

@@ -3,6 +3,7 @@
 Ours is timed in C, by exact.c; heyoka in its own loops, so that what Python adds to a call is lost in them. The
 best of all rounds counts, of both: what else the machine does falls on the longer of the two, which is heyoka's.
 """
+
 import argparse
 import ctypes
 import shutil
@@ -12,9 +13,8 @@ import time
 from pathlib import Path
 
 import heyoka as hy
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from ..truth import equations, exact_cases
 from ..truth.problems import Problem
@@ -22,24 +22,38 @@ from .taylor_kernels import CORE, CSRC, PER_SET, SETS
 
 FLAGS = "-std=c99 -O3 -ffp-contract=off -fno-tree-vectorize -fno-tree-slp-vectorize -fno-math-errno -fPIC".split()
 END, OUTPUTS, BATCH, STREAM, TOPS = 600.0, 60001, 4096, 100_000, 1000
-SCENES = {"thesis": "the thesis' top", "tilted": "tilted", "upside down": "upside down", "free": "free"}
+SCENES = {
+    "thesis": "the thesis' top",
+    "tilted": "tilted",
+    "upside down": "upside down",
+    "free": "free",
+}
 AS_CALLED = -1
 TO_END, A_STATE = "heyoka, to t = 600", "heyoka, a state of 60001"
-TARGETS = {"set-up and a state": (800, 1500), "a state": (2, 3), "a state of 4096": (10, 20),
-           f"a state of {STREAM}": (10, 20)}           # times faster: must, stretch
+TARGETS = {
+    "set-up and a state": (800, 1500),
+    "a state": (2, 3),
+    "a state of 4096": (10, 20),
+    f"a state of {STREAM}": (10, 20),
+}  # times faster: must, stretch
 
 
 def library(compiler="gcc"):
     """The core with all its instruction sets, and the loops that time it."""
     compiler = shutil.which(compiler) or exit(f"needs {compiler}")
     jobs = [(file, ["-DKR_X86"]) for file in [*CORE, Path(__file__).with_suffix(".c")]]
-    jobs += [(file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in PER_SET]
+    jobs += [
+        (file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in PER_SET
+    ]
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "bench_exact.so"
         objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
         for (source, options), to in zip(jobs, objects):
             loops = ["-ftree-vectorize"] if source.name == "states.c" else []
-            subprocess.run([compiler, *FLAGS, *loops, *options, f"-I{CSRC}", "-c", source, "-o", to], check=True)
+            subprocess.run(
+                [compiler, *FLAGS, *loops, *options, f"-I{CSRC}", "-c", source, "-o", to],
+                check=True,
+            )
         subprocess.run([compiler, "-shared", *objects, "-lm", "-o", made], check=True)
         core = ctypes.CDLL(made)
     for name in ("plan", "plan_and_state", "states", "batch", "map_state"):
@@ -83,10 +97,21 @@ class Ours:
 
     def same_bits(self):
         """Of single states and batches of every instruction set."""
+
         def bits(call, by):
             assert call(by) > 0
             return self.out[:BATCH].tobytes()
-        return len({bits(call, by) for by in sets(self.core).values() for call in (self.state, self.batch)}) == 1
+
+        return (
+            len(
+                {
+                    bits(call, by)
+                    for by in sets(self.core).values()
+                    for call in (self.state, self.batch)
+                }
+            )
+            == 1
+        )
 
 
 class Heyoka:
@@ -118,17 +143,27 @@ def bench(core, name, rounds):
     inertia, lever = ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
     problem = Problem(name, inertia, (0.0, 0.0, lever), scene.attitude, scene.momentum)
     ours, heyoka = Ours(core, scene), Heyoka(problem)
-    calls = {TO_END: heyoka.steps, A_STATE: heyoka.outputs,
-             "set-up": ours.plan, "set-up and a state": ours.plan_and_state,
-             "a state": ours.state, "a state of 8": lambda: ours.batch(width=8), "a state of 4096": ours.batch,
-             f"a state of {STREAM}": lambda: ours.batch(width=STREAM, n=STREAM)}
+    calls = {
+        TO_END: heyoka.steps,
+        A_STATE: heyoka.outputs,
+        "set-up": ours.plan,
+        "set-up and a state": ours.plan_and_state,
+        "a state": ours.state,
+        "a state of 8": lambda: ours.batch(width=8),
+        "a state of 4096": ours.batch,
+        f"a state of {STREAM}": lambda: ours.batch(width=STREAM, n=STREAM),
+    }
     for set_name, by in sets(core).items():
-        calls |= {f"a state, {set_name}": lambda by=by: ours.state(by),
-                  f"a state of 4096, {set_name}": lambda by=by: ours.batch(by)}
+        calls |= {
+            f"a state, {set_name}": lambda by=by: ours.state(by),
+            f"a state of 4096, {set_name}": lambda by=by: ours.batch(by),
+        }
     if len(case) == 5:
         calls["a state of the map"] = ours.map_state
     seconds = interleaved(calls, rounds)
-    print(f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {ours.same_bits()}")
+    print(
+        f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {ours.same_bits()}"
+    )
     for word, found in seconds.items():
         ratio = min(seconds[TO_END if word.startswith("set-up") else A_STATE]) / min(found)
         line(word, found, None if word.startswith("heyoka") else ratio)
@@ -165,7 +200,10 @@ def timed(call, each, rounds):
 
 def from_python(scene, rounds):
     top, times, some = kr.exact(scene), np.linspace(0, END, OUTPUTS), range(100)
-    tops = [scene.replace(momentum=m) for m in np.random.default_rng(2).normal(scene.momentum, 0.1, (TOPS, 3))]
+    tops = [
+        scene.replace(momentum=m)
+        for m in np.random.default_rng(2).normal(scene.momentum, 0.1, (TOPS, 3))
+    ]
     many = kr.exact(tops)
     line("from Python: set-up", timed(lambda: [kr.exact(scene) for _ in some], len(some), rounds))
     line("from Python: a state", timed(lambda: [top(END) for _ in some], len(some), rounds))
@@ -176,7 +214,9 @@ def from_python(scene, rounds):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(prog="python -m validation.bench.exact", description=__doc__)
-    parser.add_argument("scenes", nargs="*", default=list(SCENES), metavar="scene", help=", ".join(SCENES))
+    parser.add_argument(
+        "scenes", nargs="*", default=list(SCENES), metavar="scene", help=", ".join(SCENES)
+    )
     parser.add_argument("--rounds", type=int, default=41)
     chosen = parser.parse_args(argv)
     core = library()

@@ -1,5 +1,6 @@
-/* The Bobenko-Suris map in 113 bits, with the total twist exact (csrc/methods/bobenko_suris.h). A line of input: I1, I3, lever, step, q, m,
- * how many k, and these, ascending; for each of them a line of output: q, m. Needs gcc and libquadmath. */
+/* The Bobenko-Suris map in 113 bits, with the total twist exact (csrc/methods/bobenko_suris.h). A
+ * line of input: I1, I3, lever, step, q, m, how many k, and these, ascending; for each of them a
+ * line of output: q, m. Needs gcc and libquadmath. */
 #include <quadmath.h>
 #include <stdio.h>
 
@@ -14,8 +15,10 @@ static void step(quad q[4], quad m[3], quad i1, quad i3, quad lever, quad h)
     const quad c = m[0] * a[0] + m[1] * a[1] + m[2] * a[2], f = h / (2 * i1);
     const quad x = f * m[0], y = f * m[1], z = f * m[2], half = h * c / (2 * i3) - atanq(f * c);
     const quad r[4] = {q[0] - x * q[1] - y * q[2] - z * q[3], q[1] + x * q[0] + y * q[3] - z * q[2],
-                       q[2] - x * q[3] + y * q[0] + z * q[1], q[3] + x * q[2] - y * q[1] + z * q[0]};
-    const quad n = 1 / sqrtq(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]), C = n * cosq(half), S = n * sinq(half);
+                       q[2] - x * q[3] + y * q[0] + z * q[1],
+                       q[3] + x * q[2] - y * q[1] + z * q[0]};
+    const quad n = 1 / sqrtq(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]),
+               C = n * cosq(half), S = n * sinq(half);
     q[0] = r[0] * C - r[3] * S;
     q[1] = r[1] * C + r[2] * S;
     q[2] = r[2] * C - r[1] * S;

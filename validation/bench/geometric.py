@@ -2,19 +2,19 @@
 
 Without --full in fewer rounds of timing, and the promise of kr.solve(..., method="geometric") on 20 scenes.
 """
+
 import argparse
 import json
 from datetime import date
 
 import heyoka as hy
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
-from . import by_hand, promise
 from ..peers import measure
 from ..truth import equations, orders
 from ..truth.problems import PROBLEMS, Problem, attitude_error, load, turn
+from . import by_hand, promise
 
 PUBLISHED = json.loads(PROBLEMS.read_text())["published"]
 EPS = np.finfo(float).eps
@@ -27,7 +27,9 @@ def say(what, value, must, stretch=None, most=True):
         return value <= bound if most else value >= bound
 
     side = "at most" if most else "at least"
-    verdict = ("PASS" if reached(must) else "MISSED") + ("" if stretch is None or not reached(stretch) else ", stretch")
+    verdict = ("PASS" if reached(must) else "MISSED") + (
+        "" if stretch is None or not reached(stretch) else ", stretch"
+    )
     beyond = "" if stretch is None else f" ({stretch:g})"
     print(f"  {what:68} {value:10.3g}   {side} {f'{must:g}{beyond}':10} {verdict}", flush=True)
     if not reached(must):
@@ -38,7 +40,11 @@ def published(name):
     """Body and start of a published top, as Problem takes them."""
     top = PUBLISHED[name]
     if name == "bruels_cardona_heavy_top":
-        inertia, lever, q = top["inertia_about_fixed_point"], np.array(top["com"]) * top["mass"] * top["g"], top["q0"]
+        inertia, lever, q = (
+            top["inertia_about_fixed_point"],
+            np.array(top["com"]) * top["mass"] * top["g"],
+            top["q0"],
+        )
         body = np.array(top["w0"]) * inertia
     else:
         inertia, lever = top["inertia"], np.eye(3)[top["com_axis"] - 1] * top["mgl"]
@@ -46,13 +52,19 @@ def published(name):
             q, body = [np.cos(0.025), np.sin(0.025), 0.0, 0.0], np.array(top["w0"]) * inertia
         else:
             q, body = np.array(top["q0"]) / np.linalg.norm(top["q0"]), np.array(top["L0"])
-    return Problem(name, tuple(inertia), tuple(lever), tuple(q), tuple(turn(np.array(q, float), body)))
+    return Problem(
+        name, tuple(inertia), tuple(lever), tuple(q), tuple(turn(np.array(q, float), body))
+    )
 
 
 def order():
     """Measured less claimed, in q and m, the worse; from tilted starts."""
     for name, method in kr.methods.items():
-        bodies = [body for body in ("lagrange", "kowalewski", "asymmetric") if method.applies_to(orders.BODIES[body])]
+        bodies = [
+            body
+            for body in ("lagrange", "kowalewski", "asymmetric")
+            if method.applies_to(orders.BODIES[body])
+        ]
         if method.adaptive or not bodies:
             continue
         slopes = [slope for body in bodies for slope in orders.measured(name, body).values()]
@@ -65,13 +77,23 @@ def integrals():
     scene = kr.scenes.thesis.replace(attitude=orders.TILT)
     for step in (0.2, 0.1, 0.05):
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
-        constants = {"modified energy": path.modified_energy4(step), "<m,a>": path.axial, "<m,e3>": path.vertical}
+        constants = {
+            "modified energy": path.modified_energy4(step),
+            "<m,a>": path.axial,
+            "<m,e3>": path.vertical,
+        }
         for what, values in constants.items():
-            say(f"{what}, step {step}, 1e6 steps: range / largest", np.ptp(values) / np.abs(values).max(), 1e-12)
+            say(
+                f"{what}, step {step}, 1e6 steps: range / largest",
+                np.ptp(values) / np.abs(values).max(),
+                1e-12,
+            )
     path = kr.solve(scene, 1e6, method="bobenko_suris4", step=0.1, every=97)
     means = [part.mean() for part in np.array_split(path.energy - path.energy[0], 100)]
     (slope, _), covariance = np.polyfit(np.arange(100), means, 1, cov=True)
-    say("energy to t = 1e6: |slope| / its standard error", abs(slope) / covariance[0, 0] ** 0.5, 3.0)
+    say(
+        "energy to t = 1e6: |slope| / its standard error", abs(slope) / covariance[0, 0] ** 0.5, 3.0
+    )
 
 
 def accuracy():
@@ -79,9 +101,16 @@ def accuracy():
     scene = kr.scenes.thesis
     truth = kr.solve(scene, 100, method="exact").q[-1]
     for step, bound in ((1 / 5, 140.0), (1 / 20, 1e3), (1 / 160, 1e5)):
-        errors = [kr.attitude_error(kr.solve(scene, 100, method=name, step=step).q[-1], truth)
-                  for name in ("bobenko_suris", "bobenko_suris4")]
-        say(f"error of bobenko_suris over bobenko_suris4, step {step:g}", errors[0] / errors[1], bound, most=False)
+        errors = [
+            kr.attitude_error(kr.solve(scene, 100, method=name, step=step).q[-1], truth)
+            for name in ("bobenko_suris", "bobenko_suris4")
+        ]
+        say(
+            f"error of bobenko_suris over bobenko_suris4, step {step:g}",
+            errors[0] / errors[1],
+            bound,
+            most=False,
+        )
 
 
 class Heyoka:
@@ -110,12 +139,19 @@ def ratio(one, two):
 
 def cost():
     """A step as a part of heyoka's at tol = eps on the same top, in the same run."""
-    bounds = {"bobenko_suris": (25, 35), "bobenko_suris2": (25, 35),
-              "bobenko_suris4": (20, 27), "takahashi_imada4": (20, 27)}
+    bounds = {
+        "bobenko_suris": (25, 35),
+        "bobenko_suris2": (25, 35),
+        "bobenko_suris4": (20, 27),
+        "takahashi_imada4": (20, 27),
+    }
     for name, wanted in (("thesis", bounds), ("asymmetric", {"strang": (12, 14)})):
         problem, steps = load(name), 20000
         scene, peer = problem.scene(), Heyoka(problem, 100.0)
-        runs = [lambda method=method: kr.solve(scene, 0.05 * steps, method, step=0.05) for method in wanted]
+        runs = [
+            lambda method=method: kr.solve(scene, 0.05 * steps, method, step=0.05)
+            for method in wanted
+        ]
         times, *others = interleaved(peer, *runs)
         print(f"  heyoka's step on {name}: {1e9 * min(times) / peer.steps:.0f} ns")
         for (method, (bound, stretch)), own in zip(wanted.items(), others):
@@ -148,8 +184,11 @@ def gni():
 def simo_wong():
     scene = published("simo_wong_fast_top").scene()
     step = np.radians(26) / 50.0
-    errors = {name: drift_of_energy(scene, 10, name, step) for name, method in kr.methods.items()
-              if not method.adaptive and method.order > 1 and method.applies_to(scene.body)}
+    errors = {
+        name: drift_of_energy(scene, 10, name, step)
+        for name, method in kr.methods.items()
+        if not method.adaptive and method.order > 1 and method.applies_to(scene.body)
+    }
     print("  all:", ", ".join(f"{name} {error:.2g}" for name, error in errors.items()))
     for order, bound in ((2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)):
         names = sorted((name for name in errors if kr.methods[name].order == order), key=errors.get)
@@ -169,12 +208,18 @@ def bruels():
             if error <= 1e-13:
                 runs.append((n, name, error))
                 break
-    peers = [tol for tol in 10.0 ** np.arange(-16, -11, 0.25)
-             if attitude_error(Heyoka(problem, 2.0, tol)(), truth) <= 1e-13]
+    peers = [
+        tol
+        for tol in 10.0 ** np.arange(-16, -11, 0.25)
+        if attitude_error(Heyoka(problem, 2.0, tol)(), truth) <= 1e-13
+    ]
     peer = Heyoka(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
-    end = np.array([2.0])      # the core's own call, as heyoka's is
-    calls = [lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end) for n, name, _ in runs]
+    end = np.array([2.0])  # the core's own call, as heyoka's is
+    calls = [
+        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end)
+        for n, name, _ in runs
+    ]
     times, *own = interleaved(peer, *calls)
     for (n, name, error), seconds in zip(runs, own):
         speed = f"{1e6 * min(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"
@@ -186,28 +231,51 @@ def bruels():
 def left_out():
     """Of order 8, to an attitude error of 1e-8: kicks, and what another choice would have saved of them."""
     for body, more in by_hand.suzuki_umeno():
-        say(f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's", more, 0.8, most=False)
+        say(
+            f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's", more, 0.8, most=False
+        )
     price = by_hand.price_of_closed_form()
     for spin, fewer in by_hand.free_flow():
-        say(f"asymmetric, spin x {spin}: kicks with the turns over those with the exact free flow", fewer, price)
-    print("  the bound is the price of a closed form in drifts and kicks: below it, the exact flow does not pay")
+        say(
+            f"asymmetric, spin x {spin}: kicks with the turns over those with the exact free flow",
+            fewer,
+            price,
+        )
+    print(
+        "  the bound is the price of a closed form in drifts and kicks: below it, the exact flow does not pay"
+    )
 
 
 def promised(scenes):
     """`error=` on scenes of a fresh seed, here that of the day."""
     kept, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
-    say(f"{scenes} scenes: per cent with an error of at most twice the target", 100 * kept, 99, most=False)
+    say(
+        f"{scenes} scenes: per cent with an error of at most twice the target",
+        100 * kept,
+        99,
+        most=False,
+    )
     say(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)
 
 
-SECTIONS = {f.__name__: f for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, left_out, promised)}
+SECTIONS = {
+    f.__name__: f
+    for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, left_out, promised)
+}
 
 
 def main(argv=None):
     global rounds
     failed.clear()
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.geometric", description=__doc__.splitlines()[0])
-    parser.add_argument("sections", nargs="*", metavar="section", help=", ".join(SECTIONS) + "; all if none is named")
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.geometric", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "sections",
+        nargs="*",
+        metavar="section",
+        help=", ".join(SECTIONS) + "; all if none is named",
+    )
     parser.add_argument("--full", action="store_true", help="40 rounds of timing, 200 scenes")
     options = parser.parse_args(argv)
     rounds = 40 if options.full else rounds

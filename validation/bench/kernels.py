@@ -3,6 +3,7 @@
 Kernels, orders, tolerances and numbers of terms that users cannot choose, from C, without Python's share. As in
 taylor.py: one process, in turn, medians of ratios.
 """
+
 import argparse
 import ctypes
 from statistics import median
@@ -10,8 +11,19 @@ from statistics import median
 import numpy as np
 
 from ..peers import measure
-from .taylor import EPS, SCENES, error, heyoka, horizon, line, medians, reaching, real128, truth_error
 from ..truth.problems import load
+from .taylor import (
+    EPS,
+    SCENES,
+    error,
+    heyoka,
+    horizon,
+    line,
+    medians,
+    reaching,
+    real128,
+    truth_error,
+)
 from .taylor_kernels import Kernels
 
 
@@ -27,14 +39,19 @@ def sets():
         for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
             t, kernel = horizon(name, target), kernels.orders.index(order)
             peer, f = reaching(heyoka, name, t, target, EPS)
-            errors = [error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in range(-10, -54, -1)]
+            errors = [
+                error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5])
+                for tol in range(-10, -54, -1)
+            ]
             tol = next((-10 - k for k in range(44) if max(errors[k:]) <= target), -53)
             runs = [kernels.run(scene, i, kernel, tol, t) for i in range(len(kernels.sets))]
             runs.append(plain.run(scene, 0, kernel, tol, t))
             errors = [error(name, t, run()[0, 1:5]) for run in runs]
             *own, b = medians([*runs, peer])
             for which, a, e in zip([*kernels.sets, "plain C"], own, errors):
-                print(f"{name} {target or 'tightest'} {which:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, errors {f:.0e} / {e:.0e}")
+                print(
+                    f"{name} {target or 'tightest'} {which:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, errors {f:.0e} / {e:.0e}"
+                )
 
 
 def headless():
@@ -44,10 +61,17 @@ def headless():
         scene, t = block(name), horizon(name, 0)
         for i, (order, tol) in enumerate(zip(kernels.orders, (-15, -22, -30, -40, -53))):
             n = len(kernels.orders)
-            runs = [kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)]
+            runs = [
+                kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)
+            ]
             a, b, c = medians(runs)
-            line(f"{name} order {order}, tol 2^{tol}: whole/headless", a / b, 1.1, 1.3,
-                 f"{a * 1e6:.1f} / {b * 1e6:.1f} us; with the heading added {c * 1e6:.1f} us, {a / c:.2f}")
+            line(
+                f"{name} order {order}, tol 2^{tol}: whole/headless",
+                a / b,
+                1.1,
+                1.3,
+                f"{a * 1e6:.1f} / {b * 1e6:.1f} us; with the heading added {c * 1e6:.1f} us, {a / c:.2f}",
+            )
 
 
 def operations(order):
@@ -70,8 +94,10 @@ def limits():
         times = [(measure.once(run), clock()) for _ in range(101)]
         cycles = median(a / b for a, b in times) / steps.value
         sums, rest = operations(order)
-        print(f"order {order}: {cycles * median(b for _, b in times) * 1e9:.0f} ns, {cycles:.0f} cycles a step; {sums} operations in the "
-              f"sums and {rest} beside them take {(sums + rest) / 2:.0f} at two a cycle: {(sums + rest) / 2 / cycles:.0%} of the peak")
+        print(
+            f"order {order}: {cycles * median(b for _, b in times) * 1e9:.0f} ns, {cycles:.0f} cycles a step; {sums} operations in the "
+            f"sums and {rest} beside them take {(sums + rest) / 2:.0f} at two a cycle: {(sums + rest) / 2 / cycles:.0%} of the peak"
+        )
 
 
 def orders():
@@ -80,17 +106,48 @@ def orders():
     for name in SCENES:
         scene, t = block(name), horizon(name, 0)
         for log2_tol in range(-13, -54, -4):
-            runs = [kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(len(kernels.orders))]
-            cells = (f"{1e6 * a:6.1f} us {error(name, t, run()[0, 1:5]):.0e}" for a, run in zip(medians(runs, 9), runs))
-            print(f"{name} tol 2^{log2_tol}   order {', '.join(map(str, kernels.orders))}: " + "   ".join(cells), flush=True)
+            runs = [
+                kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(len(kernels.orders))
+            ]
+            cells = (
+                f"{1e6 * a:6.1f} us {error(name, t, run()[0, 1:5]):.0e}"
+                for a, run in zip(medians(runs, 9), runs)
+            )
+            print(
+                f"{name} tol 2^{log2_tol}   order {', '.join(map(str, kernels.orders))}: "
+                + "   ".join(cells),
+                flush=True,
+            )
 
 
 def depth():
     """What head, order and tolerance for 20 and 30 digits rest on: time and error of others."""
     for head, last in ((6, 28), (7, 28), (8, 28), (10, 28), (8, 24), (8, 32)):
-        look_at(Kernels((head, last, 20, 36)), 0, f"20 digits: head {head} of {last}", (-66, -70, -74), 2e4)
-    for head, last in ((16, 36), (18, 36), (20, 36), (22, 36), (26, 36), (20, 32), (20, 40), (24, 40), (20, 44)):
-        look_at(Kernels((8, 28, head, last)), 1, f"30 digits: head {head} of {last}", (-96, -100, -104), 100.0)
+        look_at(
+            Kernels((head, last, 20, 36)),
+            0,
+            f"20 digits: head {head} of {last}",
+            (-66, -70, -74),
+            2e4,
+        )
+    for head, last in (
+        (16, 36),
+        (18, 36),
+        (20, 36),
+        (22, 36),
+        (26, 36),
+        (20, 32),
+        (20, 40),
+        (24, 40),
+        (20, 44),
+    ):
+        look_at(
+            Kernels((8, 28, head, last)),
+            1,
+            f"30 digits: head {head} of {last}",
+            (-96, -100, -104),
+            100.0,
+        )
 
 
 def look_at(kernels, deep, what, tolerances, t):
@@ -101,14 +158,19 @@ def look_at(kernels, deep, what, tolerances, t):
             true = real128(name, t, "1e-33")() if deep else None
             (high, low), seconds = run()[:, 1:5].copy(), min(measure.once(run) for _ in range(5))
             q = np.concatenate((high, low))
-            print(f"   {name} {seconds * 1e3:.2f} ms {error(name, t, q) if true is None else truth_error(true, q):.1e}", end="")
+            print(
+                f"   {name} {seconds * 1e3:.2f} ms {error(name, t, q) if true is None else truth_error(true, q):.1e}",
+                end="",
+            )
         print(flush=True)
 
 
 def main():
     known = {f.__name__: f for f in (sets, headless, limits, orders, depth)}
     parser = argparse.ArgumentParser(prog="python -m validation.bench.kernels", description=__doc__)
-    parser.add_argument("what", nargs="*", choices=[*known, []], help="which figures; all but orders and depth")
+    parser.add_argument(
+        "what", nargs="*", choices=[*known, []], help="which figures; all but orders and depth"
+    )
     for name in parser.parse_args().what or list(known)[:3]:
         known[name]()
 

@@ -2,16 +2,21 @@
 
 A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the largest behind it.
 """
+
 import gzip
 import shutil
 from statistics import median
 
+from kreisel.view import _PAGE
 from playwright.sync_api import sync_playwright
 
-from kreisel.view import _PAGE
-
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-PAIRS = [("bobenko_suris", "rk4"), ("bobenko_suris", "extrap"), ("strang", "implicit_midpoint"), ("exact", "taylor")]
+PAIRS = [
+    ("bobenko_suris", "rk4"),
+    ("bobenko_suris", "extrap"),
+    ("strang", "implicit_midpoint"),
+    ("exact", "taylor"),
+]
 
 # Milliseconds from the navigation to the first picture, drawn to its end.
 READY = """new Promise((done) => { const look = () => {
@@ -69,14 +74,21 @@ def drag(page):
 
 def main():
     text = _PAGE.read_bytes()
-    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {len(gzip.compress(text, 9)) / 1e3:.1f} kB")
+    print(
+        f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {len(gzip.compress(text, 9)) / 1e3:.1f} kB"
+    )
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
         say("ready", [ready(browser) for _ in range(7)], "ms", 0)
         page = fresh(browser)
         page.evaluate(READY)
         for pair in PAIRS:
-            say(f"stepping, two {pair[0]}, two {pair[1]}", page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
+            say(
+                f"stepping, two {pair[0]}, two {pair[1]}",
+                page.evaluate(STEPPING, list(pair)),
+                "ms/frame",
+                4,
+            )
         page.evaluate("kreisel.page.load(kreisel.presets[0])")
         frames, after = zip(*drag(page))
         say("a drag is drawn", frames, "frame(s)", 0)

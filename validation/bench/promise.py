@@ -4,13 +4,13 @@ On random tops, to random times up to 100, for targets from 1e-3 to 1e-10: the t
 the target, by heyoka in 128 bit from the same doubles; and the evaluations of the torque against those of the
 cheapest step of the same method that would have met the target. Trial runs count.
 """
+
 import argparse
 from dataclasses import dataclass
 
 import heyoka as hy
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from ..truth.equations import NAMES, product
 from ..truth.problems import attitude_error, turn_back
@@ -26,23 +26,41 @@ class Truth:
         variables = hy.make_vars(*NAMES)
         q, w = variables[:4], variables[4:]
         J, lever = [hy.par[i] for i in range(3)], [hy.par[3 + i] for i in range(3)]
-        up = [2.0 * (q[1] * q[3] - q[0] * q[2]), 2.0 * (q[2] * q[3] + q[0] * q[1]),
-              q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]]
-        spinning = [((J[j] - J[k]) * w[j] * w[k] + up[j] * lever[k] - up[k] * lever[j]) / J[i]
-                    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
+        up = [
+            2.0 * (q[1] * q[3] - q[0] * q[2]),
+            2.0 * (q[2] * q[3] + q[0] * q[1]),
+            q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3],
+        ]
+        spinning = [
+            ((J[j] - J[k]) * w[j] * w[k] + up[j] * lever[k] - up[k] * lever[j]) / J[i]
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        ]
         rates = [0.5 * x for x in product(q, [0.0, *w])] + spinning
         rest = np.array([hy.real128(x) for x in (1, 0, 0, 0, 0, 0, 0)])
-        self.top = hy.taylor_adaptive(list(zip(variables, rates)), rest, tol=hy.real128(TOLERANCE),
-                                      fp_type=hy.real128, pars=[hy.real128(1.0)] * 6)
+        self.top = hy.taylor_adaptive(
+            list(zip(variables, rates)),
+            rest,
+            tol=hy.real128(TOLERANCE),
+            fp_type=hy.real128,
+            pars=[hy.real128(1.0)] * 6,
+        )
 
     def __call__(self, scene, times):
         """Principal axes -> space."""
         body = scene.body
-        q = np.array(product(np.array(scene.attitude, np.longdouble), np.array(body.axes, np.longdouble)))
+        q = np.array(
+            product(np.array(scene.attitude, np.longdouble), np.array(body.axes, np.longdouble))
+        )
         q = q / np.sqrt(q @ q)
-        velocity = turn_back(q, np.array(scene.momentum, np.longdouble)) / np.array(body.moments, np.longdouble)
-        lever = np.array(body.principal_com) * np.longdouble(body.mass) * np.longdouble(scene.gravity)
-        self.top.pars[:] = [hy.real128(str(x)) for x in (*np.array(body.moments, np.longdouble), *lever)]
+        velocity = turn_back(q, np.array(scene.momentum, np.longdouble)) / np.array(
+            body.moments, np.longdouble
+        )
+        lever = (
+            np.array(body.principal_com) * np.longdouble(body.mass) * np.longdouble(scene.gravity)
+        )
+        self.top.pars[:] = [
+            hy.real128(str(x)) for x in (*np.array(body.moments, np.longdouble), *lever)
+        ]
         self.top.state[:] = [hy.real128(str(x)) for x in (*q, *velocity)]
         self.top.time = hy.real128(0)
         at = []
@@ -65,7 +83,9 @@ def random_body(rng, kind):
         half[1] = half[0] * (1.0 + (kind != "lagrange") * 10 ** rng.uniform(-12, -2))
         pivot = (0.0, 0.0, -half[2] * rng.uniform(0.2, 1.2))
     elif kind in ("kowalewski", "goryachev_chaplygin"):
-        half = np.array([3**0.5 if kind == "kowalewski" else 7**0.5, 1.0, 0.5]) * np.exp(rng.normal(0.0, 0.3))
+        half = np.array([3**0.5 if kind == "kowalewski" else 7**0.5, 1.0, 0.5]) * np.exp(
+            rng.normal(0.0, 0.3)
+        )
         pivot = (0.0, 0.0, -half[2])
     else:
         pivot = -half * rng.uniform(-1.0, 1.0, 3) * (kind != "free")
@@ -93,9 +113,9 @@ class Case:
     target: float
     plan: kr.Plan = None
     refused: str = ""
-    error: float = 0.0              # true
-    price: float = 0.0              # of the cheapest run that would have met the target; with the trials
-    alone: float = 0.0              # without them
+    error: float = 0.0  # true
+    price: float = 0.0  # of the cheapest run that would have met the target; with the trials
+    alone: float = 0.0  # without them
 
 
 def off(case, times, truth, steps):
@@ -134,28 +154,41 @@ def report(cases):
     """Prints; the part that is kept, and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
-    price, alone = (np.median([getattr(case, word) for case in done]) for word in ("price", "alone"))
+    price, alone = (
+        np.median([getattr(case, word) for case in done]) for word in ("price", "alone")
+    )
     kept = np.mean(over <= 2.0)
-    print(f"  {len(cases)} scenes, {len(cases) - len(done)} refused; true error / target: "
-          f"median {np.median(over):.2g}, largest {over.max():.3g}")
+    print(
+        f"  {len(cases)} scenes, {len(cases) - len(done)} refused; true error / target: "
+        f"median {np.median(over):.2g}, largest {over.max():.3g}"
+    )
     print(f"  error at most twice the target in {100 * kept:.1f} %        bound: 99 %")
-    print(f"  price, median: {price:.2f} of the cheapest step's (the run alone {alone:.2f})        bound: 3")
+    print(
+        f"  price, median: {price:.2f} of the cheapest step's (the run alone {alone:.2f})        bound: 3"
+    )
     return kept, price
 
 
 def judged(scenes, seed, verbose=False):
     rng, truth_of, cases = np.random.default_rng(seed), Truth(), []
     for _ in range(scenes):
-        case = Case(random_scene(rng), float(10 ** rng.uniform(0, 2)), float(10 ** rng.uniform(-10, -3)))
+        case = Case(
+            random_scene(rng), float(10 ** rng.uniform(0, 2)), float(10 ** rng.uniform(-10, -3))
+        )
         cases.append(judge(case, truth_of))
         if verbose:
-            print(f"t = {case.t:5.1f}  target {case.target:.1e}  true {case.error:.1e}  price {case.price:4.2f}  "
-                  f"{case.refused or case.plan}", flush=True)
+            print(
+                f"t = {case.t:5.1f}  target {case.target:.1e}  true {case.error:.1e}  price {case.price:4.2f}  "
+                f"{case.refused or case.plan}",
+                flush=True,
+            )
     return report(cases)
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.promise", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.promise", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--verbose", action="store_true", help="a line for each scene")

@@ -1,6 +1,7 @@
-/* What recording costs: all states of a fixed-step run kept, in memory that was used before, over going to the end
- * alone, and over looking at each state without keeping it. Usage: record [steps step rounds]. Each method on the
- * default scene, in turn; ratios of runs that follow each other, as medians with quartiles. */
+/* What recording costs: all states of a fixed-step run kept, in memory that was used before, over
+ * going to the end alone, and over looking at each state without keeping it. Usage: record [steps
+ * step rounds]. Each method on the default scene, in turn; ratios of runs that follow each other,
+ * as medians with quartiles. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,8 @@ static int by_size(const void *a, const void *b)
 }
 enum what { END_ONLY, EACH_LOOKED_AT, ALL_KEPT, WAYS };
 /* Seconds of one run through t[0..n-1]. */
-static double run(const kr_method *method, double step, enum what what, size_t n, const double t[], kr_state out[])
+static double run(const kr_method *method, double step, enum what what, size_t n, const double t[],
+                  kr_state out[])
 {
     const kr_scene scene = kr_scene_default();
     kr_config config = {0};
@@ -42,7 +44,8 @@ static double run(const kr_method *method, double step, enum what what, size_t n
 static void quartiles(const char *name, double *values, size_t n, double unit)
 {
     qsort(values, n, sizeof *values, by_size);
-    printf("  %s %.3f (%.3f .. %.3f)", name, unit * values[n / 2], unit * values[n / 4], unit * values[(3 * n) / 4]);
+    printf("  %s %.3f (%.3f .. %.3f)", name, unit * values[n / 2], unit * values[n / 4],
+           unit * values[(3 * n) / 4]);
 }
 
 int main(int argc, char **argv)
@@ -58,11 +61,13 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         const kr_scene scene = kr_scene_default();
-        if (kr_method_flags(method) & KR_ADAPTIVE || !kr_method_applies(method, &scene.body)) continue;
-        run(method, step, ALL_KEPT, n, t, out);     /* touches all memory */
+        if (kr_method_flags(method) & KR_ADAPTIVE || !kr_method_applies(method, &scene.body))
+            continue;
+        run(method, step, ALL_KEPT, n, t, out); /* touches all memory */
         for (size_t r = 0; r < rounds; r++) {
             double seconds[WAYS];
-            for (int way = 0; way < WAYS; way++) seconds[way] = run(method, step, (enum what)way, n, t, out);
+            for (int way = 0; way < WAYS; way++)
+                seconds[way] = run(method, step, (enum what)way, n, t, out);
             bare[r] = seconds[END_ONLY] / (double)n;
             to_bare[r] = seconds[ALL_KEPT] / seconds[END_ONLY];
             to_looked[r] = seconds[ALL_KEPT] / seconds[EACH_LOOKED_AT];

@@ -4,24 +4,25 @@ Everything runs in one process, in turn; times are medians, errors are of the at
 digits (checked against heyoka in 128 bit first). `must` and `stretch` are what was promised. heyoka: seven equations, not
 compact, its loosest tolerance from which on every tighter one keeps the error; ours by the same rule.
 """
+
 import argparse
 import functools
 from statistics import median
 
 import heyoka as hy
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 from kreisel import _core as core
 
 from ..peers import measure
-from ..truth import equations, reference as truth
+from ..truth import equations
+from ..truth import reference as truth
 from ..truth.problems import load
 
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
-TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))           # error; must, stretch
+TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
 EPS = np.finfo(float).eps
-TOLERANCES = 10.0 ** np.arange(-2, -15.6, -.25)
+TOLERANCES = 10.0 ** np.arange(-2, -15.6, -0.25)
 
 
 def horizon(name, target):
@@ -46,12 +47,16 @@ def error(name, t, q):
 
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
     """A call that solves, and what it returns: the attitude at the end and what that leaves out."""
-    scene, times = np.array(load(name).scene()._block), np.array([t])      # as the core takes it, made beforehand as heyoka's
+    scene, times = (
+        np.array(load(name).scene()._block),
+        np.array([t]),
+    )  # as the core takes it, made beforehand as heyoka's
 
     def run():
         status, states, low, _ = core.record(scene, method, 0.0, tol, digits, 0, times)
         assert status == "OK", (name, method, tol, status)
         return states[-1, 1:5] if low is None else np.concatenate((states[-1, 1:5], low[-1, 1:5]))
+
     return run
 
 
@@ -64,6 +69,7 @@ def heyoka(name, t, tol):
         top.state[:] = start
         top.propagate_until(t)
         return top.state[:4]
+
     return run
 
 
@@ -79,6 +85,7 @@ def real128(name, t, tol):
             q = [truth.mp.mpf(str(x)) for x in top.state[:4]]
             high = [float(x) for x in q]
             return np.array(high + [float(x - y) for x, y in zip(q, high)])
+
     return run
 
 
@@ -86,7 +93,10 @@ def medians(calls, rounds=41):
     """Median seconds of the first call, interleaved, and of each other by the median of its ratio to the first."""
     about = [min(measure.once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = measure.interleaved(calls, about, rounds)
-    return [median(first), *(median(first) * median(b / a for a, b in zip(first, other)) for other in others)]
+    return [
+        median(first),
+        *(median(first) * median(b / a for a, b in zip(first, other)) for other in others),
+    ]
 
 
 @functools.cache
@@ -105,7 +115,9 @@ def reaching(make, name, t, target, tightest, **how):
 
 def line(what, value, must, stretch, rest=""):
     grade = "stretch" if value >= stretch else "must" if value >= must else "MISSED"
-    print(f"{what:46} {value:9.3g}  must {must:g} stretch {stretch:g}: {grade:8} {rest}", flush=True)
+    print(
+        f"{what:46} {value:9.3g}  must {must:g} stretch {stretch:g}: {grade:8} {rest}", flush=True
+    )
 
 
 def at_equal_error(name, t, target):
@@ -124,7 +136,13 @@ def ratios():
             own, peer, e, f = at_equal_error(name, t, target)
             a, b = medians([own, peer])
             at = f"{target:.0e}" if target else "tightest"
-            line(f"{name} {at} heyoka/ours", b / a, must, stretch, f"{b * 1e6:.1f} / {a * 1e6:.1f} us, errors {f:.0e} / {e:.0e}")
+            line(
+                f"{name} {at} heyoka/ours",
+                b / a,
+                must,
+                stretch,
+                f"{b * 1e6:.1f} / {a * 1e6:.1f} us, errors {f:.0e} / {e:.0e}",
+            )
     if "gsl_rk8pd" in kr.methods:
         against_gsl()
 
@@ -137,9 +155,18 @@ def against_gsl():
     for name in SCENES:
         for target in (1e-3, 1e-6, 1e-9):
             t = horizon(name, target)
-            (own, _), (peer, f) = reaching(ours, name, t, target, 2.0**-53), reaching(gsl, name, t, target, 1e-15)
+            (own, _), (peer, f) = (
+                reaching(ours, name, t, target, 2.0**-53),
+                reaching(gsl, name, t, target, 1e-15),
+            )
             a, b = medians([own, peer], 9)
-            line(f"{name} {target:.0e} gsl_rk8pd/ours", b / a, 3, 5, f"{b * 1e6:.0f} / {a * 1e6:.1f} us, its error {f:.0e}")
+            line(
+                f"{name} {target:.0e} gsl_rk8pd/ours",
+                b / a,
+                3,
+                5,
+                f"{b * 1e6:.0f} / {a * 1e6:.1f} us, its error {f:.0e}",
+            )
 
 
 def long():
@@ -148,7 +175,13 @@ def long():
         e, f = error(name, 1e5, own()), error(name, 1e5, peer())
         a, b = medians([own, peer], 3)
         line(f"{name} to 1e5, 20 digits: error heyoka/ours", f / e, 1e3, 1e3, f"{f:.1e} / {e:.1e}")
-        line(f"{name} to 1e5, 20 digits: time heyoka/ours", b / a, 1, 1, f"{b * 1e3:.0f} / {a * 1e3:.0f} ms")
+        line(
+            f"{name} to 1e5, 20 digits: time heyoka/ours",
+            b / a,
+            1,
+            1,
+            f"{b * 1e3:.0f} / {a * 1e3:.0f} ms",
+        )
 
 
 def digits():
@@ -156,18 +189,30 @@ def digits():
         t = 30.0 if name == "asymmetric" else 100.0
         own, best = ours(name, t, digits=30), real128(name, t, "1e-33")
         e = error(name, t, best())
-        tries = [(tol, real128(name, t, tol)) for tol in ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")]
+        tries = [
+            (tol, real128(name, t, tol)) for tol in ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")
+        ]
         parts = [(tol, peer, truth_error(best(), peer())) for tol, peer in tries]
         tol, peer, f = next((p for p in parts if p[2] <= e), parts[-1])
         a, b, c = medians([own, peer, best], 3)
-        line(f"{name} 30 digits: real128/ours, equal error", b / a, 100, 200,
-             f"{b * 1e3:.0f} / {a * 1e3:.2f} ms, errors {f:.0e} (tol {tol}) / {e:.0e} against real128 at 1e-33, {c * 1e3:.0f} ms")
+        line(
+            f"{name} 30 digits: real128/ours, equal error",
+            b / a,
+            100,
+            200,
+            f"{b * 1e3:.0f} / {a * 1e3:.2f} ms, errors {f:.0e} (tol {tol}) / {e:.0e} against real128 at 1e-33, {c * 1e3:.0f} ms",
+        )
 
 
 def truth_error(want, q):
     """The angle between two attitudes of doubles and what they leave out, of any size."""
     with truth.mp.workdps(truth.DIGITS):
-        return truth.angle(*([truth.mp.mpf(x) + truth.mp.mpf(y) for x, y in zip(a[:4].tolist(), a[4:].tolist())] for a in (want, q)))
+        return truth.angle(
+            *(
+                [truth.mp.mpf(x) + truth.mp.mpf(y) for x, y in zip(a[:4].tolist(), a[4:].tolist())]
+                for a in (want, q)
+            )
+        )
 
 
 def dense():
@@ -181,11 +226,25 @@ def dense():
             top.time = 0.0
             top.state[:] = start
             top.propagate_grid(of)
+
         few = times[[0, -1]]
-        a, b, c, d = medians([lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, few), lambda: grid(few),
-                              lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, times), lambda: grid(times)], 9)
+        a, b, c, d = medians(
+            [
+                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, few),
+                lambda: grid(few),
+                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, times),
+                lambda: grid(times),
+            ],
+            9,
+        )
         own, peer = (c - a) / len(times), (d - b) / len(times)
-        line(f"{name} dense output, per state: heyoka/ours", peer / own, 1, 3, f"{peer * 1e9:.0f} / {own * 1e9:.0f} ns")
+        line(
+            f"{name} dense output, per state: heyoka/ours",
+            peer / own,
+            1,
+            3,
+            f"{peer * 1e9:.0f} / {own * 1e9:.0f} ns",
+        )
 
 
 def main():

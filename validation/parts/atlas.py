@@ -2,52 +2,79 @@
 
 Each cell is run twice, as asked and finer, and judged by what these two show and by the truth (judge.py).
 """
+
 import csv
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import pi
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
-from . import judge
 from ..peers import contenders
-from ..truth import reference as truth
 from ..peers.contenders import steered
-from .budget import Task
+from ..truth import reference as truth
 from ..truth.problems import attitude_error, described
+from . import judge
+from .budget import Task
 
 TOL, FINER_TOL = 1e-9, 1e-11
 LOOKS = 16
-LONGEST = {"heyoka": 1e5, "scipy_dop853": 600.0}        # [rad] for more, a peer takes more than about a second
-COLUMNS = ("family", "case", "method", "step", "tol", "end", "turns", "verdict", "shown_by", "mark", "attitude_error",
-           "second_run", "shown", "promised", "rounding", "energy_error", "conditioning", "truth_bits", "agreement", "steps",
-           "evaluations", "message")
+LONGEST = {
+    "heyoka": 1e5,
+    "scipy_dop853": 600.0,
+}  # [rad] for more, a peer takes more than about a second
+COLUMNS = (
+    "family",
+    "case",
+    "method",
+    "step",
+    "tol",
+    "end",
+    "turns",
+    "verdict",
+    "shown_by",
+    "mark",
+    "attitude_error",
+    "second_run",
+    "shown",
+    "promised",
+    "rounding",
+    "energy_error",
+    "conditioning",
+    "truth_bits",
+    "agreement",
+    "steps",
+    "evaluations",
+    "message",
+)
 
 
 @dataclass(frozen=True)
 class How:
     """Who makes a cell: `run` takes problem, scene, times and a setting, and returns attitudes in the principal axes,
     momenta in space, and how many steps and evaluations it took."""
+
     name: str
-    steered: str        # by "step", "tol" or nothing
+    steered: str  # by "step", "tol" or nothing
     order: int
     run: Callable
-    longest: float = float("inf")       # [rad] not asked beyond this
+    longest: float = float("inf")  # [rad] not asked beyond this
 
 
 def ours(method):
     def run(problem, scene, times, setting):
         path = kr.solve(scene, times, method.name, **setting)
         return problem.principal(path.q), path.m, path.stats.steps, path.stats.evaluations
+
     return How(method.name, steered(method), method.order, run)
 
 
 def peer(name):
     def run(problem, scene, times, setting):
         return contenders.RECORDERS[name](problem, times, setting["tol"])
+
     return How(name, "tol", 0, run, LONGEST[name])
 
 
@@ -75,9 +102,14 @@ def drifts(energies):
 def looked_at(problem, scene, how, times, setting, true):
     q, m, steps, evaluations = how.run(problem, scene, times, setting)
     energies = problem.energy_errors(q, m)
-    return {"attitude_error": attitude_error(q[-1], true["attitude"]), "energy_error": float(energies.max()),
-            "drift": len(times) > LOOKS and drifts(energies), "steps": steps,
-            "evaluations": evaluations, "q": q[-1]}
+    return {
+        "attitude_error": attitude_error(q[-1], true["attitude"]),
+        "energy_error": float(energies.max()),
+        "drift": len(times) > LOOKS and drifts(energies),
+        "steps": steps,
+        "evaluations": evaluations,
+        "q": q[-1],
+    }
 
 
 def judged(case, problem, scene, how, true, end, step):
@@ -90,9 +122,11 @@ def judged(case, problem, scene, how, true, end, step):
         cell |= looked_at(problem, scene, how, times, first, true)
         again = looked_at(problem, scene, how, times, second, true)
     except kr.Error as error:
-        status = {"ERR_NOT_FINITE": judge.BLOW_UP, "ERR_CONVERGENCE": judge.NOT_CONVERGED}.get(error.status, judge.STOPPED)
+        status = {"ERR_NOT_FINITE": judge.BLOW_UP, "ERR_CONVERGENCE": judge.NOT_CONVERGED}.get(
+            error.status, judge.STOPPED
+        )
         return plain(cell) | {"verdict": "stopped", "mark": status, "message": str(error)}
-    except ArithmeticError as error:        # of a peer
+    except ArithmeticError as error:  # of a peer
         return plain(cell) | {"verdict": "stopped", "mark": judge.STOPPED, "message": str(error)}
     except ValueError as error:
         return plain(cell) | {"verdict": "refused", "mark": judge.REFUSED, "message": str(error)}
@@ -110,19 +144,34 @@ def examine(case, who=everybody):
     try:
         scene = case.scene()
     except ValueError as error:
-        return [{**about, "method": name, "verdict": "refused", "mark": judge.REFUSED, "message": str(error)}
-                for name in kr.methods]
+        return [
+            {
+                **about,
+                "method": name,
+                "verdict": "refused",
+                "mark": judge.REFUSED,
+                "message": str(error),
+            }
+            for name in kr.methods
+        ]
     problem = described(case.key, scene)
     step = 2 * pi / (case.rate or problem.rate) / case.steps
     end = step * round(case.turns * case.steps)
     true = truth.closed_form(problem, end) if case.closed else truth.on_the_way(problem, end)
-    about |= {"conditioning": true["worst"], "truth_bits": true["bits"], "agreement": true["agreement"]}
-    return [about | judged(case, problem, scene, how, true, end, step) for how in who(scene, problem.rate * end)]
+    about |= {
+        "conditioning": true["worst"],
+        "truth_bits": true["bits"],
+        "agreement": true["agreement"],
+    }
+    return [
+        about | judged(case, problem, scene, how, true, end, step)
+        for how in who(scene, problem.rate * end)
+    ]
 
 
 def tasks(cases):
     for case in cases:
-        yield Task(case.key, partial(examine, case), 6.0 if case.closed else .4, until=1.0)
+        yield Task(case.key, partial(examine, case), 6.0 if case.closed else 0.4, until=1.0)
 
 
 def cells(store):
@@ -134,4 +183,9 @@ def write_csv(file, found):
         writer = csv.DictWriter(out, COLUMNS, extrasaction="ignore")
         writer.writeheader()
         for cell in found:
-            writer.writerow({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in cell.items()})
+            writer.writerow(
+                {
+                    key: f"{value:.4g}" if isinstance(value, float) else value
+                    for key, value in cell.items()
+                }
+            )

@@ -3,25 +3,25 @@
 Each method gets the setting with which it takes, on the first tops, about the time that all are given; then it runs on
 every top to the same number of turns. The truth is heyoka in 80 bit, beyond what is told apart here.
 """
+
 import csv
 from math import pi
 from statistics import median
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
 from ..peers import measure
-from ..truth import reference as truth
 from ..peers.contenders import steered
-from .budget import Task
+from ..truth import reference as truth
 from ..truth.problems import attitude_error, described
+from .budget import Task
 
 SEED, TURNS = 6, 10.0
-GIVEN = 0.4e-3          # of one run [s]
-SOME = 5                # tops to find the setting with
-STEPS = 2000            # to find the time of a step with
-TOLERANCES = [10.0 ** -k for k in range(2, 15)]
+GIVEN = 0.4e-3  # of one run [s]
+SOME = 5  # tops to find the setting with
+STEPS = 2000  # to find the time of a step with
+TOLERANCES = [10.0**-k for k in range(2, 15)]
 COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
 KOWALEWSKI = (1.0, 2.0, 2.0)
 
@@ -45,9 +45,12 @@ def scene(kind, random):
     return kr.Scene(made, momentum, q / np.linalg.norm(q))
 
 
-KINDS = {"Lagrange": "two equal moments, the centre of mass on the third axis", "Euler": "any body, turning about its centre of mass",
-         "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
-         "general": "any body, any centre of mass"}
+KINDS = {
+    "Lagrange": "two equal moments, the centre of mass on the third axis",
+    "Euler": "any body, turning about its centre of mass",
+    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
+    "general": "any body, any centre of mass",
+}
 
 
 def tops(kind, members):
@@ -108,15 +111,22 @@ def examine(kind, members):
     for i, problem in enumerate(problems):
         (state,) = truth.states(problem, [end_of(problem)], fp=truth.FINER)
         true = [str(x) for x in state[:4]]
-        found += [{"kind": kind, "top": i, "method": name, "setting": words} | outcome(problem, true, name, setting)
-                  for name, (setting, words) in settings.items()]
+        found += [
+            {"kind": kind, "top": i, "method": name, "setting": words}
+            | outcome(problem, true, name, setting)
+            for name, (setting, words) in settings.items()
+        ]
     return found
 
 
 def tasks(plan):
     for kind in KINDS:
-        yield Task(f"ensemble/{kind}/{plan.members}", lambda kind=kind: examine(kind, plan.members), plan.members * .01,
-                   until=1.0)
+        yield Task(
+            f"ensemble/{kind}/{plan.members}",
+            lambda kind=kind: examine(kind, plan.members),
+            plan.members * 0.01,
+            until=1.0,
+        )
 
 
 def runs(store):
@@ -129,17 +139,28 @@ def errors(found, kind):
     for run in found:
         if run["kind"] == kind:
             groups.setdefault(run["method"], []).append(run)
-    return {name: (own, np.sort([run.get("attitude_error", pi) for run in own])) for name, own in groups.items()}
+    return {
+        name: (own, np.sort([run.get("attitude_error", pi) for run in own]))
+        for name, own in groups.items()
+    }
 
 
 def summary(found):
     """A line for each kind and method: typical, bad and worst error, and the time taken."""
     for kind in KINDS:
-        for name, (own, sizes) in sorted(errors(found, kind).items(), key=lambda item: float(np.median(item[1][1]))):
-            yield {"kind": kind, "method": name, "setting": own[0]["setting"],
-                   "ms": 1e3 * median(run.get("seconds", np.nan) for run in own), "middle": float(np.median(sizes)),
-                   "bad": float(np.quantile(sizes, .95)), "worst": float(sizes[-1]),
-                   "failed": sum("failure" in run for run in own)}
+        for name, (own, sizes) in sorted(
+            errors(found, kind).items(), key=lambda item: float(np.median(item[1][1]))
+        ):
+            yield {
+                "kind": kind,
+                "method": name,
+                "setting": own[0]["setting"],
+                "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
+                "middle": float(np.median(sizes)),
+                "bad": float(np.quantile(sizes, 0.95)),
+                "worst": float(sizes[-1]),
+                "failed": sum("failure" in run for run in own),
+            }
 
 
 def write_csv(file, found):

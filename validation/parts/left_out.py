@@ -1,4 +1,5 @@
 """What leaving out gravity, or the general form of a symmetric body, saves each method (omissions.py: what it saves each scene)."""
+
 import csv
 from dataclasses import replace
 
@@ -6,19 +7,22 @@ import kreisel as kr
 
 from ..peers import measure
 from ..peers.contenders import steered
-from .budget import Task
 from ..truth.problems import load
+from .budget import Task
 
-STEPS, STEP, TOL = 4000, 2.0 ** -6, 1e-9
-LEAST = 5           # rounds of the timing
+STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
+LEAST = 5  # rounds of the timing
 COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
 
 
 def forms(problem):
     """The same top as a general body, as a symmetric one, and without gravity."""
     i1, i2, i3 = problem.inertia
-    return {"general form": replace(problem, inertia=(i1, i2 * (1 + 1e-9), i3)).scene(),
-            "symmetric form": problem.scene(), "no gravity": problem.scene().replace(gravity=0.0)}
+    return {
+        "general form": replace(problem, inertia=(i1, i2 * (1 + 1e-9), i3)).scene(),
+        "symmetric form": problem.scene(),
+        "no gravity": problem.scene().replace(gravity=0.0),
+    }
 
 
 def how(method):
@@ -32,7 +36,11 @@ def by_form(rounds):
         for method in kr.methods.values():
             if method.suits(scene):
                 keys.append({"kind": "form", "name": method.name, "case": form})
-                calls.append(lambda scene=scene, method=method: kr.solve(scene, STEPS * STEP, method.name, **how(method)))
+                calls.append(
+                    lambda scene=scene, method=method: kr.solve(
+                        scene, STEPS * STEP, method.name, **how(method)
+                    )
+                )
     return [key | {"seconds": seconds} for key, seconds in zip(keys, best(calls, rounds))]
 
 

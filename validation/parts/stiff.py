@@ -4,21 +4,25 @@ The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the
 theta = 2 atan(h |V| / 4) half the turn of a step, (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>: small as h^2
 where the spin is resolved, and of the size of the torque's part along V where it is not, whatever the step.
 """
+
 import csv
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
+from ..peers.contenders import steered
+from ..truth.problems import attitude_error
 from .atlas import TOL
 from .atlas_cases import stiff
-from ..peers.contenders import steered
 from .budget import Task
-from ..truth.problems import attitude_error
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
-KINDS = {"closed form": lambda m: m.exact, "fixed step, implicit": lambda m: m.implicit and not m.adaptive,
-         "fixed step, explicit": lambda m: not m.adaptive and not m.exact, "adaptive": lambda m: m.adaptive}
+KINDS = {
+    "closed form": lambda m: m.exact,
+    "fixed step, implicit": lambda m: m.implicit and not m.adaptive,
+    "fixed step, explicit": lambda m: not m.adaptive and not m.exact,
+    "adaptive": lambda m: m.adaptive,
+}
 
 
 def kind(method):
@@ -26,7 +30,13 @@ def kind(method):
 
 
 def setting(method, step):
-    return {"tol": TOL, "max_steps": 1_000_000} if steered(method) == "tol" else {"step": step} if steered(method) else {}
+    return (
+        {"tol": TOL, "max_steps": 1_000_000}
+        if steered(method) == "tol"
+        else {"step": step}
+        if steered(method)
+        else {}
+    )
 
 
 def watched(scene, method, times, step, true):
@@ -35,14 +45,28 @@ def watched(scene, method, times, step, true):
     except kr.Error as error:
         path, message = error.path, str(error)
     except ValueError as error:
-        return {"method": method.name, "kind": kind(method), "message": str(error), "t": [], "attitude": [], "energy": [],
-                "axial": []}
-    size = np.abs(true.kinetic).max() + abs(scene.body.mass * scene.gravity) * np.linalg.norm(scene.body.com)
+        return {
+            "method": method.name,
+            "kind": kind(method),
+            "message": str(error),
+            "t": [],
+            "attitude": [],
+            "energy": [],
+            "axial": [],
+        }
+    size = np.abs(true.kinetic).max() + abs(scene.body.mass * scene.gravity) * np.linalg.norm(
+        scene.body.com
+    )
     finite = np.isfinite(path.q).all(axis=1)
-    return {"method": method.name, "kind": kind(method), "message": message, "t": path.t[finite].tolist(),
-            "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q)],
-            "energy": (np.abs(path.energy - true.energy[0])[finite] / size).tolist(),
-            "axial": np.abs(path.axial[finite] / true.axial[0] - 1).tolist()}
+    return {
+        "method": method.name,
+        "kind": kind(method),
+        "message": message,
+        "t": path.t[finite].tolist(),
+        "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q)],
+        "energy": (np.abs(path.energy - true.energy[0])[finite] / size).tolist(),
+        "axial": np.abs(path.axial[finite] / true.axial[0] - 1).tolist(),
+    }
 
 
 def examine():
@@ -51,7 +75,11 @@ def examine():
     count = int(TURNS * case.steps)
     times = step * np.arange(0, count + 1, max(1, count // LOOKS))
     true = kr.solve(scene, times, "exact")
-    return [watched(scene, method, times, step, true) for method in kr.methods.values() if method.suits(scene)]
+    return [
+        watched(scene, method, times, step, true)
+        for method in kr.methods.values()
+        if method.suits(scene)
+    ]
 
 
 def tasks(plan):
@@ -66,7 +94,12 @@ def lines(store):
 def write_csv(file, found):
     with file.open("w", newline="") as out:
         writer = csv.writer(out)
-        writer.writerow(("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message"))
+        writer.writerow(
+            ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
+        )
         for line in found:
             rows = zip(line["t"], line["attitude"], line["energy"], line["axial"])
-            writer.writerows((line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"]) for row in rows)
+            writer.writerows(
+                (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
+                for row in rows
+            )

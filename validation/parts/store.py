@@ -2,6 +2,7 @@
 
 A file of JSON, one finding a line. The first line says what it was found with; found with anything else, it is begun anew.
 """
+
 import json
 
 
@@ -15,7 +16,7 @@ class Store:
                 try:
                     key, value = json.loads(line)
                 except ValueError:
-                    continue            # cut off while it was written
+                    continue  # cut off while it was written
                 self.known[key] = value
         else:
             file.write_text(json.dumps(fingerprint) + "\n")

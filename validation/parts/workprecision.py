@@ -1,28 +1,29 @@
 """Error against run time: which runs are made, and what is known of each."""
+
 import math
 from dataclasses import asdict, dataclass, field
 from statistics import median
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from ..peers import contenders, measure
 from ..peers.contenders import Setting
-from .budget import Task
 from ..truth.problems import attitude_error
+from .budget import Task
 
-TIGHTER = range(2, 17)      # steps are a turn by 2 ** k
+TIGHTER = range(2, 17)  # steps are a turn by 2 ** k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
-CHAOS = 1e-6        # only below this do errors that no longer fall mean that rounding is reached [rad]
-ROUNDS_UNTIL = .5   # of the time: further rounds of timing are left out for what comes after them
-LOOKS = 100         # about as many states are recorded for the energy
+CHAOS = 1e-6  # only below this do errors that no longer fall mean that rounding is reached [rad]
+ROUNDS_UNTIL = 0.5  # of the time: further rounds of timing are left out for what comes after them
+LOOKS = 100  # about as many states are recorded for the energy
 
 
 @dataclass
 class Row:
     """One run: a method at one setting on one scene."""
+
     scene: str
     t: float
     method: str
@@ -35,8 +36,8 @@ class Row:
     evaluations: int = None
     setup_seconds: float = None
     failure: str = ""
-    about: float = None                             # seconds of the first runs
-    samples: list = field(default_factory=list)     # seconds of a run, one a round
+    about: float = None  # seconds of the first runs
+    samples: list = field(default_factory=list)  # seconds of a run, one a round
 
     @property
     def setting(self):
@@ -80,7 +81,9 @@ class Bench:
 
     def run(self, row):
         if row.key not in self.runs:
-            self.runs[row.key] = self.contenders[row.method].make(self.problem, self.end, row.setting)
+            self.runs[row.key] = self.contenders[row.method].make(
+                self.problem, self.end, row.setting
+            )
         return self.runs[row.key]
 
     def try_out(self, who, setting):
@@ -101,7 +104,7 @@ class Bench:
         powers, tolerances = QUICK if self.plan.quick else (TIGHTER, TOLERANCES)
         if who.steered != "tol":
             turn = turn_length(self.problem)
-            return [Setting(step=turn / 2.0 ** k) for k in powers] if who.steered else [Setting()]
+            return [Setting(step=turn / 2.0**k) for k in powers] if who.steered else [Setting()]
         tightest = who.tightest or 0.0
         kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
         return kept + [Setting(tol=tightest)] if tightest else kept
@@ -117,7 +120,11 @@ class Bench:
 
     def times(self, rows):
         """Seconds of each run that came to an end, one after the other."""
-        return {row.key: measure.sample(self.run(row).solve, row.about) for row in rows if not row.failure}
+        return {
+            row.key: measure.sample(self.run(row).solve, row.about)
+            for row in rows
+            if not row.failure
+        }
 
 
 def enough(rows, longest):
@@ -134,10 +141,18 @@ def tasks(problem, end, truth, plan, store):
     """The findings to make on one scene: the errors of each method, then rounds of times, all in turn."""
     bench = Bench(problem, end, truth, plan)
     for who in bench.contenders.values():
-        yield Task(f"runs/{problem.name}/{who.name}", lambda who=who: bench.explore(who), .1 if plan.quick else .6)
+        yield Task(
+            f"runs/{problem.name}/{who.name}",
+            lambda who=who: bench.explore(who),
+            0.1 if plan.quick else 0.6,
+        )
     for i in range(plan.rounds):
-        yield Task(f"times/{problem.name}/{i}", lambda: bench.times(explored(store, problem.name)), .1 if plan.quick else 1.5,
-                   None if i < plan.least_rounds else ROUNDS_UNTIL)
+        yield Task(
+            f"times/{problem.name}/{i}",
+            lambda: bench.times(explored(store, problem.name)),
+            0.1 if plan.quick else 1.5,
+            None if i < plan.least_rounds else ROUNDS_UNTIL,
+        )
     yield Task(None, bench.runs.clear)
 
 
@@ -149,7 +164,9 @@ def rows(store, scenes):
     """All that is known of these scenes so far."""
     found = [row for scene in scenes for row in explored(store, scene)]
     for row in found:
-        row.samples = [times[row.key] for times in store.under(f"times/{row.scene}/") if row.key in times]
+        row.samples = [
+            times[row.key] for times in store.under(f"times/{row.scene}/") if row.key in times
+        ]
     return found
 
 
@@ -160,9 +177,16 @@ LUCK = 3.0
 
 def reaching(rows, target):
     """The fastest of one method's rows, from loose to tight, that reaches the target; None if none does."""
-    tighter = rows[1:] if rows[0].step or rows[0].tol else rows     # a closed form has but one
-    good = [row for row, next_one in zip(rows, tighter) if not row.failure and row.seconds and not next_one.failure
-            and max(row.attitude_error, row.energy_error) <= target and next_one.attitude_error <= LUCK * target]
+    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has but one
+    good = [
+        row
+        for row, next_one in zip(rows, tighter)
+        if not row.failure
+        and row.seconds
+        and not next_one.failure
+        and max(row.attitude_error, row.energy_error) <= target
+        and next_one.attitude_error <= LUCK * target
+    ]
     return min(good, key=lambda row: row.seconds, default=None)
 
 

@@ -4,16 +4,16 @@ A run has `solve()`, which is timed and returns the attitude at the end; `attitu
 axes; `record(times)` for attitudes and momenta; `steps`, `evaluations` (of the right-hand side or the torque; None where
 there is no such thing) and `setup`, the seconds that it took to be ready (None where there is nothing to do).
 """
+
 import math
 import time
 from dataclasses import dataclass
 from functools import cache, partial
 
 import heyoka as hy
+import kreisel as kr
 import numpy as np
 from scipy.integrate import solve_ivp
-
-import kreisel as kr
 
 from ..truth import equations
 from ..truth.problems import turn
@@ -25,11 +25,18 @@ DOP853_STAGES = 12
 @dataclass(frozen=True)
 class Setting:
     """What steers a run: a step, a tolerance, or nothing where there is a closed form."""
+
     step: float = None
     tol: float = None
 
     def __str__(self):
-        return f"step {self.step:.3g}" if self.step else f"tol {self.tol:.0e}" if self.tol else "closed form"
+        return (
+            f"step {self.step:.3g}"
+            if self.step
+            else f"tol {self.tol:.0e}"
+            if self.tol
+            else "closed form"
+        )
 
 
 class KreiselRun:
@@ -37,7 +44,9 @@ class KreiselRun:
 
     def __init__(self, method, problem, end, setting):
         self.problem, self.scene, self.end = problem, problem.scene(), end
-        self.how = {"method": method} | {word: value for word, value in vars(setting).items() if value is not None}
+        self.how = {"method": method} | {
+            word: value for word, value in vars(setting).items() if value is not None
+        }
 
     def solve(self):
         path = kr.solve(self.scene, t=self.end, **self.how)
@@ -54,10 +63,11 @@ class KreiselRun:
 
 class HeyokaRun:
     """The fastest form for heyoka: seven equations, constants folded in, no compact mode."""
+
     evaluations = None
 
     def __init__(self, problem, end, setting, **options):
-        hy.llvm_state.set_diskcache_enabled(False)      # or set-up times are fiction
+        hy.llvm_state.set_diskcache_enabled(False)  # or set-up times are fiction
         hy.llvm_state.clear_memcache()
         begin = time.perf_counter()
         system, self.start = equations.system(problem)
@@ -86,6 +96,7 @@ class HeyokaRun:
 
 class ScipyRun:
     """DOP853 on the same seven equations, written as one would in Python."""
+
     setup = None
 
     def __init__(self, problem, end, setting):
@@ -97,14 +108,20 @@ class ScipyRun:
         w, x, y, z, a, b, c = state.tolist()
         J1, J2, J3, l1, l2, l3 = self.J1, self.J2, self.J3, self.l1, self.l2, self.l3
         u1, u2, u3 = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
-        return [(-x * a - y * b - z * c) / 2, (w * a + y * c - z * b) / 2,
-                (w * b + z * a - x * c) / 2, (w * c + x * b - y * a) / 2,
-                ((J2 - J3) * b * c + u2 * l3 - u3 * l2) / J1,
-                ((J3 - J1) * c * a + u3 * l1 - u1 * l3) / J2,
-                ((J1 - J2) * a * b + u1 * l2 - u2 * l1) / J3]
+        return [
+            (-x * a - y * b - z * c) / 2,
+            (w * a + y * c - z * b) / 2,
+            (w * b + z * a - x * c) / 2,
+            (w * c + x * b - y * a) / 2,
+            ((J2 - J3) * b * c + u2 * l3 - u3 * l2) / J1,
+            ((J3 - J1) * c * a + u3 * l1 - u1 * l3) / J2,
+            ((J1 - J2) * a * b + u1 * l2 - u2 * l1) / J3,
+        ]
 
     def integrate(self, times):
-        run = solve_ivp(self.rates, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol)
+        run = solve_ivp(
+            self.rates, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol
+        )
         if not run.success:
             raise ArithmeticError(run.message)
         self.steps, self.evaluations = None, run.nfev
@@ -124,7 +141,9 @@ class ScipyRun:
 def general_heyoka(tol):
     """Compiled once for every top: slower than what is compiled for one, with the same errors."""
     zeros = np.zeros(equations.COEFFICIENTS)
-    return hy.taylor_adaptive(equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True)
+    return hy.taylor_adaptive(
+        equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
+    )
 
 
 def series_order(tol):
@@ -140,7 +159,12 @@ def recorded_by_heyoka(problem, times, tol):
     outcome, _, _, steps, _, states = top.propagate_grid(times)
     if outcome != hy.taylor_outcome.time_limit or not np.isfinite(states).all():
         raise ArithmeticError(f"heyoka stopped: {outcome}")
-    return states[:, :4], turn(states[:, :4], states[:, 4:] * np.array(problem.inertia)), steps, steps * series_order(tol)
+    return (
+        states[:, :4],
+        turn(states[:, :4], states[:, 4:] * np.array(problem.inertia)),
+        steps,
+        steps * series_order(tol),
+    )
 
 
 def recorded_by_scipy(problem, times, tol):
@@ -157,11 +181,11 @@ RECORDERS = {"heyoka": recorded_by_heyoka, "scipy_dop853": recorded_by_scipy}
 class Contender:
     name: str
     text: str
-    steered: str            # by "step", "tol" or nothing
-    make: callable          # (problem, end, setting) -> run
+    steered: str  # by "step", "tol" or nothing
+    make: callable  # (problem, end, setting) -> run
     tightest: float = None  # of the tolerances
     order: object = "varies"
-    peer: bool = False      # something to compare with, also where kreisel gives access to it (GSL)
+    peer: bool = False  # something to compare with, also where kreisel gives access to it (GSL)
 
 
 def steered(method):
@@ -174,10 +198,31 @@ def ours(problem):
     scene = problem.scene()
     for name, method in kr.methods.items():
         if method.suits(scene):
-            yield Contender(name, method.text, steered(method), partial(KreiselRun, name), peer=name.startswith("gsl_"))
+            yield Contender(
+                name,
+                method.text,
+                steered(method),
+                partial(KreiselRun, name),
+                peer=name.startswith("gsl_"),
+            )
 
 
 PEERS = (
-    Contender("heyoka", "Taylor series, compiled for each top; double precision", "tol", HeyokaRun, EPS, peer=True),
-    Contender("scipy_dop853", "Runge-Kutta of order 8 in Python, as most begin", "tol", ScipyRun, 1e-13, 8, peer=True),
+    Contender(
+        "heyoka",
+        "Taylor series, compiled for each top; double precision",
+        "tol",
+        HeyokaRun,
+        EPS,
+        peer=True,
+    ),
+    Contender(
+        "scipy_dop853",
+        "Runge-Kutta of order 8 in Python, as most begin",
+        "tol",
+        ScipyRun,
+        1e-13,
+        8,
+        peer=True,
+    ),
 )

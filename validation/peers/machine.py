@@ -1,4 +1,5 @@
 """What a figure was measured with: machine, compiler, commit, versions."""
+
 import hashlib
 import os
 import platform
@@ -28,7 +29,10 @@ def cores():
 def compiler():
     """What compiled the extension, as compilers write it into what they make."""
     import kreisel._core as core
-    made = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", Path(core.__file__).read_bytes())
+
+    made = re.findall(
+        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", Path(core.__file__).read_bytes()
+    )
     names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
     return ", ".join(sorted(names)) or "not known"
 
@@ -44,9 +48,14 @@ def commit():
 def fingerprint(*more):
     """Of all that findings depend on: the core as built, the Python code and truths, this machine, these versions."""
     import kreisel._core as core
+
     here = Path(__file__).parents[1]
-    files = [Path(core.__file__), *sorted(Path(kr.__file__).parent.rglob("*.py")),
-             *sorted(here.rglob("*.py")), *sorted(here.rglob("*.json"))]
+    files = [
+        Path(core.__file__),
+        *sorted(Path(kr.__file__).parent.rglob("*.py")),
+        *sorted(here.rglob("*.py")),
+        *sorted(here.rglob("*.json")),
+    ]
     code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
     about = described()
     return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
@@ -54,12 +63,14 @@ def fingerprint(*more):
 
 def described():
     packages = ", ".join(f"{name} {version(name)}" for name in ("heyoka", "numpy", "scipy"))
-    return {"date": date.today().isoformat(),
-            "machine": f"{processor()}, {cores()}, {platform.system()}",
-            "compiler": compiler(),
-            "commit": commit(),
-            "versions": f"Python {platform.python_version()}, {packages}",
-            "GSL": "built in" if has_gsl() else GSL_MISSING}
+    return {
+        "date": date.today().isoformat(),
+        "machine": f"{processor()}, {cores()}, {platform.system()}",
+        "compiler": compiler(),
+        "commit": commit(),
+        "versions": f"Python {platform.python_version()}, {packages}",
+        "GSL": "built in" if has_gsl() else GSL_MISSING,
+    }
 
 
 GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"

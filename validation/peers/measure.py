@@ -1,11 +1,12 @@
 """Timing that is fair on a noisy machine: every run once a round, in turn, so that what disturbs, disturbs all alike."""
+
 import gc
 import math
 import statistics
 from contextlib import contextmanager
 from time import perf_counter
 
-SAMPLE = 2e-3       # a run shorter than this is repeated until it fills it [s]
+SAMPLE = 2e-3  # a run shorter than this is repeated until it fills it [s]
 
 
 @contextmanager

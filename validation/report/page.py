@@ -1,17 +1,17 @@
 """The page: for somebody who has not read the thesis."""
+
 from pathlib import Path
 
 import jinja2
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
 from ..parts import atlas_cases, ensemble, judge, left_out, omissions
+from ..parts.published import problems as published_problems
+from ..parts.workprecision import LUCK, by_method
 from ..peers import contenders
 from . import figures, heatmap, tables, verdicts
 from .families import families
-from ..parts.published import problems as published_problems
-from ..parts.workprecision import LUCK, by_method
 
 ABOUT = {
     "thesis": """The top of the thesis: an upright box, 1.6 by 1.6 by 2, that stands on the middle of its lower face. It is a
@@ -32,9 +32,12 @@ ABOUT = {
         slow: methods that turn a free body exactly take far larger steps here than those that follow each turn.""",
     "strong_gravity": """The top of the thesis, pulled ten times as much and spinning little: a heavy pendulum that circles.""",
 }
-QUANTITIES = {"attitude_error": "attitude error at the end [rad]", "energy_error": "energy error, relative"}
+QUANTITIES = {
+    "attitude_error": "attitude error at the end [rad]",
+    "energy_error": "energy error, relative",
+}
 COUNTED = (judge.BLOW_UP, judge.BEYOND, judge.REDUCED, judge.DRIFT)
-SHOWN, SEEN = 30.0, 3000        # of the apex: turns or so, and how many states
+SHOWN, SEEN = 30.0, 3000  # of the apex: turns or so, and how many states
 
 
 def apex(problem, end):
@@ -54,17 +57,34 @@ def scene_part(found, problem, end, groups_of):
     path, turns = apex(problem, shown)
     groups, true = by_method(found["rows"], problem.name), found["truths"][problem.name]
     floor = {"attitude_error": true["conditioning"]}
-    main, *others = [(quantity, cost) for cost in ("seconds", "evaluations") for quantity in QUANTITIES]
+    main, *others = [
+        (quantity, cost) for cost in ("seconds", "evaluations") for quantity in QUANTITIES
+    ]
 
     def drawing(quantity, cost):
         return quantity, QUANTITIES[quantity], cost, floor.get(quantity)
-    return {"name": problem.name, "end": f"{end:.4g}", "about": described_scene(problem),
-            "shown": f"{shown:.3g}", "turns": verdicts.figure(turns * end), "apex": figures.apex_path(path),
-            "verdict": verdicts.of_scene(found["rows"], problem.name),
-            "panels": [{"label": title, "svg": svg} for title, svg in figures.error_against(groups, groups_of, *drawing(*main))],
-            "overviews": [{"label": f"{QUANTITIES[quantity]} against {figures.COSTS[cost]}",
-                           "svg": figures.front(groups, groups_of, *drawing(quantity, cost))} for quantity, cost in others],
-            "times": list(tables.times(found["rows"], problem.name))}
+
+    return {
+        "name": problem.name,
+        "end": f"{end:.4g}",
+        "about": described_scene(problem),
+        "shown": f"{shown:.3g}",
+        "turns": verdicts.figure(turns * end),
+        "apex": figures.apex_path(path),
+        "verdict": verdicts.of_scene(found["rows"], problem.name),
+        "panels": [
+            {"label": title, "svg": svg}
+            for title, svg in figures.error_against(groups, groups_of, *drawing(*main))
+        ],
+        "overviews": [
+            {
+                "label": f"{QUANTITIES[quantity]} against {figures.COSTS[cost]}",
+                "svg": figures.front(groups, groups_of, *drawing(quantity, cost)),
+            }
+            for quantity, cost in others
+        ],
+        "times": list(tables.times(found["rows"], problem.name)),
+    }
 
 
 def truth_part(found):
@@ -73,15 +93,24 @@ def truth_part(found):
         true, groups = found["truths"][problem.name], by_method(found["rows"], problem.name)
         good = [row.attitude_error for row in groups.get("heyoka", []) if not row.failure]
         ways = [("heyoka, double", good[-1])] if good else []
-        yield {"scene": problem.name, "end": end, "conditioning": true["conditioning"],
-               "ways": [*found["ways"][problem.name], *ways]}
+        yield {
+            "scene": problem.name,
+            "end": end,
+            "conditioning": true["conditioning"],
+            "ways": [*found["ways"][problem.name], *ways],
+        }
 
 
 def atlas_part(cells):
     for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in cells if cell["family"] == name]
         if own:
-            yield {"name": name, "about": about, "svg": heatmap.family(own, columns(own)), "notes": list(notes(own))}
+            yield {
+                "name": name,
+                "about": about,
+                "svg": heatmap.family(own, columns(own)),
+                "notes": list(notes(own)),
+            }
 
 
 def columns(cells):
@@ -95,7 +124,9 @@ def notes(cells):
     said = {}
     for cell in cells:
         if cell["verdict"] in ("stopped", "refused"):
-            message = cell["message"].split(f": {cell['method']}")[0]       # the rest is in the table's file
+            message = cell["message"].split(f": {cell['method']}")[
+                0
+            ]  # the rest is in the table's file
         elif cell["verdict"] == "silent" or cell["verdict"] == "lost" and cell["tol"]:
             message = f"off by {cell['attitude_error']:.1g} rad; finer, it comes out {cell['second_run']:.1g} rad away"
         else:
@@ -106,7 +137,13 @@ def notes(cells):
         whom = {}
         for case, methods in cases.items():
             whom.setdefault(", ".join(methods), []).append(case)
-        yield {"verdict": word, "message": message, "whom": [{"methods": methods, "cases": "; ".join(own)} for methods, own in whom.items()]}
+        yield {
+            "verdict": word,
+            "message": message,
+            "whom": [
+                {"methods": methods, "cases": "; ".join(own)} for methods, own in whom.items()
+            ],
+        }
 
 
 def verdict_counts(cells):
@@ -115,9 +152,13 @@ def verdict_counts(cells):
         own = [cell for cell in cells if cell["method"] == name]
         if own:
             known = [cell["attitude_error"] for cell in own if cell["verdict"] in heatmap.RAN]
-            yield {"method": name, "cells": len(own), "middle": float(np.median(known)) if known else None,
-                   "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
-                   "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED]}
+            yield {
+                "method": name,
+                "cells": len(own),
+                "middle": float(np.median(known)) if known else None,
+                "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
+                "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED],
+            }
 
 
 def ensemble_part(found, groups_of):
@@ -125,22 +166,36 @@ def ensemble_part(found, groups_of):
     for kind, about in ensemble.KINDS.items():
         errors = {name: sizes for name, (_, sizes) in ensemble.errors(found, kind).items()}
         if errors:
-            yield {"kind": kind, "about": about, "panels": distribution_panels(errors, groups_of),
-                   "tops": len(next(iter(errors.values()))), "lines": [line for line in lines if line["kind"] == kind]}
+            yield {
+                "kind": kind,
+                "about": about,
+                "panels": distribution_panels(errors, groups_of),
+                "tops": len(next(iter(errors.values()))),
+                "lines": [line for line in lines if line["kind"] == kind],
+            }
 
 
 def distribution_panels(errors, groups_of):
-    return [{"label": title, "svg": figures.distributions(errors, family, peers)} for title, (family, peers) in groups_of.items()
-            if any(name in errors for name in family)]
+    return [
+        {"label": title, "svg": figures.distributions(errors, family, peers)}
+        for title, (family, peers) in groups_of.items()
+        if any(name in errors for name in family)
+    ]
 
 
 def published_part(rows):
     for problem in published_problems():
         own = [row for row in rows if row["problem"] == problem.name]
         if own:
-            yield {"name": problem.name, "source": problem.entry["source"], "end": problem.end,
-                   "energy_end": problem.energy_end, "others": problem.entry["others_measured"], "rows": own,
-                   "velocity": any("velocity_error" in row for row in own)}
+            yield {
+                "name": problem.name,
+                "source": problem.entry["source"],
+                "end": problem.end,
+                "energy_end": problem.energy_end,
+                "others": problem.entry["others_measured"],
+                "rows": own,
+                "velocity": any("velocity_error" in row for row in own),
+            }
 
 
 def described_methods(found):
@@ -148,10 +203,20 @@ def described_methods(found):
     ran = {row.method for row in found["rows"]} | {cell["method"] for cell in found["cells"]}
     for name, method in kr.methods.items():
         if name in ran:
-            yield {"name": name, "order": method.order or "varies", "text": method.text, "reference": method.reference}
+            yield {
+                "name": name,
+                "order": method.order or "varies",
+                "text": method.text,
+                "reference": method.reference,
+            }
     for peer in contenders.PEERS:
         if peer.name in ran:
-            yield {"name": peer.name, "order": peer.order, "text": peer.text, "reference": "for comparison"}
+            yield {
+                "name": peer.name,
+                "order": peer.order,
+                "text": peer.text,
+                "reference": "for comparison",
+            }
 
 
 def digits(value, form=".0e"):
@@ -161,38 +226,72 @@ def digits(value, form=".0e"):
 def setup_times(rows):
     """What heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
-    return {"least": min(known), "middle": float(np.median(known)), "most": max(known)} if known else None
+    return (
+        {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
+        if known
+        else None
+    )
 
 
 def template(name):
     templates = jinja2.FileSystemLoader(Path(__file__).with_name("templates"))
-    environment = jinja2.Environment(loader=templates, autoescape=True, undefined=jinja2.StrictUndefined,
-                                     trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        loader=templates,
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     environment.filters |= {"digits": digits, "milliseconds": tables.milliseconds}
     return environment.get_template(name)
 
 
 def conclusions(found, names, truths):
     """A paragraph for each section, made from what was found; empty where there is nothing."""
-    return {"workprecision": verdicts.of_workprecision(found["rows"], names), "truth": verdicts.of_truths(truths),
-            "atlas": verdicts.of_atlas(found["cells"]), "stiff": verdicts.of_stiff(found["stiff"]),
-            "ensemble": verdicts.of_ensemble(found["ensemble"]), "published": verdicts.of_published(found["published"]),
-            "left_out": verdicts.of_left_out(found["left_out"])}
+    return {
+        "workprecision": verdicts.of_workprecision(found["rows"], names),
+        "truth": verdicts.of_truths(truths),
+        "atlas": verdicts.of_atlas(found["cells"]),
+        "stiff": verdicts.of_stiff(found["stiff"]),
+        "ensemble": verdicts.of_ensemble(found["ensemble"]),
+        "published": verdicts.of_published(found["published"]),
+        "left_out": verdicts.of_left_out(found["left_out"]),
+    }
 
 
 def render(found, files):
     groups_of, truths = families(), list(truth_part(found))
     names = [problem.name for problem, _ in found["problems"]]
     return template("report.html").render(
-        about=found["about"], files=files, luck=f"{LUCK:g}", setup=setup_times(found["rows"]),
-        concluded=conclusions(found, names, truths), colours=dict(zip(groups_of, figures.COLOURS)),
+        about=found["about"],
+        files=files,
+        luck=f"{LUCK:g}",
+        setup=setup_times(found["rows"]),
+        concluded=conclusions(found, names, truths),
+        colours=dict(zip(groups_of, figures.COLOURS)),
         scenes=[scene_part(found, problem, end, groups_of) for problem, end in found["problems"]],
-        summary=list(tables.summary(found["rows"], names)), references=tables.references(found["rows"]),
-        targets=[tables.power(target) for target in tables.TARGETS], truths=truths,
-        atlas=list(atlas_part(found["cells"])), verdicts=list(verdict_counts(found["cells"])), words=judge.VERDICTS,
-        marks=judge.MARKS, signs=judge.SIGNS, counted=COUNTED, rule=judge, key=heatmap.key() if found["cells"] else "",
-        stiff=list(figures.watched(found["stiff"])) if found["stiff"] else [], kinds=figures.kinds(found["stiff"]),
+        summary=list(tables.summary(found["rows"], names)),
+        references=tables.references(found["rows"]),
+        targets=[tables.power(target) for target in tables.TARGETS],
+        truths=truths,
+        atlas=list(atlas_part(found["cells"])),
+        verdicts=list(verdict_counts(found["cells"])),
+        words=judge.VERDICTS,
+        marks=judge.MARKS,
+        signs=judge.SIGNS,
+        counted=COUNTED,
+        rule=judge,
+        key=heatmap.key() if found["cells"] else "",
+        stiff=list(figures.watched(found["stiff"])) if found["stiff"] else [],
+        kinds=figures.kinds(found["stiff"]),
         ensembles=list(ensemble_part(found["ensemble"], groups_of)),
-        given=1e3 * ensemble.GIVEN, turns=f"{ensemble.TURNS:g}", published=list(published_part(found["published"])),
-        forms=left_out.table(found["left_out"]), omissions=found["omissions"], wanted=omissions.WANT, states=omissions.STATES,
-        methods=list(described_methods(found)), failures=[row for row in found["rows"] if row.failure])
+        given=1e3 * ensemble.GIVEN,
+        turns=f"{ensemble.TURNS:g}",
+        published=list(published_part(found["published"])),
+        forms=left_out.table(found["left_out"]),
+        omissions=found["omissions"],
+        wanted=omissions.WANT,
+        states=omissions.STATES,
+        methods=list(described_methods(found)),
+        failures=[row for row in found["rows"] if row.failure],
+    )

@@ -1,7 +1,7 @@
 """The order of a method, as its error shows it: the slope of log error over log step, in q and in m."""
-import numpy as np
 
 import kreisel as kr
+import numpy as np
 
 BODIES = {
     "lagrange": kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)),
@@ -41,4 +41,8 @@ def measured(name, body):
     steps = 1 / np.unique(np.round(2.0 ** np.arange(1 if high else 3, 8, 0.125)))
     errors = np.array([errors_of(kr.solve(top, times, method=name, step=h), truth) for h in steps])
     kept = body == "free" and errors[:, 1].max() < 1e-11
-    return {what: slope(steps, errors[:, i], rounding[i]) for i, what in enumerate("qm") if not (kept and what == "m")}
+    return {
+        what: slope(steps, errors[:, i], rounding[i])
+        for i, what in enumerate("qm")
+        if not (kept and what == "m")
+    }

@@ -1,40 +1,54 @@
 """The scenes of problems.json, and those of a user, down to the last bit: every method and every truth starts from the
 same doubles."""
+
 import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 PROBLEMS = Path(__file__).with_name("problems.json")
 # The report's scenes, and where they end.
-HORIZONS = {"thesis": 100.0, "kowalewski": 100.0, "goryachev_chaplygin": 100.0, "asymmetric": 30.0,
-            "asymmetric_regular": 100.0, "fast": 100.0, "strong_gravity": 100.0}
-SHORT = 10.0        # the end of quick runs and of the tests
+HORIZONS = {
+    "thesis": 100.0,
+    "kowalewski": 100.0,
+    "goryachev_chaplygin": 100.0,
+    "asymmetric": 30.0,
+    "asymmetric_regular": 100.0,
+    "fast": 100.0,
+    "strong_gravity": 100.0,
+}
+SHORT = 10.0  # the end of quick runs and of the tests
 
 
 @dataclass(frozen=True)
 class Problem:
     """A top in its principal axes."""
+
     name: str
-    inertia: tuple      # moments at the fixed point [M L^2]
-    lever: tuple        # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
-    attitude: tuple     # principal axes -> space, scalar first; a unit quaternion up to rounding
-    momentum: tuple     # about the fixed point, seen from space [M L^2 T^-1]
-    user: kr.Scene = None           # as it was described, where that is not all
+    inertia: tuple  # moments at the fixed point [M L^2]
+    lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
+    attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
+    momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
+    user: kr.Scene = None  # as it was described, where that is not all
 
     def scene(self):
         """As kreisel takes it; mass and gravity are 1, so the centre of mass is the lever."""
         if self.user:
             return self.user
-        return kr.Scene(kr.Body(1.0, self.inertia, self.lever), momentum=self.momentum, attitude=self.attitude)
+        return kr.Scene(
+            kr.Body(1.0, self.inertia, self.lever), momentum=self.momentum, attitude=self.attitude
+        )
 
     def principal(self, q):
         """Attitudes as kreisel gives them, referred to the principal axes."""
-        return np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1) if self.user else q
+        return (
+            np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
+            if self.user
+            else q
+        )
 
     @property
     def symmetric(self):
@@ -71,12 +85,24 @@ class Problem:
     def in_own_units(self):
         """The same top in units in which its largest moment and its rate are about one, and these two units: powers of
         two, so that nothing is rounded."""
-        moment, rate = (2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate))
+        moment, rate = (
+            2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
+        )
 
         def by(unit, numbers):
             return tuple(x / unit for x in numbers)
-        return replace(self, user=None, inertia=by(moment, self.inertia), lever=by(rate, by(moment * rate, self.lever)),
-                       momentum=by(moment * rate, self.momentum)), moment, rate
+
+        return (
+            replace(
+                self,
+                user=None,
+                inertia=by(moment, self.inertia),
+                lever=by(rate, by(moment * rate, self.lever)),
+                momentum=by(moment * rate, self.momentum),
+            ),
+            moment,
+            rate,
+        )
 
 
 def turn_back(q, v):

@@ -3,6 +3,7 @@
 The height of the axis is an elliptic function of time (Jacobi's sn); the two angles of attitude are integrals of the third
 kind over it, by Carlson's R_F and R_J and whole periods. Everything in mpmath, with DIGITS to spare for near-double roots.
 """
+
 import mpmath as mp
 
 DIGITS = 50
@@ -11,8 +12,12 @@ DIGITS = 50
 def product(p, q):
     w, x, y, z = p
     a, b, c, d = q
-    return [w * a - x * b - y * c - z * d, w * b + x * a + y * d - z * c,
-            w * c - x * d + y * a + z * b, w * d + x * c - y * b + z * a]
+    return [
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    ]
 
 
 def conj(q):
@@ -40,9 +45,18 @@ def unit(q):
 
 def frame(n, b, t):
     """The attitude whose axes are these."""
-    sizes = [1 + n[0] + b[1] + t[2], 1 + n[0] - b[1] - t[2], 1 - n[0] + b[1] - t[2], 1 - n[0] - b[1] + t[2]]
-    rows = [[sizes[0], b[2] - t[1], t[0] - n[2], n[1] - b[0]], [b[2] - t[1], sizes[1], n[1] + b[0], n[2] + t[0]],
-            [t[0] - n[2], n[1] + b[0], sizes[2], b[2] + t[1]], [n[1] - b[0], n[2] + t[0], b[2] + t[1], sizes[3]]]
+    sizes = [
+        1 + n[0] + b[1] + t[2],
+        1 + n[0] - b[1] - t[2],
+        1 - n[0] + b[1] - t[2],
+        1 - n[0] - b[1] + t[2],
+    ]
+    rows = [
+        [sizes[0], b[2] - t[1], t[0] - n[2], n[1] - b[0]],
+        [b[2] - t[1], sizes[1], n[1] + b[0], n[2] + t[0]],
+        [t[0] - n[2], n[1] + b[0], sizes[2], b[2] + t[1]],
+        [n[1] - b[0], n[2] + t[0], b[2] + t[1], sizes[3]],
+    ]
     return unit(max(zip(sizes, rows), key=lambda row: row[0])[1])
 
 
@@ -79,11 +93,27 @@ class Quadrature:
 
     def third(self, x, a, b):
         """The integral of dx / (a + b sn^2) from the start to x; a > 0, a + b > 0."""
+
         def incomplete(s, c, d):
             s2 = s * s
-            return s / a * (mp.elliprf(c * c, d * d, 1) - b / a * s2 / 3 * mp.elliprj(c * c, d * d, 1, 1 + b / a * s2))
+            return (
+                s
+                / a
+                * (
+                    mp.elliprf(c * c, d * d, 1)
+                    - b / a * s2 / 3 * mp.elliprj(c * c, d * d, 1, 1 + b / a * s2)
+                )
+            )
+
         if (a, b) not in self.known:
-            whole = 2 / a * (mp.elliprf(0, 1 - self.k2, 1) - b / a / 3 * mp.elliprj(0, 1 - self.k2, 1, 1 + b / a))
+            whole = (
+                2
+                / a
+                * (
+                    mp.elliprf(0, 1 - self.k2, 1)
+                    - b / a / 3 * mp.elliprj(0, 1 - self.k2, 1, 1 + b / a)
+                )
+            )
             self.known[a, b] = whole, incomplete(*self.functions(mp.mpf(0))[:3])
         whole, start = self.known[a, b]
         sn, cn, dn, n = self.functions(x)
@@ -110,29 +140,46 @@ class Lagrange:
         self.wz, self.w3, u = w[2], dot(w, a), a[2]
         self.climb = cross(w, a)[2]
         e = dot(w, w) + self.g * u
-        if self.g:                      # u'^2 = (e - g u - w3^2)(1 - u^2) - (wz - w3 u)^2, a cubic in u over g
+        if self.g:  # u'^2 = (e - g u - w3^2)(1 - u^2) - (wz - w3 u)^2, a cubic in u over g
             with mp.workdps(3 * DIGITS):
                 h, g = e - self.w3**2, self.g
-                u1, u2, u3 = roots(-(h + self.w3**2) / g, (2 * self.wz * self.w3 - g) / g, (h - self.wz**2) / g)
+                u1, u2, u3 = roots(
+                    -(h + self.w3**2) / g, (2 * self.wz * self.w3 - g) / g, (h - self.wz**2) / g
+                )
                 self.u1, self.d, self.g31, k2 = u1, u2 - u1, g * (u3 - u1), (u2 - u1) / (u3 - u1)
                 v = min(1, max(0, (u - u1) / self.d)) if self.d else mp.mpf(0)
         else:
             square = dot(w, w)
-            middle, half = self.wz * self.w3 / square, mp.sqrt((1 - self.w3**2 / square) * (1 - self.wz**2 / square))
+            middle, half = (
+                self.wz * self.w3 / square,
+                mp.sqrt((1 - self.w3**2 / square) * (1 - self.wz**2 / square)),
+            )
             self.u1, self.d, self.g31, k2 = middle - half, 2 * half, square, mp.mpf(0)
             v = min(1, max(0, (u - self.u1) / self.d))
-        self.kp2, self.rate, self.curve = 1 - k2, mp.sqrt(self.g31) / 2, Quadrature(k2, v, self.climb >= 0)
-        (w, x, y, z), (dw, dx, dy, dz) = self.q, product([0, *(c / 2 for c in self.m)], self.q)    # its way, if at a pole
-        self.phases = [mp.arg(mp.mpc(w, z) or mp.mpc(dw, dz)), mp.arg(mp.mpc(x, y) or mp.mpc(dx, dy))]
+        self.kp2, self.rate, self.curve = (
+            1 - k2,
+            mp.sqrt(self.g31) / 2,
+            Quadrature(k2, v, self.climb >= 0),
+        )
+        (w, x, y, z), (dw, dx, dy, dz) = (
+            self.q,
+            product([0, *(c / 2 for c in self.m)], self.q),
+        )  # its way, if at a pole
+        self.phases = [
+            mp.arg(mp.mpc(w, z) or mp.mpc(dw, dz)),
+            mp.arg(mp.mpc(x, y) or mp.mpc(dx, dy)),
+        ]
 
     def _turn(self, x, weight, a, b, at_bottom):
         """The integral of weight / (a + b sn^2); where the weight is zero half a turn for each passage of that pole, one
         at the start not counted."""
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
-        start, end = (y / (2 * self.curve.quarter) for y in (self.curve.start, self.curve.start + x))
+        start, end = (
+            y / (2 * self.curve.quarter) for y in (self.curve.start, self.curve.start + x)
+        )
         if abs(a if at_bottom else a + b) > mp.mpf(10) ** (5 - DIGITS):
-            return mp.mpf(0)            # it does not reach the pole
+            return mp.mpf(0)  # it does not reach the pole
         shift = mp.mpf(10) ** -10 - (0 if at_bottom else mp.mpf(1) / 2)
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
@@ -152,7 +199,7 @@ class Lagrange:
             return (product([0, -1, 0, 0], q), [m[0], -m[1], -m[2]]) if self.below else (q, m)
 
     def _momentum(self, alpha, beta, climb):
-        u, across = abs(alpha)**2 - abs(beta)**2, mp.mpc(0, -2) * alpha * beta
+        u, across = abs(alpha) ** 2 - abs(beta) ** 2, mp.mpc(0, -2) * alpha * beta
         horizontal = mp.mpc(self.w3 - self.wz * u, -climb) / (1 - u * u) * across
         return [self.i1 * horizontal.real, self.i1 * horizontal.imag, self.i1 * self.wz]
 
@@ -166,17 +213,25 @@ class Euler:
             self.size = mp.sqrt(dot(self.m, self.m))
             body = turn(conj(self.q), self.m)
             self._order([mp.mpf(x) for x in inertia], body)
-            w, x, y, z = [self.m[2] + self.size, self.m[1], -self.m[0], mp.mpf(0)]      # carries m to e3
+            w, x, y, z = [
+                self.m[2] + self.size,
+                self.m[1],
+                -self.m[0],
+                mp.mpf(0),
+            ]  # carries m to e3
             self.upright = unit([w, x, y, z]) if w else [mp.mpf(0), mp.mpf(1), mp.mpf(0), mp.mpf(0)]
             self._integrals(turn(conj(self.relabel), body))
 
     def _order(self, inertia, body):
         """Axes in the order 1, 2 (the middle moment), 3 (which circulates), with M3 > 0; relabel: these -> the body's."""
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
-        excess = sum(body[i]**2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
+        excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
         first, third = (low, high) if excess < 0 else (high, low)
         sign = 1 if body[third] >= 0 else -1
-        second, axis = [int(i == middle) for i in range(3)], [sign * int(i == third) for i in range(3)]
+        second, axis = (
+            [int(i == middle) for i in range(3)],
+            [sign * int(i == third) for i in range(3)],
+        )
         self.inertia = [inertia[first], inertia[middle], inertia[third]]
         self.relabel = frame(cross(second, axis), second, axis)
 
@@ -184,13 +239,16 @@ class Euler:
         one, two, three = self.inertia
         twice = sum(x * x / i for x, i in zip(body, self.inertia))
         d3, d1 = abs(twice * three - self.size**2), abs(self.size**2 - twice * one)
-        self.most = [mp.sqrt(one * d3 / abs(three - one)), mp.sqrt(two * d3 / abs(three - two)),
-                     mp.sqrt(three * d1 / abs(three - one))]
+        self.most = [
+            mp.sqrt(one * d3 / abs(three - one)),
+            mp.sqrt(two * d3 / abs(three - two)),
+            mp.sqrt(three * d1 / abs(three - one)),
+        ]
         k2 = abs(two - one) * d3 / (abs(three - two) * d1)
         self.rate = mp.sqrt(abs(three - two) * d1 / (one * two * three))
-        self.way = 1 if three > one else -1             # M1 = cn, M2 = way sn, M3 = dn, each times its most
-        v = min(1, (body[1] / self.most[1])**2)
-        self.turned = body[0] < 0                       # half a period further: M1, M2 -> -M1, -M2
+        self.way = 1 if three > one else -1  # M1 = cn, M2 = way sn, M3 = dn, each times its most
+        v = min(1, (body[1] / self.most[1]) ** 2)
+        self.turned = body[0] < 0  # half a period further: M1, M2 -> -M1, -M2
         sign = -1 if self.turned else 1
         self.curve = Quadrature(k2, v, sign * self.way * body[1] >= 0)
         self.base = self.size / three
@@ -205,16 +263,23 @@ class Euler:
         even = -1 if n % 2 else 1
         sign = -1 if self.turned else 1
         body = [sign * self.most[0] * cn, sign * self.way * self.most[1] * sn, self.most[2] * dn]
-        square = self.size**2 - self.most[2]**2
+        square = self.size**2 - self.most[2] ** 2
         angle = self.base * mp.mpf(t) + self.extra / self.rate * self.curve.third(
-            x, square, self.most[2]**2 * self.curve.k2)
+            x, square, self.most[2] ** 2 * self.curve.k2
+        )
         tilt = mp.atan2(mp.hypot(body[0], body[1]), body[2]) / 2
-        spin = mp.arg(mp.mpc(even * body[1], even * body[0])) / 2 - self.way * n * mp.pi / 2     # continuous in time
-        return product([mp.cos(tilt), mp.sin(tilt), 0, 0], [mp.cos(spin), 0, 0, mp.sin(spin)]), angle / 2
+        spin = (
+            mp.arg(mp.mpc(even * body[1], even * body[0])) / 2 - self.way * n * mp.pi / 2
+        )  # continuous in time
+        return product(
+            [mp.cos(tilt), mp.sin(tilt), 0, 0], [mp.cos(spin), 0, 0, mp.sin(spin)]
+        ), angle / 2
 
     def __call__(self, t):
         with mp.workdps(DIGITS):
             here, angle = self._angles(t)
-            first = product(product(self.upright, product(self.q, self.relabel)), conj(self.start[0]))   # about e3
+            first = product(
+                product(self.upright, product(self.q, self.relabel)), conj(self.start[0])
+            )  # about e3
             q = product([mp.cos(angle), 0, 0, mp.sin(angle)], product(first, here))
             return product(product(conj(self.upright), q), conj(self.relabel)), self.m

@@ -4,6 +4,7 @@ Each is computed in several ways that share as little as can be: two forms of th
 they part says how far to trust it. Beside it stands its conditioning: how far the attitude moves when all the data -
 momentum, attitude, moments, lever - move by one rounding of a double, which no method in doubles can be expected to beat.
 """
+
 import argparse
 import csv
 import json
@@ -12,32 +13,42 @@ from functools import cache
 from pathlib import Path
 
 import heyoka as hy
+import kreisel as kr
 import mpmath as mp
 import numpy as np
 
-import kreisel as kr
-
 from . import equations
-from .quadrature import Euler, Lagrange
 from .problems import HORIZONS, SHORT, load
+from .quadrature import Euler, Lagrange
 
 FILE = Path(__file__).with_name("reference.json")
 DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
-FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128    # for what need not be the truth itself
-NUDGES = {FINER: 8, float: 2 ** 20}     # roundings by which data are moved, so that each precision resolves what comes of it
-ROUNDING = 2.0 ** -53
-LOOKS = 16                  # at the conditioning on the way: errors made there are carried on too
-FEW = 4                     # the same, of a closed form
-LONG = 600.0                # beyond this angle 128 bit take longer than about a second [rad]
+FINER = (
+    np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
+)  # for what need not be the truth itself
+NUDGES = {
+    FINER: 8,
+    float: 2**20,
+}  # roundings by which data are moved, so that each precision resolves what comes of it
+ROUNDING = 2.0**-53
+LOOKS = 16  # at the conditioning on the way: errors made there are carried on too
+FEW = 4  # the same, of a closed form
+LONG = 600.0  # beyond this angle 128 bit take longer than about a second [rad]
 
 
 @cache
 def compiled(fp):
     """One integrator in each precision, for every top."""
     zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
-    return hy.taylor_adaptive(equations.general(fp), np.zeros(7, dtype=fp), pars=zeros, tol=fp(TOLERANCES[fp]),
-                              fp_type=fp, compact_mode=True)
+    return hy.taylor_adaptive(
+        equations.general(fp),
+        np.zeros(7, dtype=fp),
+        pars=zeros,
+        tol=fp(TOLERANCES[fp]),
+        fp_type=fp,
+        compact_mode=True,
+    )
 
 
 def spun(problem, form, t, q, s):
@@ -69,7 +80,12 @@ def states(problem, times, form="velocity", fp=hy.real128):
             raise ArithmeticError(f"heyoka stopped on {problem.name} before t = {t}: {outcome}")
         with mp.workdps(DIGITS):
             state = [mp.mpf(str(x)) for x in top.state]
-            q, m = (part for part in np.split(np.array(spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])), [4]))
+            q, m = (
+                part
+                for part in np.split(
+                    np.array(spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])), [4]
+                )
+            )
             norm = mp.sqrt(sum(x * x for x in q))
             found.append([x / norm for x in q] + [x * moment * rate for x in m])
     return found
@@ -91,7 +107,9 @@ def energy(problem, state):
 
 def energy_error(problem, state):
     with mp.workdps(DIGITS):
-        return float(abs(1 - energy(problem, state) / energy(problem, equations.start(problem, "momentum"))))
+        return float(
+            abs(1 - energy(problem, state) / energy(problem, equations.start(problem, "momentum")))
+        )
 
 
 def nudged(problem, nudge):
@@ -102,12 +120,17 @@ def nudged(problem, nudge):
             numbers = getattr(problem, word)
             for i in range(3):
                 both = word == "inertia" and problem.symmetric and i < 2
-                moved = tuple(x * more if j == i or both and j < 2 else x for j, x in enumerate(numbers))
+                moved = tuple(
+                    x * more if j == i or both and j < 2 else x for j, x in enumerate(numbers)
+                )
                 if numbers[i] and not (both and i):
                     yield replace(problem, **{word: moved})
         for i in range(3):
             little = [mp.mpf(1)] + [mp.mpf(nudge * ROUNDING / 2 * (j == i)) for j in range(3)]
-            yield replace(problem, attitude=tuple(equations.product([mp.mpf(x) for x in problem.attitude], little)))
+            yield replace(
+                problem,
+                attitude=tuple(equations.product([mp.mpf(x) for x in problem.attitude], little)),
+            )
 
 
 def conditioning(problem, times, form, fp=FINER):
@@ -116,37 +139,60 @@ def conditioning(problem, times, form, fp=FINER):
     times = [t * rate for t in times]
     here = states(own, times, form, fp)
     moved = [states(near, times, form, fp) for near in nudged(own, NUDGES[fp])]
-    return [sum(angle(state, near[i]) for near in moved) / NUDGES[fp] for i, state in enumerate(here)]
+    return [
+        sum(angle(state, near[i]) for near in moved) / NUDGES[fp] for i, state in enumerate(here)
+    ]
 
 
 def on_the_way(problem, end):
     """The truth of any scene in about a second: where 128 bit would take longer, in 80."""
     form = "symmetric" if problem.symmetric else "velocity"
-    fast = problem.rate if form == "velocity" else replace(problem, inertia=problem.inertia[:1] * 3).rate
+    fast = (
+        problem.rate
+        if form == "velocity"
+        else replace(problem, inertia=problem.inertia[:1] * 3).rate
+    )
     brief = fast * end < LONG
     (finer,) = states(problem, [end], form, FINER)
     state = states(problem, [end], form)[0] if brief else finer
     again = finer if brief else states(problem, [end], form, float)[0]
-    moved = conditioning(problem, np.linspace(0, end, LOOKS + 1)[1:], form, FINER if brief else float)
-    return {"attitude": [mp.nstr(x, 34) for x in state[:4]], "agreement": angle(state, again),
-            "bits": 128 if brief else 80, "conditioning": moved[-1], "worst": max(moved)}
+    moved = conditioning(
+        problem, np.linspace(0, end, LOOKS + 1)[1:], form, FINER if brief else float
+    )
+    return {
+        "attitude": [mp.nstr(x, 34) for x in state[:4]],
+        "agreement": angle(state, again),
+        "bits": 128 if brief else 80,
+        "conditioning": moved[-1],
+        "worst": max(moved),
+    }
 
 
 def closed_form(problem, end):
     """The truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how far its roundings move it."""
+
     def state(top, t):
         start = equations.start(top, "momentum")
         m = turned(start[:4], start[4:])
-        kind = Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m) if top.symmetric else Euler(
-            top.inertia, start[:4], m)
+        kind = (
+            Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m)
+            if top.symmetric
+            else Euler(top.inertia, start[:4], m)
+        )
         return kind(t)[0]
+
     own, _, rate = problem.in_own_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
     here = [state(own, t) for t in times]
     moved = [[state(near, t) for t in times] for near in nudged(own, NUDGES[FINER])]
     angles = [sum(angle(q, near[i]) for near in moved) / NUDGES[FINER] for i, q in enumerate(here)]
-    return {"attitude": [mp.nstr(x, 34) for x in here[-1]], "agreement": None, "bits": int(DIGITS * 3.32),
-            "conditioning": angles[-1], "worst": max(angles)}
+    return {
+        "attitude": [mp.nstr(x, 34) for x in here[-1]],
+        "agreement": None,
+        "bits": int(DIGITS * 3.32),
+        "conditioning": angles[-1],
+        "worst": max(angles),
+    }
 
 
 def turned(q, v):
@@ -170,7 +216,10 @@ def ways(problem, end, kept):
             q = problem.principal(path.q[-1])
             low = problem.principal(path.q_low[-1]) if many else np.zeros(4)
             with mp.workdps(DIGITS):
-                yield f"{name}, 30 digits" if many else name, angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low)])
+                yield (
+                    f"{name}, 30 digits" if many else name,
+                    angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low)]),
+                )
 
 
 def compute(problem, times):
@@ -178,13 +227,16 @@ def compute(problem, times):
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = states(problem, times), states(problem, times, "momentum")
     moved = conditioning(problem, times, form)
-    return {f"{t:g}": {
-        "attitude": [mp.nstr(x, 34) for x in state[:4]],
-        "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
-        "agreement": angle(state, other),
-        "energy_error": energy_error(problem, state),
-        "conditioning": condition,
-    } for t, state, other, condition in zip(times, found, again, moved)}
+    return {
+        f"{t:g}": {
+            "attitude": [mp.nstr(x, 34) for x in state[:4]],
+            "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
+            "agreement": angle(state, other),
+            "energy_error": energy_error(problem, state),
+            "conditioning": condition,
+        }
+        for t, state, other, condition in zip(times, found, again, moved)
+    }
 
 
 def stored(name, t):
@@ -195,7 +247,9 @@ def stored(name, t):
 def of(problem, end):
     """The truth of a scene of the report, as it is kept, or of any other, computed now."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
-    return known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
+    return (
+        known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
+    )
 
 
 def write_csv(file, lines):
@@ -204,11 +258,15 @@ def write_csv(file, lines):
         writer = csv.writer(out)
         writer.writerow(("scene", "t", "conditioning", "computed_by", "away"))
         for line in lines:
-            writer.writerows((line["scene"], line["end"], line["conditioning"], *way) for way in line["ways"])
+            writer.writerows(
+                (line["scene"], line["end"], line["conditioning"], *way) for way in line["ways"]
+            )
 
 
 def main(argv=None):
-    argparse.ArgumentParser(prog="python -m validation.truth.reference", description=__doc__).parse_args(argv)
+    argparse.ArgumentParser(
+        prog="python -m validation.truth.reference", description=__doc__
+    ).parse_args(argv)
     truths = {name: compute(load(name), [SHORT, end]) for name, end in HORIZONS.items()}
     about = {
         "command": "python -m validation.truth.reference",
@@ -222,8 +280,10 @@ def main(argv=None):
     FILE.write_text(json.dumps({**about, "truths": truths}, indent=1) + "\n")
     for name, found in truths.items():
         for t, truth in found.items():
-            print(f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
-                  f"{truth['energy_error']:.0e}; one rounding of the data moves it by {truth['conditioning']:.0e} rad")
+            print(
+                f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
+                f"{truth['energy_error']:.0e}; one rounding of the data moves it by {truth['conditioning']:.0e} rad"
+            )
     return 0
 
 

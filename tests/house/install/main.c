@@ -1,4 +1,5 @@
-/* A user's program, in C99 and in C++: the thesis' top for one unit of time. Prints the library's version. */
+/* A user's program, in C99 and in C++: the thesis' top for one unit of time. Prints the library's
+ * version. */
 #include <kreisel.h>
 #include <math.h>
 #include <stdio.h>
@@ -21,7 +22,8 @@ int main(void)
         printf("the top stands still\n");
         return 1;
     }
-    if (!(fabs(kr_state_modified_energy(&scene, &end, config.step) - energy) < 1e-12 * fabs(energy))) {
+    if (!(fabs(kr_state_modified_energy(&scene, &end, config.step) - energy) <
+          1e-12 * fabs(energy))) {
         printf("the top lost energy\n");
         return 1;
     }
