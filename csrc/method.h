@@ -6,7 +6,7 @@
 #define KR_METHOD_H
 #include "numbers/su2.h"
 
-typedef struct kr_run {
+typedef struct kr_motion {
     /* Working axes: principal; T along the odd axis of a symmetric body, else B along that of the
      * middle moment. Units: powers of two in which the largest moment and the top's rate are about
      * one (KR_ABSOLUTE: the user's time). */
@@ -29,7 +29,7 @@ typedef struct kr_run {
     /* the method's memory: method->work doubles, no pointers; the main run's on a multiple of 64
      * bytes */
     double *work;
-} kr_run;
+} kr_motion;
 
 /* The last step of a method that has one: a polynomial in tau = (clock - begin) * rate, up to tau =
  * span. */
@@ -52,28 +52,28 @@ struct kr_method {
     size_t work;
     /* Begin anew at a state (q, m; its t is not used): at the start, and whenever the state is
      * set. */
-    kr_status (*reset)(kr_run *run, const kr_state *start);
+    kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* One step: of run->step, or of an adaptive method's own choice, which ends at clock = until
      * where that comes first. A KR_DENSE one may pass `until`; it sees to finiteness itself and
      * leaves the run as it was where it fails. */
-    kr_status (*step)(kr_run *run, double until);
+    kr_status (*step)(kr_motion *motion, double until);
     /* q and m after the last step; q of unit length. Changes nothing. */
-    void (*read)(const kr_run *run, kr_state *s);
+    void (*read)(const kr_motion *motion, kr_state *s);
     /* KR_DENSE only: the same at a clock inside the last step. */
-    void (*at)(kr_run *run, double clock, kr_state *s);
-    kr_piece (*piece)(const kr_run *run); /* KR_DENSE only; NULL: it has none */
-    void (*done)(kr_run *run);            /* give back aux; may be NULL */
+    void (*at)(kr_motion *motion, double clock, kr_state *s);
+    kr_piece (*piece)(const kr_motion *motion); /* KR_DENSE only; NULL: it has none */
+    void (*done)(kr_motion *motion);            /* give back aux; may be NULL */
     /* that the run uses, and its order; may be NULL */
-    const char *(*kernel)(const kr_run *run, int *order);
+    const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
 #define X(id) extern const kr_method kr_method_##id;
 #include "methods.def"
 #undef X
 
-static inline kr_vec3 run_torque(const kr_run *run, kr_quat q)
+static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
-    const kr_vec3 a = q_turn(q, run->lever);
+    const kr_vec3 a = q_turn(q, motion->lever);
     return v3(-a.y, a.x, 0.0);
 }
 #endif

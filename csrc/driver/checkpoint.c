@@ -45,11 +45,11 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? sizeof(label) + KEPT + (size_t)runs(top) * work_size(top) : 0;
 }
-static void take_pointers(kr_run *run, const kr_run *from)
+static void take_pointers(kr_motion *motion, const kr_motion *from)
 {
-    run->scene = from ? from->scene : NULL;
-    run->aux = from ? from->aux : NULL;
-    run->work = from ? from->work : NULL;
+    motion->scene = from ? from->scene : NULL;
+    motion->aux = from ? from->aux : NULL;
+    motion->work = from ? from->work : NULL;
 }
 kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
 {

@@ -15,7 +15,7 @@ void kr_deep_lever(kr_top *top, double moment)
     const kr_body *b = &top->scene.body;
     int power;
     const double mass = frexp(b->mass, &power),
-                 unit = top->time * top->time * (ldexp(1.0, power) / moment);
+                 unit = top->time_unit * top->time_unit * (ldexp(1.0, power) / moment);
     const dd weight = two_product(unit * top->scene.gravity, mass);
     const dd lever[3] = {dd_times(b->com.x, weight), dd_times(b->com.y, weight),
                          dd_times(b->com.z, weight)};
@@ -27,7 +27,7 @@ kr_state kr_deep_in(kr_top *top, const kr_state *s)
     const quat_dd start = q_dd(s->q, q4(0.0, v3(0.0, 0.0, 0.0)));
     const quat_dd q = qdd_unit(top->turned ? qdd_mul(start, axes_of(top)) : start);
     const kr_state low = {0.0, qdd_low(q), {0.0, 0.0, 0.0}};
-    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum, s->m)};
+    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum_unit, s->m)};
     top->main.low = low;
     return own;
 }
@@ -37,8 +37,8 @@ void kr_deep_out(kr_top *top, kr_state *s)
     const quat_dd own = q_dd(s->q, low->q),
                   q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
     s->q = qdd_high(q);
-    s->m = v_scale(top->momentum, s->m);
+    s->m = v_scale(top->momentum_unit, s->m);
     top->low.t = 0.0;
     top->low.q = qdd_low(q);
-    top->low.m = v_scale(top->momentum, low->m);
+    top->low.m = v_scale(top->momentum_unit, low->m);
 }

@@ -17,7 +17,7 @@ static int is_good(const kr_top *top)
     return is_finite(&s);
 }
 
-static void copy_run(kr_run *to, const kr_run *from, size_t work)
+static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
     void *aux = to->aux;
@@ -33,13 +33,13 @@ static void plan_look(kr_top *top)
 }
 void kr_steps_keep(kr_top *top)
 {
-    if (!(top->method->flags & KR_DENSE)) copy_run(&top->kept, &top->main, top->method->work);
+    if (!(top->method->flags & KR_DENSE)) copy_motion(&top->kept, &top->main, top->method->work);
     top->kept_k = top->k;
     plan_look(top);
 }
 static void go_back(kr_top *top)
 {
-    copy_run(&top->main, &top->kept, top->method->work);
+    copy_motion(&top->main, &top->kept, top->method->work);
     top->k = top->kept_k;
     plan_look(top);
 }
@@ -114,11 +114,11 @@ kr_status kr_steps_dense(kr_top *top, double until)
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
 {
     const kr_method *method = top->method;
-    kr_run *side = &top->side;
+    kr_motion *side = &top->side;
     const kr_stats none = {0, 0, 0, 0};
     kr_status status = top->k >= top->look_at ? look(top) : KR_OK;
     if (status != KR_OK) return status;
-    copy_run(side, &top->main, 0);
+    copy_motion(side, &top->main, 0);
     side->step = span;
     side->clock = 0.0;
     side->stats = none;

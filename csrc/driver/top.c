@@ -26,23 +26,24 @@ static kr_status choose_units(kr_top *top)
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &w, &own);
     if (status != KR_OK) return status;
-    top->time = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
-    top->momentum = own.moment / top->time;
+    top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
+    top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, w.axes);
     top->turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, w.inertia);
-    top->main.lever = v_scale(top->time * top->time, own.lever);
-    top->main.step = top->config.step / top->time;
+    top->main.lever = v_scale(top->time_unit * top->time_unit, own.lever);
+    top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
-    return isfinite(top->momentum) && top->momentum > 0.0 && isfinite(top->main.step)
+    return isfinite(top->momentum_unit) && top->momentum_unit > 0.0 && isfinite(top->main.step)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }
 static kr_state to_own(const kr_top *top, const kr_state *s)
 {
-    const kr_state own = {0.0, q_unit(q_mul(s->q, top->axes)), v_scale(1.0 / top->momentum, s->m)};
+    const kr_state own = {0.0, q_unit(q_mul(s->q, top->axes)),
+                          v_scale(1.0 / top->momentum_unit, s->m)};
     return own;
 }
 /* In place, for a copy of a state just written costs more than the rest of reading it; false if it
@@ -54,7 +55,7 @@ static int to_user(kr_top *top, double t, kr_state *s)
         kr_deep_out(top, s);
     } else {
         if (top->turned) s->q = q_mul(s->q, q_conj(top->axes));
-        s->m = v_scale(top->momentum, s->m);
+        s->m = v_scale(top->momentum_unit, s->m);
     }
     return isfinite(fabs(s->q.w) + fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z));
 }
@@ -84,18 +85,18 @@ static kr_status fixed_at(kr_top *top, double t, kr_state *s)
     kr_status status = locate(top, t, &k);
     if (status == KR_OK) status = kr_steps_walk(top, k, s);
     if (status != KR_OK || meets(top, k, t)) return status;
-    return kr_steps_detour(top, s, (t - grid(top, k)) / top->time, s);
+    return kr_steps_detour(top, s, (t - grid(top, k)) / top->time_unit, s);
 }
 static kr_status adaptive_at(kr_top *top, double t, kr_state *s)
 {
     const int dense = (top->method->flags & KR_DENSE) != 0;
     const dd span = two_sum(t, -top->scene.start.t);
-    const double goal = span.hi / top->time;
+    const double goal = span.hi / top->time_unit;
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    top->main.low.t = span.lo / top->time;
+    top->main.low.t = span.lo / top->time_unit;
     if (dense)
         top->method->at(&top->main, goal, s);
     else if (goal == top->main.clock)
@@ -129,7 +130,7 @@ static kr_status state_at(kr_top *top, double t, kr_state *s)
 }
 double kr_top_time(const kr_top *top)
 {
-    return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time
+    return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time_unit
                                             : grid(top, top->k);
 }
 void kr_top_come_up(kr_top *top, double t)

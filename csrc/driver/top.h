@@ -8,12 +8,12 @@ struct kr_top {
     kr_scene scene;
     const kr_method *method;
     kr_config config;
-    kr_quat axes;          /* working axes -> frame of description */
-    int turned;            /* whether they differ */
-    double time, momentum; /* the own units in the user's: [T], [M L^2 T^-1] */
-    double forward;        /* 1, or -1 back in time */
+    kr_quat axes;                    /* working axes -> frame of description */
+    int turned;                      /* whether they differ */
+    double time_unit, momentum_unit; /* the own units in the user's: [T], [M L^2 T^-1] */
+    double forward;                  /* 1, or -1 back in time */
     /* kept: main as it was when last looked at; dense methods need main alone */
-    kr_run main, side, kept;
+    kr_motion main, side, kept;
     /* main's steps, which are its point on the grid; then; when to look again */
     int64_t k, kept_k, look_at;
     /* adaptive: the state, own units, from which main's last step began, */

@@ -28,8 +28,8 @@ static int is_body_momentum(kr_quantity id)
 }
 static double unit_of(const kr_top *top, double rate, kr_quantity id)
 {
-    if ((id >= KR_M_X && id <= KR_M_Z) || is_body_momentum(id)) return top->momentum * rate;
-    return id >= KR_BODY_VELOCITY_X ? rate / top->time : 1.0;
+    if ((id >= KR_M_X && id <= KR_M_Z) || is_body_momentum(id)) return top->momentum_unit * rate;
+    return id >= KR_BODY_VELOCITY_X ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])
 {
@@ -96,16 +96,16 @@ static void add_turned(const view *v, int axis, kr_vec3 body, double *c)
 }
 static void add_momentum(const view *v, double factor, kr_quantity id, double *c)
 {
-    const kr_run *run = &v->top->main;
+    const kr_motion *motion = &v->top->main;
     const kr_vec3 e = unit_vector(id), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
-    const kr_vec3 M = v_times(run->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
+    const kr_vec3 M = v_times(motion->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
     const kr_quat q = attitude(v, 0);
     double torque[ROOM];
     c[0] += factor * (id == KR_M_Z ? v_dot(P, M) : q_dot(q_mul(pure(e), q), q_mul(q, pure(M))));
     if (id == KR_M_Z) return;
     memset(torque, 0, sizeof torque);
     factor *= (id == KR_M_X ? -1.0 : 1.0) / (v->rate * v->rate);
-    add_turned(v, id == KR_M_X ? 1 : 0, v_scale(factor, run->lever), torque);
+    add_turned(v, id == KR_M_X ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
 static void add(const view *v, double factor, kr_quantity id, double *c)

@@ -8,11 +8,14 @@
  * put on. */
 static const double unsure = 0x1p-50, at_start = 0x1p-40;
 
-static double clock_at(const kr_top *top, double t) { return (t - top->scene.start.t) / top->time; }
+static double clock_at(const kr_top *top, double t)
+{
+    return (t - top->scene.start.t) / top->time_unit;
+}
 /* The user's time at a clock in the last step, rounded so that it lies there too. */
 static double time_at(const kr_top *top, double clock)
 {
-    const double t = top->scene.start.t + clock * top->time;
+    const double t = top->scene.start.t + clock * top->time_unit;
     return top->forward * (clock_at(top, t) - top->main.clock) > 0.0
                ? nextafter(t, top->scene.start.t)
                : t;

@@ -1,22 +1,22 @@
 /* The closed form on the widest instruction set that this processor has. Floor 3. */
 #include "dispatch.h"
 
-const kr_exact_set *kr_exact_set_at(int i)
+const kr_exact_isa *kr_exact_isa_at(int i)
 {
-    static const kr_exact_set sets[] = {
+    static const kr_exact_isa isas[] = {
 #ifdef KR_X86
         {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_many_avx512},
         {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_many_avx2},
 #endif
         {"base", kr_has_base, &kr_exact_one_base, kr_exact_many_base},
     };
-    return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-static const kr_exact_set *here(void)
+static const kr_exact_isa *here(void)
 {
     int i = 0;
-    while (!kr_exact_set_at(i)->runs_here()) i++;
-    return kr_exact_set_at(i);
+    while (!kr_exact_isa_at(i)->runs_here()) i++;
+    return kr_exact_isa_at(i);
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan)
 {

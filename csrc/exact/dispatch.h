@@ -22,13 +22,13 @@ extern const kr_exact_one kr_exact_one_base, kr_exact_one_avx2;
 extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
 kr_exact_many kr_exact_many_base, kr_exact_many_avx2, kr_exact_many_avx512;
 
-typedef struct kr_exact_set {
+typedef struct kr_exact_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_exact_one *one;
     kr_exact_many *many;
-} kr_exact_set;
-const kr_exact_set *kr_exact_set_at(int i); /* as kr_taylor_set */
+} kr_exact_isa;
+const kr_exact_isa *kr_exact_isa_at(int i); /* as kr_taylor_isa */
 /* see kr_exact_one's plan */
 kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan);
 #endif

@@ -4,22 +4,29 @@
 #include "dispatch.h"
 #include "method.h"
 
-static const kr_exact *plan_of(const kr_run *run) { return (const kr_exact *)run->work; }
+static const kr_exact *plan_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* rounded on its way to working axes */
-    return kr_exact_own(run->scene, (kr_exact *)run->work);
+    return kr_exact_own(motion->scene, (kr_exact *)motion->work);
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    const double period = plan_of(run)->period, own = isfinite(period) ? period : 1.0;
-    run->clock = isfinite(until) ? until : run->clock + (run->step != 0.0 ? run->step : own);
-    run->stats.evaluations++;
+    const double period = plan_of(motion)->period, own = isfinite(period) ? period : 1.0;
+    motion->clock =
+        isfinite(until) ? until : motion->clock + (motion->step != 0.0 ? motion->step : own);
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void at(kr_run *run, double clock, kr_state *s) { *s = kr_exact_state(plan_of(run), clock); }
-static void read(const kr_run *run, kr_state *s) { *s = kr_exact_state(plan_of(run), run->clock); }
+static void at(kr_motion *motion, double clock, kr_state *s)
+{
+    *s = kr_exact_state(plan_of(motion), clock);
+}
+static void read(const kr_motion *motion, kr_state *s)
+{
+    *s = kr_exact_state(plan_of(motion), motion->clock);
+}
 
 const kr_method kr_method_exact = {
     .name = "exact",

@@ -4,9 +4,9 @@
  * O(h^6). */
 #include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    return composed_begin(run, start, BLANES_MOAN6);
+    return composed_begin(motion, start, BLANES_MOAN6);
 }
 
 const kr_method kr_method_blanes_moan6 = {

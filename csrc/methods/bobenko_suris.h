@@ -45,14 +45,15 @@ static inline void lagrange_set_spin(lagrange_orbit *o, double spin)
     o->n = o->sine = 0.0;
     o->cosine = 1.0;
 }
-static inline void lagrange_begin(lagrange_orbit *o, const kr_run *run, const kr_state *s)
+static inline void lagrange_begin(lagrange_orbit *o, const kr_motion *motion, const kr_state *s)
 {
-    const double h = run->step, c = v_dot(s->m, q_axis(s->q));
+    const double h = motion->step, c = v_dot(s->m, q_axis(s->q));
     o->q = s->q;
     o->m = s->m;
-    o->kick = h * run->lever.z;
-    o->turn = h / run->inertia.x;
-    lagrange_set_spin(o, 0.5 * h * c / run->inertia.z - arc_tangent(0.5 * h * c / run->inertia.x));
+    o->kick = h * motion->lever.z;
+    o->turn = h / motion->inertia.x;
+    lagrange_set_spin(o, 0.5 * h * c / motion->inertia.z -
+                             arc_tangent(0.5 * h * c / motion->inertia.x));
 }
 static inline void lagrange_read(const lagrange_orbit *o, kr_state *s)
 {

@@ -4,25 +4,25 @@
  * and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks that meet between steps are one. */
 #include "bobenko_suris.h"
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    lagrange_orbit *o = (lagrange_orbit *)run->work;
-    lagrange_begin(o, run, start);
+    lagrange_orbit *o = (lagrange_orbit *)motion->work;
+    lagrange_begin(o, motion, start);
     o->m = lagrange_kicked(o, 0.5 * o->kick);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    lagrange_orbit *o = (lagrange_orbit *)run->work;
+    lagrange_orbit *o = (lagrange_orbit *)motion->work;
     (void)until;
     lagrange_drift(o);
     o->m = lagrange_kicked(o, o->kick);
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const lagrange_orbit *o = (const lagrange_orbit *)run->work;
+    const lagrange_orbit *o = (const lagrange_orbit *)motion->work;
     lagrange_read(o, s);
     s->m = lagrange_kicked(o, -0.5 * o->kick);
 }

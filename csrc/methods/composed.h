@@ -12,31 +12,31 @@ typedef struct composed {
 } composed;
 enum { COMPOSED_WORK = sizeof(composed) / sizeof(double) };
 
-static inline kr_status composed_begin(kr_run *run, const kr_state *start, int row)
+static inline kr_status composed_begin(kr_motion *motion, const kr_state *start, int row)
 {
-    composed *p = (composed *)run->work;
-    splitting_begin(&p->s, run, start);
+    composed *p = (composed *)motion->work;
+    splitting_begin(&p->s, motion, start);
     p->c = compose(row);
-    splitting_kick(&p->s, run, p->c.ahead);
+    splitting_kick(&p->s, motion, p->c.ahead);
     return KR_OK;
 }
-static inline kr_status composed_step(kr_run *run, double until)
+static inline kr_status composed_step(kr_motion *motion, double until)
 {
-    composed *p = (composed *)run->work;
+    composed *p = (composed *)motion->work;
     splitting s = p->s; /* a copy stays in registers */
     (void)until;
     for (int i = 0; i < p->c.stages; i++) {
         splitting_drift(&s, p->c.drift[i]);
-        splitting_kick(&s, run, p->c.kick[i]);
+        splitting_kick(&s, motion, p->c.kick[i]);
     }
     s.steps += 1.0;
     p->s = s;
-    run->stats.evaluations += p->c.stages;
+    motion->stats.evaluations += p->c.stages;
     return KR_OK;
 }
-static inline void composed_read(const kr_run *run, kr_state *out)
+static inline void composed_read(const kr_motion *motion, kr_state *out)
 {
-    const composed *p = (const composed *)run->work;
-    splitting_read(&p->s, run, p->c.ahead, out);
+    const composed *p = (const composed *)motion->work;
+    splitting_read(&p->s, motion, p->c.ahead, out);
 }
 #endif

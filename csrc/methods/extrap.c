@@ -10,9 +10,12 @@ static const gbs_form rest = {
     .momentum = rest_frame_momentum,
     .attitude = rest_frame_attitude,
 };
-static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &rest); }
-static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &rest); }
-static void read(const kr_run *run, kr_state *s) { gbs_read(run, s, &rest); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return gbs_reset(motion, start, &rest);
+}
+static kr_status step(kr_motion *motion, double until) { return gbs_step(motion, until, &rest); }
+static void read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &rest); }
 
 const kr_method kr_method_extrap = {
     .name = "extrap",

@@ -15,10 +15,10 @@ enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNST
 /* The equations: variables y of a state, their rates, and what they stand for. Attitude and vectors
  * in space. */
 typedef struct {
-    void (*begin)(const kr_run *run, const kr_state *s, double y[GBS_SIZE]);
-    void (*rates)(kr_run *run, const double y[GBS_SIZE], double rate[GBS_SIZE]);
-    kr_vec3 (*velocity)(const kr_run *run, const double y[GBS_SIZE]);
-    kr_vec3 (*momentum)(const kr_run *run, const double y[GBS_SIZE]);
+    void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
+    void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
+    kr_vec3 (*velocity)(const kr_motion *motion, const double y[GBS_SIZE]);
+    kr_vec3 (*momentum)(const kr_motion *motion, const double y[GBS_SIZE]);
     /* of q and -q the one nearer to the last */
     kr_quat (*attitude)(const double y[GBS_SIZE], kr_quat last);
 } gbs_form;
@@ -35,7 +35,7 @@ typedef struct {
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
 typedef struct { /* to make a step of h; rows count from 1, as in the book */
-    kr_run *run;
+    kr_motion *motion;
     const gbs_form *form;
     const double *y;
     double rate[GBS_SIZE], speed; /* at y */
@@ -70,7 +70,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
     double before[GBS_SIZE], now[GBS_SIZE], rate[GBS_SIZE];
     for (int i = 0; i < GBS_SIZE; i++) before[i] = a->y[i], now[i] = a->y[i] + h * a->rate[i];
     for (int k = 1; k < n; k++) {
-        a->form->rates(a->run, now, rate);
+        a->form->rates(a->motion, now, rate);
         if (k == 1 && row <= 2 && gbs_size(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
         for (int i = 0; i < GBS_SIZE; i++) {
             const double next = before[i] + 2.0 * h * rate[i];
@@ -78,7 +78,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
             now[i] = next;
         }
     }
-    a->form->rates(a->run, now, rate);
+    a->form->rates(a->motion, now, rate);
     for (int i = 0; i < GBS_SIZE; i++)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
@@ -165,44 +165,48 @@ static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tri
     return tried;
 }
 
-static inline double gbs_tolerance(const kr_run *run) { return run->tol > 0.0 ? run->tol : 1e-10; }
-static inline kr_status gbs_reset(kr_run *run, const kr_state *start, const gbs_form *form)
+static inline double gbs_tolerance(const kr_motion *motion)
 {
-    gbs_path *p = (gbs_path *)run->work;
-    const double row = fmin(0.6 * -log10(gbs_tolerance(run)) + 1.5, GBS_ROWS - 1);
-    const double h = run->step != 0.0 ? fabs(run->step) : 0.1;
+    return motion->tol > 0.0 ? motion->tol : 1e-10;
+}
+static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, const gbs_form *form)
+{
+    gbs_path *p = (gbs_path *)motion->work;
+    const double row = fmin(0.6 * -log10(gbs_tolerance(motion)) + 1.5, GBS_ROWS - 1);
+    const double h = motion->step != 0.0 ? fabs(motion->step) : 0.1;
     const gbs_control next = {.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
-    form->begin(run, start, p->y);
+    form->begin(motion, start, p->y);
     p->q = start->q;
     p->next = next;
     return KR_OK;
 }
 /* A step may turn the top by more than half a turn, hence q is taken near where its velocity
  * leads. */
-static inline void gbs_arrive(kr_run *run, const gbs_attempt *a, double end)
+static inline void gbs_arrive(kr_motion *motion, const gbs_attempt *a, double end)
 {
-    gbs_path *p = (gbs_path *)run->work;
-    const kr_vec3 w = v_add(a->form->velocity(run, p->y), a->form->velocity(run, a->table[1]));
+    gbs_path *p = (gbs_path *)motion->work;
+    const kr_vec3 w =
+        v_add(a->form->velocity(motion, p->y), a->form->velocity(motion, a->table[1]));
     p->q = a->form->attitude(a->table[1], q_mul(q_exp(v_scale(0.5 * a->h, w)), p->q));
     memcpy(p->y, a->table[1], sizeof p->y);
-    run->clock = end;
+    motion->clock = end;
 }
-static inline kr_status gbs_step(kr_run *run, double until, const gbs_form *form)
+static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form *form)
 {
     static const double zero[GBS_SIZE];
-    gbs_path *p = (gbs_path *)run->work;
-    const double forward = run->step < 0.0 ? -1.0 : 1.0;
-    gbs_attempt a = {.run = run, .form = form, .y = p->y, .tol = gbs_tolerance(run)};
+    gbs_path *p = (gbs_path *)motion->work;
+    const double forward = motion->step < 0.0 ? -1.0 : 1.0;
+    gbs_attempt a = {.motion = motion, .form = form, .y = p->y, .tol = gbs_tolerance(motion)};
     gbs_control now = p->next;
-    form->rates(run, p->y, a.rate);
+    form->rates(motion, p->y, a.rate);
     a.speed = gbs_size(a.rate, zero, p->y, p->y);
     if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
     if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* no step in doubles can meet it */
     for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
-        const int lands = forward * (until - run->clock) <= 1.01 * now.h;
+        const int lands = forward * (until - motion->clock) <= 1.01 * now.h;
         const int anywhere = now.target == 2 || (!rejected && (now.first || lands));
-        const double end = lands ? until : run->clock + forward * now.h;
-        a.h = end - run->clock;
+        const double end = lands ? until : motion->clock + forward * now.h;
+        a.h = end - motion->clock;
         if (a.h == 0.0 || !isfinite(a.h)) return KR_ERR_STEP;
         const int outcome = gbs_converge(&a,
                                          anywhere   ? 2
@@ -210,20 +214,20 @@ static inline kr_status gbs_step(kr_run *run, double until, const gbs_form *form
                                                     : now.target - 1,
                                          now.target);
         if (outcome > GBS_REJECTED) {
-            gbs_arrive(run, &a, end);
+            gbs_arrive(motion, &a, end);
             /* a step cut short to land says nothing about the next */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
         }
         now = gbs_after_failed(&a, now, outcome);
-        run->stats.rejected++;
+        motion->stats.rejected++;
     }
     return KR_ERR_STEP;
 }
-static inline void gbs_read(const kr_run *run, kr_state *s, const gbs_form *form)
+static inline void gbs_read(const kr_motion *motion, kr_state *s, const gbs_form *form)
 {
-    const gbs_path *p = (const gbs_path *)run->work;
+    const gbs_path *p = (const gbs_path *)motion->work;
     s->q = p->q;
-    s->m = form->momentum(run, p->y);
+    s->m = form->momentum(motion, p->y);
 }
 #endif

@@ -3,9 +3,9 @@
  * to a bounded O(h^8). */
 #include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    return composed_begin(run, start, KAHAN_LI8);
+    return composed_begin(motion, start, KAHAN_LI8);
 }
 
 const kr_method kr_method_kahan_li8 = {

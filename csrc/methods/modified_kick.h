@@ -20,14 +20,14 @@ typedef struct modified_kick {
     int lagrange;
 } modified_kick;
 
-static inline modified_kick modified_kick_begin(const kr_run *run)
+static inline modified_kick modified_kick_begin(const kr_motion *motion)
 {
-    const kr_vec3 I = run->inertia;
-    const double h = run->step;
-    const int lagrange =
-        run->lever.x == 0.0 && run->lever.y == 0.0 && fabs(I.y - I.x) <= 4.0 * DBL_EPSILON * I.y;
-    const modified_kick kick = {run->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z), h, -h * h / 12.0,
-                                lagrange};
+    const kr_vec3 I = motion->inertia;
+    const double h = motion->step;
+    const int lagrange = motion->lever.x == 0.0 && motion->lever.y == 0.0 &&
+                         fabs(I.y - I.x) <= 4.0 * DBL_EPSILON * I.y;
+    const modified_kick kick = {motion->lever, v3(1.0 / I.x, 1.0 / I.y, 1.0 / I.z), h,
+                                -h * h / 12.0, lagrange};
     return kick;
 }
 /* q L q*; of a Lagrange top (A - k A^2 <a,e3> / I1) a, which has the same product with e3. */

@@ -11,38 +11,39 @@ enum { REST_FRAME = 12 }; /* w, N, B, T */
 static inline kr_vec3 rest_vec(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void rest_put(double *y, kr_vec3 v) { y[0] = v.x, y[1] = v.y, y[2] = v.z; }
 
-static inline kr_vec3 rest_frame_momentum(const kr_run *run, const double y[REST_FRAME])
+static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double y[REST_FRAME])
 {
     const kr_vec3 w = rest_vec(y), N = rest_vec(y + 3), B = rest_vec(y + 6), T = rest_vec(y + 9),
-                  I = run->inertia;
+                  I = motion->inertia;
     return v_axpy(I.x * v_dot(w, N), N,
                   v_axpy(I.y * v_dot(w, B), B, v_scale(I.z * v_dot(w, T), T)));
 }
 
-static inline kr_vec3 rest_frame_velocity(const kr_run *run, const double y[REST_FRAME])
+static inline kr_vec3 rest_frame_velocity(const kr_motion *motion, const double y[REST_FRAME])
 {
-    (void)run;
+    (void)motion;
     return rest_vec(y);
 }
 
-static inline void rest_frame_rates(kr_run *run, const double y[REST_FRAME],
+static inline void rest_frame_rates(kr_motion *motion, const double y[REST_FRAME],
                                     double rate[REST_FRAME])
 {
     const kr_vec3 w = rest_vec(y), N = rest_vec(y + 3), B = rest_vec(y + 6), T = rest_vec(y + 9);
-    const kr_vec3 I = run->inertia, c = run->lever;
+    const kr_vec3 I = motion->inertia, c = motion->lever;
     const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T)));
-    const kr_vec3 f = v_add(v_cross(rest_frame_momentum(run, y), w), v3(-a.y, a.x, 0.0));
+    const kr_vec3 f = v_add(v_cross(rest_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
     rest_put(rate, v_axpy(v_dot(f, N) / I.x, N,
                           v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
     rest_put(rate + 3, v_cross(w, N));
     rest_put(rate + 6, v_cross(w, B));
     rest_put(rate + 9, v_cross(w, T));
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
 }
 
-static inline void rest_frame_begin(const kr_run *run, const kr_state *s, double y[REST_FRAME])
+static inline void rest_frame_begin(const kr_motion *motion, const kr_state *s,
+                                    double y[REST_FRAME])
 {
-    const kr_vec3 I = run->inertia, M = q_turn_back(s->q, s->m);
+    const kr_vec3 I = motion->inertia, M = q_turn_back(s->q, s->m);
     rest_put(y, q_turn(s->q, v3(M.x / I.x, M.y / I.y, M.z / I.z)));
     rest_put(y + 3, q_turn(s->q, v3(1.0, 0.0, 0.0)));
     rest_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));

@@ -20,15 +20,15 @@ typedef struct splitting {
     double spin, steps;
 } splitting;
 
-static inline void splitting_begin(splitting *s, const kr_run *run, const kr_state *start)
+static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
 {
-    const kr_vec3 I = run->inertia;
-    const splitting fresh = {.q = start->q, .m = start->m, .round = run->step / I.y};
+    const kr_vec3 I = motion->inertia;
+    const splitting fresh = {.q = start->q, .m = start->m, .round = motion->step / I.y};
     *s = fresh;
-    s->t = 0.5 * run->step * ((I.y - I.z) / (I.z * I.y));
+    s->t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y));
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
-        s->n = 0.5 * run->step * ((I.y - I.x) / (I.x * I.y));
-    else if (run->lever.x == 0.0 && run->lever.y == 0.0) {
+        s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
+    else if (motion->lever.x == 0.0 && motion->lever.y == 0.0) {
         /* applied where a state is read (it commutes) */
         s->spin = s->t * v_dot(start->m, q_axis(start->q));
         s->t = 0.0;
@@ -48,9 +48,9 @@ static inline void splitting_push(splitting *s, kr_vec3 change)
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
 }
-static inline void splitting_kick(splitting *s, const kr_run *run, double part)
+static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
-    splitting_push(s, v_scale(part * run->step, run_torque(run, s->q)));
+    splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
 /* The turns about N and T, less one, and the momentum seen from the body, which turns against
@@ -119,11 +119,12 @@ static inline void splitting_drift(splitting *s, double part)
     splitting_go(s, &b, part);
 }
 /* The state, with m taken back by a part of a kick. */
-static inline void splitting_read(const splitting *s, const kr_run *run, double part, kr_state *out)
+static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
+                                  kr_state *out)
 {
     double sine, cosine;
     sin_cos(s->steps * s->spin, &sine, &cosine);
-    out->m = v_axpy(-part * run->step, run_torque(run, s->q), s->m);
+    out->m = v_axpy(-part * motion->step, motion_torque(motion, s->q), s->m);
     out->q = q_mul_z(s->q, cosine, sine);
 }
 #endif

@@ -3,9 +3,9 @@
  * to a bounded O(h^4). */
 #include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    return composed_begin(run, start, SUZUKI4);
+    return composed_begin(motion, start, SUZUKI4);
 }
 
 const kr_method kr_method_suzuki4 = {

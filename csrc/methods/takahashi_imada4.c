@@ -13,11 +13,11 @@ typedef struct {
     composition c;
 } path;
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
-    splitting_begin(&p->s, run, start);
-    p->kick = modified_kick_begin(run);
+    path *p = (path *)motion->work;
+    splitting_begin(&p->s, motion, start);
+    p->kick = modified_kick_begin(motion);
     p->c = compose(SUZUKI4);
     if (!p->kick.lagrange && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
@@ -38,20 +38,20 @@ static void drift(path *p)
     }
     splitting_go(&p->s, &b, 1.0);
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
     drift(p);
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 1.0));
     p->s.steps += 1.0;
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *out)
+static void read(const kr_motion *motion, kr_state *out)
 {
-    const path *p = (const path *)run->work;
-    splitting_read(&p->s, run, 0.0, out);
+    const path *p = (const path *)motion->work;
+    splitting_read(&p->s, motion, 0.0, out);
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }

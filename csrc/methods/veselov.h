@@ -22,16 +22,17 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     return v_sub(r, v_solve(columns, F));
 }
 /* *r is the guess before, and the solution after. */
-static inline kr_status veselov_drift(kr_run *run, kr_vec3 I, kr_vec3 m, kr_quat *q, kr_vec3 *r)
+static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
+                                      kr_vec3 *r)
 {
-    const kr_vec3 b = v_scale(0.5 * run->step, q_turn_back(*q, m));
-    const double tol = (run->tol > 0.0 ? run->tol : 1e-14) * v_largest(b);
+    const kr_vec3 b = v_scale(0.5 * motion->step, q_turn_back(*q, m));
+    const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * v_largest(b);
     kr_vec3 x = *r;
     for (int i = 0; i < VESELOV_MOST; i++) {
         const kr_vec3 Ix = v_times(I, x);
         const double r0 = sqrt(1.0 - v_dot(x, x));
         const kr_vec3 F = v_sub(v_axpy(r0, Ix, v_cross(x, Ix)), b);
-        run->stats.iterations++;
+        motion->stats.iterations++;
         if (v_largest(F) <= tol) {
             *r = x;
             *q = q_renew(q_mul(*q, q4(r0, x)));

@@ -8,33 +8,33 @@ typedef struct {
     kr_vec3 m, r; /* m half a kick ahead; r is the last step's solution */
 } path;
 
-static kr_vec3 kicked(const path *p, const kr_run *run, double part)
+static kr_vec3 kicked(const path *p, const kr_motion *motion, double part)
 {
-    return v_axpy(part * run->step, run_torque(run, p->q), p->m);
+    return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->m = kicked(p, run, 0.5);
+    p->m = kicked(p, motion, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(run, run->inertia, p->m, &p->q, &p->r);
-    p->m = kicked(p, run, 1.0);
-    run->stats.evaluations++;
+    const kr_status status = veselov_drift(motion, motion->inertia, p->m, &p->q, &p->r);
+    p->m = kicked(p, motion, 1.0);
+    motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
-    s->m = kicked(p, run, -0.5);
+    s->m = kicked(p, motion, -0.5);
 }
 
 const kr_method kr_method_veselov2 = {

@@ -25,30 +25,30 @@ static kr_vec3 preprocessed(const path *p)
     const kr_vec3 inverse = v_axpy(1.0 + h2 * s, i, v_scale(h2 * d, one));
     return v3(1.0 / inverse.x, 1.0 / inverse.y, 1.0 / inverse.z);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->kick = modified_kick_begin(run);
+    p->kick = modified_kick_begin(motion);
     if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
     p->m = modified_kicked(&p->kick, p->q, p->m, 0.5);
     return status;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(run, preprocessed(p), p->m, &p->q, &p->r);
+    const kr_status status = veselov_drift(motion, preprocessed(p), p->m, &p->q, &p->r);
     p->m = modified_kicked(&p->kick, p->q, p->m, 1.0);
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
     s->m = modified_kicked(&p->kick, p->q, p->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &s->q, &s->m);

@@ -4,12 +4,12 @@
 #ifndef KR_SETS_H
 #define KR_SETS_H
 
-#if !defined KR_SET
-#  define KR_SET base
+#if !defined KR_ISA
+#  define KR_ISA base
 #endif
 #define KR_PASTE(a, b) a##_##b
 #define KR_PASTED(a, b) KR_PASTE(a, b)
-#define KR_NAME(thing) KR_PASTED(thing, KR_SET)
+#define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_X86

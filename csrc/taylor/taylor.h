@@ -56,25 +56,25 @@ typedef struct kr_tail { /* the terms behind a head in double-double, in doubles
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-#define KR_TAYLOR_SET(set) /* what kernel.c and kernel_dd.c export */                              \
-    extern const kr_kernel kr_kernel_##set[KR_ORDERS], kr_headless_##set[KR_ORDERS];               \
-    extern const kr_kernel kr_kernel_dd_##set[KR_DEPTHS];                                          \
-    extern const kr_tail kr_tail_##set[KR_DEPTHS];                                                 \
-    void kr_product_##set(const double *a, const double *b, int order, double *c);
-KR_TAYLOR_SET(base)
-KR_TAYLOR_SET(avx2)
-KR_TAYLOR_SET(avx512)
+#define KR_TAYLOR_ISA(isa) /* what kernel.c and kernel_dd.c export */                              \
+    extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
+    extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
+    extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
+    void kr_product_##isa(const double *a, const double *b, int order, double *c);
+KR_TAYLOR_ISA(base)
+KR_TAYLOR_ISA(avx2)
+KR_TAYLOR_ISA(avx512)
 
-typedef struct kr_set {
+typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_kernel *plain, *headless, *deep;
     /* as that of a kr_piece */
     void (*product)(const double *a, const double *b, int order, double *c);
-} kr_set;
+} kr_isa;
 
 /* The i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
-const kr_set *kr_taylor_set(int i);
+const kr_isa *kr_taylor_isa(int i);
 /* For tests and measurements: go on with another kernel and tolerance than were chosen. */
-void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol);
+void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

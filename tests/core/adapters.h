@@ -36,19 +36,19 @@ static const problem asymmetric = {
      {0.1611762213863433, 0.26546751270182839, 0.46221260169745422, 0.83060745011804197},
      {-4.0279419090772544, -7.2048687705076523, 1.46}}};
 
-static inline kr_run open_run(const kr_method *method, const problem *p, double step, double tol)
+static inline kr_motion open_run(const kr_method *method, const problem *p, double step, double tol)
 {
-    kr_run run = {.inertia = p->inertia, .lever = p->lever, .step = step, .tol = tol};
+    kr_motion run = {.inertia = p->inertia, .lever = p->lever, .step = step, .tol = tol};
     run.work = calloc(method->work, sizeof(double));
     IS(run.work && method->reset(&run, &p->start) == KR_OK);
     return run;
 }
-static inline void close_run(const kr_method *method, kr_run *run)
+static inline void close_run(const kr_method *method, kr_motion *run)
 {
     if (method->done) method->done(run);
     free(run->work);
 }
-static inline kr_state to(const kr_method *method, kr_run *run, double until)
+static inline kr_state to(const kr_method *method, kr_motion *run, double until)
 {
     kr_state s = {0};
     int left = 200000;
@@ -61,7 +61,7 @@ static inline kr_state to(const kr_method *method, kr_run *run, double until)
 static inline kr_state solve(const kr_method *method, const problem *p, double tol, double until,
                              kr_stats *stats)
 {
-    kr_run run = open_run(method, p, until < 0.0 ? -0.01 : 0.01, tol);
+    kr_motion run = open_run(method, p, until < 0.0 ? -0.01 : 0.01, tol);
     const kr_state s = to(method, &run, until);
     if (stats) *stats = run.stats;
     close_run(method, &run);

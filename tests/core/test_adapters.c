@@ -56,7 +56,7 @@ static void long_steps(const kr_method *method)
     p.inertia = v3(1.0, 1.0, 1.0);
     p.lever = v3(0.0, 0.0, 0.0);
     p.start.m = v3(0.0, 0.0, 1.0);
-    kr_run run = open_run(method, &p, 0.0, 1e-2);
+    kr_motion run = open_run(method, &p, 0.0, 1e-2);
     for (int left = 200; run.clock < 50.0 && left > 0; left--) {
         const double before = run.clock;
         kr_state s;
@@ -105,7 +105,7 @@ static void jacobian_is_the_derivative(void)
 {
     static const double y[GSL_SIZE] = {0.31, -0.72, 0.45, 0.58, 0.9, -1.7, 2.3};
     const double h = 1e-5;
-    kr_run run = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
+    kr_motion run = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
     double jacobian[GSL_SIZE * GSL_SIZE], rate_t[GSL_SIZE], plus[GSL_SIZE], minus[GSL_SIZE],
         at[GSL_SIZE];
     IS(kr_gsl_jacobian(0.0, y, jacobian, rate_t, &run) == 0);

@@ -62,7 +62,7 @@ static void polynomials(int scene, int digits)
         const kr_state inside = kr_top_state(top);
         const double size = kr_terms_size(top, &piece, 1, &term);
         const double at =
-            i == 0 ? 0.0 : (top->asked / top->time - piece.begin) / (piece.end - piece.begin);
+            i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
         const int degree = kr_terms_polynomial(top, &piece, &g, c);
         for (int n = degree; n >= 0; n--) there = there * at + c[n];
         NEAR(there, kr_terms_value(&s, &inside, 1, &term), 1e-14 * size);

@@ -89,7 +89,7 @@ static void two_in_one_step(void)
         kr_top *to = make(&s, (kr_config){0}, NULL, 0);
         IS(kr_top_advance(to, at[i]) == KR_OK);
         const kr_piece piece = to->method->piece(&to->main);
-        const double length = (piece.end - piece.begin) * to->time;
+        const double length = (piece.end - piece.begin) * to->time_unit;
         const kr_state peak = kr_top_state(to);
         for (int k = 0; k < 3; k++) {
             const double aside = 0.5 * steps[k] * length;
@@ -171,11 +171,11 @@ static void kernels_agree(void)
     const kr_scene s = scene_of(2);
     double first[MANY], t[MANY];
     int n = 0;
-    for (int i = 0; kr_taylor_set(i) != NULL; i++) {
+    for (int i = 0; kr_taylor_isa(i) != NULL; i++) {
         kr_event e = {.terms = g, .count = 2};
         kr_top *top = make(&s, (kr_config){0}, &e, 1);
-        if (kr_taylor_set(i)->runs_here()) {
-            kr_taylor_use(&top->main, &kr_taylor_set(i)->plain[KR_ORDER_28], -53.0);
+        if (kr_taylor_isa(i)->runs_here()) {
+            kr_taylor_use(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
             const int m = seek_all(top, 10.0, n ? t : first, NULL);
             IS(m > 3 && (!n || m == n));
             for (int k = 0; n && k < n; k++) NEAR(t[k], first[k], 1e-11);

@@ -265,8 +265,8 @@ static void sets(void)
         IS(mapped != KR_OK ||
            same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
         kr_exact_many_base(&a, N, t, base);
-        for (int j = 0; kr_exact_set_at(j); j++) {
-            const kr_exact_set *set = kr_exact_set_at(j);
+        for (int j = 0; kr_exact_isa_at(j); j++) {
+            const kr_exact_isa *set = kr_exact_isa_at(j);
             if (!set->runs_here()) continue;
             IS(made == KR_OK && set->one->plan(&s, 0, &b) == KR_OK &&
                memcmp(&b, &a, sizeof a) == 0);

@@ -136,8 +136,8 @@ static void kernels(void)
                              .end_w = {0, .8, .4, .1}};
     for (int order = 0; order < KR_ORDERS; order++) {
         kr_series first = start;
-        const kr_set *set, *widest = NULL;
-        for (int i = 0; (set = kr_taylor_set(i)) != NULL; i++) {
+        const kr_isa *set, *widest = NULL;
+        for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
             kr_series a = start, b = start;
             if (!set->runs_here()) continue;
             set->plain[order].advance(&a, -40.0, 1.0);

@@ -61,7 +61,7 @@ static kr_vec3 next(kr_vec3 v) { return v3(v.y, v.z, v.x); }
 static kr_vec3 prev(kr_vec3 v) { return v3(v.z, v.x, v.y); }
 
 /* Every coefficient against the equations at the head of taylor.h. */
-static void coefficients(const kr_set *set, const kr_kernel *kernel)
+static void coefficients(const kr_isa *set, const kr_kernel *kernel)
 {
     kr_series pair[2] = {example()}, *s = pair;
     kernel->advance(s, -2.0 * kernel->order, 1.0);
@@ -96,8 +96,8 @@ static void kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
         kr_series first = example();
-        const kr_set *set, *widest = NULL;
-        for (int i = 0; (set = kr_taylor_set(i)) != NULL; i++) {
+        const kr_isa *set, *widest = NULL;
+        for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
             kr_series s = example();
             if (!set->runs_here()) continue;
             for (int n = 0; n < 100; n++) set->plain[order].advance(&s, -40.0, 1.0);
@@ -113,8 +113,8 @@ static void kernels(void)
 }
 static void kernels_one_by_one(void)
 {
-    const kr_set *set;
-    for (int i = 0; (set = kr_taylor_set(i)) != NULL; i++) {
+    const kr_isa *set;
+    for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
         if (!set->runs_here()) continue;
         for (int order = 0; order < KR_ORDERS; order++) coefficients(set, &set->plain[order]);
         for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(set, &set->deep[depth]);
@@ -217,7 +217,8 @@ static void extremes(void)
 /* What fails leaves the run where it was. */
 static void fails(double lever, double tol, double clock, kr_status why)
 {
-    kr_run run = {.inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
+    kr_motion run = {
+        .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
     kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start,
              there = start;
     run.work = calloc(taylor()->work, sizeof(double));

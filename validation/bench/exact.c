@@ -4,7 +4,7 @@
 #include <time.h>
 #include "exact/dispatch.h"
 
-const char *bench_set(int set);
+const char *bench_isa(int set);
 double bench_plan(const kr_scene *scene, int n);
 double bench_plan_and_state(const kr_scene *scene, double t, int n);
 double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[]);
@@ -35,16 +35,16 @@ double bench_plan_and_state(const kr_scene *scene, double t, int n)
         keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
     return (now() - begin) / n;
 }
-const char *bench_set(int set) /* NULL: beyond the last */
+const char *bench_isa(int set) /* NULL: beyond the last */
 {
-    const kr_exact_set *found = kr_exact_set_at(set);
+    const kr_exact_isa *found = kr_exact_isa_at(set);
     return found ? found->runs_here() ? found->name : "" : NULL;
 }
-/* set: of kr_exact_set_at, -1 for what kr_exact_state chooses. */
+/* set: of kr_exact_isa_at, -1 for what kr_exact_state chooses. */
 double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[])
 {
     kr_state (*const state)(const kr_exact *, double) =
-        set < 0 ? kr_exact_state : kr_exact_set_at(set)->one->state;
+        set < 0 ? kr_exact_state : kr_exact_isa_at(set)->one->state;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();
@@ -55,7 +55,7 @@ double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_
 double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
                    kr_state out[])
 {
-    kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_set_at(set)->many;
+    kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_isa_at(set)->many;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();

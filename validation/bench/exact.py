@@ -58,14 +58,14 @@ def library(compiler="gcc"):
         core = ctypes.CDLL(made)
     for name in ("plan", "plan_and_state", "states", "batch", "map_state"):
         getattr(core, f"bench_{name}").restype = ctypes.c_double
-    core.bench_set.restype = ctypes.c_char_p
+    core.bench_isa.restype = ctypes.c_char_p
     return core
 
 
 def sets(core):
     """The number of each instruction set that runs here, by name."""
     found, i = {}, 0
-    while (name := core.bench_set(i)) is not None:
+    while (name := core.bench_isa(i)) is not None:
         found |= {name.decode(): i} if name else {}
         i += 1
     return found

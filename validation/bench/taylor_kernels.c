@@ -7,20 +7,20 @@
 #include "taylor/taylor.h"
 #include "driver/top.h"
 
-const char *kr_bench_set(int i);
+const char *kr_bench_isa(int i);
 int kr_bench_order(int i);
 double kr_bench_cycle(void);
 int kr_bench_run(const kr_scene *scene, int set, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps);
 
 /* The name of the i-th instruction set of this machine, NULL beyond the last. */
-const char *kr_bench_set(int i)
+const char *kr_bench_isa(int i)
 {
-    const kr_set *set = kr_taylor_set(i);
+    const kr_isa *set = kr_taylor_isa(i);
     return set && set->runs_here() ? set->name : NULL;
 }
 /* The order of the i-th kernel, 0 beyond the last. */
-int kr_bench_order(int i) { return i < KR_ORDERS ? kr_taylor_set(0)->plain[i].order : 0; }
+int kr_bench_order(int i) { return i < KR_ORDERS ? kr_taylor_isa(0)->plain[i].order : 0; }
 /* Seconds of a cycle of the clock: shifts and sums of bits that wait for each other take one
  * each. */
 double kr_bench_cycle(void)
@@ -81,7 +81,7 @@ static void add_heading(kr_series *s, double log2_tol, double direction)
 int kr_bench_run(const kr_scene *scene, int set, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps)
 {
-    const kr_set *use = kr_taylor_set(set);
+    const kr_isa *use = kr_taylor_isa(set);
     const kr_kernel *const groups[] = {use->plain, use->deep, use->headless, use->headless};
     const int first[] = {0, KR_ORDERS, KR_ORDERS + KR_DEPTHS, 2 * KR_ORDERS + KR_DEPTHS};
     const int group = (kernel >= first[1]) + (kernel >= first[2]) + (kernel >= first[3]);

@@ -64,9 +64,9 @@ class Kernels:
     def __init__(self, terms=None, plain=False):
         self.folder = tempfile.TemporaryDirectory()
         self.library = compiled(Path(self.folder.name), terms, plain)
-        self.library.kr_bench_set.restype = ctypes.c_char_p
+        self.library.kr_bench_isa.restype = ctypes.c_char_p
         self.sets = []
-        while name := self.library.kr_bench_set(len(self.sets)):
+        while name := self.library.kr_bench_isa(len(self.sets)):
             self.sets.append(name.decode())
         self.orders = []
         while order := self.library.kr_bench_order(len(self.orders)):
