@@ -28,23 +28,25 @@
 extern "C" {
 #endif
 
-/* name, what went wrong: INPUT (nothing was run), MEMORY, FAILURE (of a run), INTERRUPT; and what it says */
-#define KR_STATUS_LIST(X)                                                                                       \
-    X(OK,              NONE,      "success")                                                                    \
-    X(ERR_ARGUMENT,    INPUT,     "an argument is missing, not finite, or out of range")                        \
-    X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must be positive, "          \
-                                  "none larger than the other two together")                                    \
-    X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                                      \
-    X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                                       \
-    X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                                     \
-    X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")                           \
-    X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, machine, scene "  \
-                                  "or method")                                                                  \
-    X(ERR_MEMORY,      MEMORY,    "out of memory")                                                              \
-    X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                                 \
-    X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                                    \
-    X(ERR_CONVERGENCE, FAILURE,   "the implicit step did not converge")                                         \
-    X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                                             \
+/* name, what went wrong: INPUT (nothing was run), MEMORY, FAILURE (of a run), INTERRUPT; and what
+ * it says */
+/* clang-format off */
+#define KR_STATUS_LIST(X)                                                                         \
+    X(OK,              NONE,      "success")                                                      \
+    X(ERR_ARGUMENT,    INPUT,     "an argument is missing, not finite, or out of range")          \
+    X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must be positive, "\
+                                  "none larger than the other two together")                      \
+    X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
+    X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                         \
+    X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
+    X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
+    X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, " \
+                                  "machine, scene or method")                                     \
+    X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
+    X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
+    X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
+    X(ERR_CONVERGENCE, FAILURE,   "the implicit step did not converge")                           \
+    X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
 typedef enum kr_status {
 #define X(name, what, text) KR_##name,
@@ -52,171 +54,260 @@ typedef enum kr_status {
 #undef X
     KR_STATUS_COUNT
 } kr_status;
+/* clang-format on */
 KR_API const char *kr_status_text(kr_status status);
 KR_API const char *kr_version(void);
 
-typedef struct kr_vec3 { double x, y, z; } kr_vec3;
-typedef struct kr_quat { double w, x, y, z; } kr_quat;          /* w + x i + y j + z k */
+typedef struct kr_vec3 {
+    double x, y, z;
+} kr_vec3;
+typedef struct kr_quat {
+    double w, x, y, z;
+} kr_quat; /* w + x i + y j + z k */
 
 typedef struct kr_body {
-    double  mass;       /* [M] */
-    kr_vec3 inertia;    /* principal moments at the fixed point [M L^2] */
-    kr_vec3 com;        /* centre of mass seen from the fixed point, along the principal axes [L] */
-    kr_quat axes;       /* principal axes -> frame of description: v_described = axes v axes* */
+    double mass;     /* [M] */
+    kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
+    kr_vec3 com;     /* centre of mass seen from the fixed point, along the principal axes [L] */
+    kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
 } kr_body;
 
 typedef struct kr_state {
-    double  t;          /* [T] */
-    kr_quat q;          /* attitude: frame of description -> space, a unit quaternion */
-    kr_vec3 m;          /* angular momentum about the fixed point, in space [M L^2 T^-1] */
+    double t;  /* [T] */
+    kr_quat q; /* attitude: frame of description -> space, a unit quaternion */
+    kr_vec3 m; /* angular momentum about the fixed point, in space [M L^2 T^-1] */
 } kr_state;
 
 typedef struct kr_scene {
-    kr_body  body;
-    double   gravity;   /* acceleration along -e3, of either sign [L T^-2] */
+    kr_body body;
+    double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
 } kr_scene;
 
-/* Bodies. The makers check what they are given. A diagonal inertia is its own principal frame; else the principal
- * axes nearest the frame of description are taken, right-handed, T along the symmetry axis of a Lagrange top. */
-KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);    /* [M L^-3], [L], pivot seen from the centre */
-KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);    /* axis T */
-KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *body);  /* row by row, at the fixed point */
-KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot, kr_body *body);  /* about the centre of mass */
+/* Bodies. The makers check what they are given. A diagonal inertia is its own principal frame; else
+ * the principal axes nearest the frame of description are taken, right-handed, T along the symmetry
+ * axis of a Lagrange top. */
+/* [M L^-3], [L], pivot seen from the centre */
+KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
+/* axis T */
+KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
+/* row by row, at the fixed point */
+KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
+                                     kr_body *body);
+/* about the centre of mass */
+KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
+                                  kr_body *body);
 KR_API kr_status kr_body_check(const kr_body *body);
 
-typedef enum kr_kind { KR_GENERAL, KR_EULER, KR_LAGRANGE, KR_KOWALEWSKI, KR_GORYACHEV_CHAPLYGIN } kr_kind;
-#define KR_KIND_RTOL 1e-12      /* what the library takes for equal when it asks itself for the kind */
+typedef enum kr_kind {
+    KR_GENERAL,
+    KR_EULER,
+    KR_LAGRANGE,
+    KR_KOWALEWSKI,
+    KR_GORYACHEV_CHAPLYGIN
+} kr_kind;
+#define KR_KIND_RTOL 1e-12 /* what the library takes for equal when it asks itself for the kind */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
-KR_API kr_scene kr_scene_default(void);                         /* Bodack (2008): the cuboid of chapter 6 */
+/* Bodack (2008): the cuboid of chapter 6 */
+KR_API kr_scene kr_scene_default(void);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
 /* Quantities of a state. */
-KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);     /* angular velocity, in space [T^-1] */
-KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);       /* dm/dt [M L^2 T^-2] */
-KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);         /* direction of the centre of mass in space; of T if there is no lever */
-KR_API void    kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);  /* N, B, T in space */
-KR_API double  kr_state_nutation(const kr_scene *scene, const kr_state *s);     /* angle of the apex with e3, 0 .. pi [rad] */
-KR_API double  kr_state_kinetic(const kr_scene *scene, const kr_state *s);      /* [M L^2 T^-2] */
-KR_API double  kr_state_potential(const kr_scene *scene, const kr_state *s);
-KR_API double  kr_state_vertical(const kr_scene *scene, const kr_state *s);     /* <m, e3> = <m, p> / g [M L^2 T^-1] */
-KR_API double  kr_state_axial(const kr_scene *scene, const kr_state *s);        /* <m, apex> = <m, a> / |a| */
-/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1 along -com: [T^-4], [T^-3].
- * NaN for a body that has none; the second is constant only while <m, e3> = 0. */
-KR_API double  kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-KR_API double  kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
-/* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the body is a Lagrange top. */
-KR_API double  kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* The energy that bobenko_suris4 keeps at this step: E up to a constant and O(step^4). NaN for other bodies, and where
- * the step is too large for the method. */
-KR_API double  kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
-KR_API double  kr_attitude_error(kr_quat a, kr_quat b);         /* angle of the rotation between them, 0 .. pi [rad] */
+/* angular velocity, in space [T^-1] */
+KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
+/* dm/dt [M L^2 T^-2] */
+KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
+/* direction of the centre of mass in space; of T if there is no lever */
+KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
+/* N, B, T in space */
+KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);
+/* angle of the apex with e3, 0 .. pi [rad] */
+KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
+KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s); /* [M L^2 T^-2] */
+KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
+/* <m, e3> = <m, p> / g [M L^2 T^-1] */
+KR_API double kr_state_vertical(const kr_scene *scene, const kr_state *s);
+/* <m, apex> = <m, a> / |a| */
+KR_API double kr_state_axial(const kr_scene *scene, const kr_state *s);
+/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1
+ * along -com: [T^-4], [T^-3]. NaN for a body that has none; the second is constant only while <m,
+ * e3> = 0. */
+KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
+KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
+/* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the
+ * body is a Lagrange top. */
+KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
+/* The energy that bobenko_suris4 keeps at this step: E up to a constant and O(step^4). NaN for
+ * other bodies, and where the step is too large for the method. */
+KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
+/* angle of the rotation between them, 0 .. pi [rad] */
+KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
 /* Methods: a table to read. */
 enum {
     KR_SYMPLECTIC = 1,
     KR_REVERSIBLE = 2,
-    KR_ADAPTIVE = 4,            /* chooses its steps by a tolerance */
+    KR_ADAPTIVE = 4, /* chooses its steps by a tolerance */
     KR_IMPLICIT = 8,
-    KR_ALGEBRAIC = 16,          /* only + - * / sqrt: the same bits from every compiler and libm */
-    KR_ABSOLUTE = 32,           /* its tolerance is absolute in the user's unit of time */
-    KR_DENSE = 64,              /* adaptive, and gives the state anywhere inside its last step */
-    KR_LAGRANGE_ONLY = 128,     /* for symmetric bodies with the centre of mass on the axis */
-    KR_INTEGRABLE = 256,        /* for those, and for any body on which no torque acts */
-    KR_SYMMETRIC_ONLY = 512,    /* for bodies with two equal moments */
-    KR_EULER_ONLY = 1024,       /* for bodies supported at their centre of mass */
-    KR_DIGITS = 2048,           /* can be asked for more digits than a double has */
-    KR_HEADLESS = 4096          /* can leave out the heading: the turn about the vertical */
+    KR_ALGEBRAIC = 16,       /* only + - * / sqrt: the same bits from every compiler and libm */
+    KR_ABSOLUTE = 32,        /* its tolerance is absolute in the user's unit of time */
+    KR_DENSE = 64,           /* adaptive, and gives the state anywhere inside its last step */
+    KR_LAGRANGE_ONLY = 128,  /* for symmetric bodies with the centre of mass on the axis */
+    KR_INTEGRABLE = 256,     /* for those, and for any body on which no torque acts */
+    KR_SYMMETRIC_ONLY = 512, /* for bodies with two equal moments */
+    KR_EULER_ONLY = 1024,    /* for bodies supported at their centre of mass */
+    KR_DIGITS = 2048,        /* can be asked for more digits than a double has */
+    KR_HEADLESS = 4096       /* can leave out the heading: the turn about the vertical */
 };
 typedef struct kr_method kr_method;
-KR_API size_t           kr_method_count(void);
+KR_API size_t kr_method_count(void);
 KR_API const kr_method *kr_method_at(size_t i);
-KR_API const kr_method *kr_method_find(const char *name);       /* NULL if unknown */
-KR_API const char      *kr_method_name(const kr_method *method);
-KR_API const char      *kr_method_text(const kr_method *method);        /* what it is */
-KR_API const char      *kr_method_conserves(const kr_method *method);   /* to rounding */
-KR_API const char      *kr_method_reference(const kr_method *method);
-KR_API int              kr_method_order(const kr_method *method);       /* 0: chosen on the way */
-KR_API unsigned         kr_method_flags(const kr_method *method);
-KR_API int              kr_method_applies(const kr_method *method, const kr_body *body);    /* under any gravity */
-KR_API int              kr_method_suits(const kr_method *method, const kr_scene *scene);    /* under this one */
+KR_API const kr_method *kr_method_find(const char *name); /* NULL if unknown */
+KR_API const char *kr_method_name(const kr_method *method);
+KR_API const char *kr_method_text(const kr_method *method);      /* what it is */
+KR_API const char *kr_method_conserves(const kr_method *method); /* to rounding */
+KR_API const char *kr_method_reference(const kr_method *method);
+KR_API int kr_method_order(const kr_method *method); /* 0: chosen on the way */
+KR_API unsigned kr_method_flags(const kr_method *method);
+/* under any gravity */
+KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
+/* under this one */
+KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the grid is read by a
- * run of its own from the grid point before it. An adaptive method likewise takes the steps that it would take anyway.
- * So a state depends neither on what else was asked for nor on how the way there was divided. */
+/* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the
+ * grid is read by a run of its own from the grid point before it. An adaptive method likewise takes
+ * the steps that it would take anyway. So a state depends neither on what else was asked for nor on
+ * how the way there was divided. */
 typedef struct kr_config {
-    double  step;       /* the step, or the first step of an adaptive method (0: its own choice); negative: back in time [T] */
-    double  tol;        /* adaptive: local error of a step; implicit: residual; 0: the method's own */
-    int64_t max_steps;  /* 0: no limit */
-    int   (*poll)(void *context);       /* called at least every 256 steps and 1024 states; not 0: stop; may be NULL */
-    void   *context;
-    int     digits;     /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
-    int     leave_heading;      /* KR_HEADLESS, up to 16 digits: not 0 for states up to some turn about the vertical, sooner */
+    /* the step, or the first step of an adaptive method (0: its own choice); negative: back in
+     * time [T] */
+    double step;
+    /* adaptive: local error of a step; implicit: residual; 0: the method's own */
+    double tol;
+    int64_t max_steps; /* 0: no limit */
+    /* called at least every 256 steps and 1024 states; not 0: stop; may be NULL */
+    int (*poll)(void *context);
+    void *context;
+    /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
+    int digits;
+    /* KR_HEADLESS, up to 16 digits: not 0 for states up to some turn about the vertical, sooner */
+    int leave_heading;
 } kr_config;
-typedef struct kr_stats { int64_t steps, rejected, evaluations, iterations; } kr_stats;
+typedef struct kr_stats {
+    int64_t steps, rejected, evaluations, iterations;
+} kr_stats;
 typedef struct kr_top kr_top;
 
-KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config, kr_top **top);
-KR_API void      kr_top_free(kr_top *top);
+KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
+                               kr_top **top);
+KR_API void kr_top_free(kr_top *top);
 /* On failure the top stays at the last good state, not before where it was. */
-KR_API kr_status kr_top_step(kr_top *top);                      /* to the end of the method's next step */
-KR_API kr_status kr_top_advance(kr_top *top, double t);         /* to t */
-/* The states at t[0], t[1], ... in the direction of the step; `done` (may be NULL) counts those that are good. */
-KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[], size_t *done);
-/* The same, and what the doubles leave out: out + low has as many digits as were asked for; `t` of low is 0. */
-KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[], kr_state low[], size_t *done);
+/* to the end of the method's next step */
+KR_API kr_status kr_top_step(kr_top *top);
+KR_API kr_status kr_top_advance(kr_top *top, double t); /* to t */
+/* The states at t[0], t[1], ... in the direction of the step; `done` (may be NULL) counts those
+ * that are good. */
+KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
+                               size_t *done);
+/* The same, and what the doubles leave out: out + low has as many digits as were asked for; `t` of
+ * low is 0. */
+KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
+                                   kr_state low[], size_t *done);
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-KR_API kr_state  kr_top_state(const kr_top *top);
-KR_API kr_state  kr_top_low(const kr_top *top);                 /* what kr_top_state leaves out */
-KR_API kr_stats  kr_top_stats(const kr_top *top);
-KR_API double    kr_top_time(const kr_top *top);                /* how far the method has come; `poll` may ask for it */
-KR_API const char *kr_top_kernel(const kr_top *top, int *order);        /* the instruction set, "" if any; the order in use */
+KR_API kr_state kr_top_state(const kr_top *top);
+KR_API kr_state kr_top_low(const kr_top *top); /* what kr_top_state leaves out */
+KR_API kr_stats kr_top_stats(const kr_top *top);
+/* how far the method has come; `poll` may ask for it */
+KR_API double kr_top_time(const kr_top *top);
+/* the instruction set, "" if any; the order in use */
+KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of the same body, gravity,
- * method and config (max_steps and poll may be others) it goes on from there with the same bits; with those of rounding
- * where taylor finds another kernel (all that have fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it
- * was, for anything else: what is damaged, of another version, or of another kind of machine. */
-KR_API size_t    kr_top_save_size(const kr_top *top);
+/* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
+ * the same body, gravity, method and config (max_steps and poll may be others) it goes on from
+ * there with the same bits; with those of rounding where taylor finds another kernel (all that have
+ * fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it was, for anything else:
+ * what is damaged, of another version, or of another kind of machine. */
+KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
-/* Events: where, on taylor's way, a function g of the state passes zero: a sum of terms factor * of * times, of q, what
- * is seen from space (the apex, m), from the frame of description (the others), and the spin about the apex. */
+/* Events: where, on taylor's way, a function g of the state passes zero: a sum of terms factor * of
+ * * times, of q, what is seen from space (the apex, m), from the frame of description (the others),
+ * and the spin about the apex. */
 typedef enum kr_quantity {
-    KR_ONE, KR_Q_W, KR_Q_X, KR_Q_Y, KR_Q_Z, KR_APEX_X, KR_APEX_Y, KR_APEX_Z, KR_M_X, KR_M_Y, KR_M_Z,
-    KR_VERTICAL_X, KR_VERTICAL_Y, KR_VERTICAL_Z, KR_BODY_VELOCITY_X, KR_BODY_VELOCITY_Y, KR_BODY_VELOCITY_Z,
-    KR_BODY_MOMENTUM_X, KR_BODY_MOMENTUM_Y, KR_BODY_MOMENTUM_Z, KR_SPIN, KR_QUANTITY_COUNT
+    KR_ONE,
+    KR_Q_W,
+    KR_Q_X,
+    KR_Q_Y,
+    KR_Q_Z,
+    KR_APEX_X,
+    KR_APEX_Y,
+    KR_APEX_Z,
+    KR_M_X,
+    KR_M_Y,
+    KR_M_Z,
+    KR_VERTICAL_X,
+    KR_VERTICAL_Y,
+    KR_VERTICAL_Z,
+    KR_BODY_VELOCITY_X,
+    KR_BODY_VELOCITY_Y,
+    KR_BODY_VELOCITY_Z,
+    KR_BODY_MOMENTUM_X,
+    KR_BODY_MOMENTUM_Y,
+    KR_BODY_MOMENTUM_Z,
+    KR_SPIN,
+    KR_QUANTITY_COUNT
 } kr_quantity;
-typedef struct kr_term { double factor; kr_quantity of, times; } kr_term;
-KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[]);
-/* Sign changes count; below 2^-50 of its terms' size, in the start of 2^-40, g cannot be told from zero. */
+typedef struct kr_term {
+    double factor;
+    kr_quantity of, times;
+} kr_term;
+KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
+                             const kr_term terms[]);
+/* Sign changes count; below 2^-50 of its terms' size, in the start of 2^-40, g cannot be told from
+ * zero. */
 typedef struct kr_event {
-    const kr_term *terms, *where;   /* g; only where this is positive (where_count 0: everywhere) */
+    const kr_term *terms, *where; /* g; only where this is positive (where_count 0: everywhere) */
     size_t count, where_count;
-    int extremum;                   /* not 0: of dg/dt in place of g, where g is largest or smallest */
-    int direction;                  /* 1: where g grows with time, or is smallest; -1: the other way; 0: both */
-    int side, sign;                 /* from here on the top's own */
+    /* not 0: of dg/dt in place of g, where g is largest or smallest */
+    int extremum;
+    /* 1: where g grows with time, or is smallest; -1: the other way; 0: both */
+    int direction;
+    int side, sign; /* from here on the top's own */
     int64_t piece;
     double mark, next;
 } kr_event;
-typedef struct kr_hit { ptrdiff_t which; int direction; } kr_hit;       /* index or -1: none; 1 or -1 */
-/* Look for these, which must outlive the top or the next call; the path is the same to the last bit. KR_ERR_METHOD for
- * other methods; without the heading only for what does not turn about the vertical. */
+/* index or -1: none; 1 or -1 */
+typedef struct kr_hit {
+    ptrdiff_t which;
+    int direction;
+} kr_hit;
+/* Look for these, which must outlive the top or the next call; the path is the same to the last
+ * bit. KR_ERR_METHOD for other methods; without the heading only for what does not turn about the
+ * vertical. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);   /* as kr_top_advance, to the next event at most */
+/* as kr_top_advance, to the next event at most */
+KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
 
-/* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top and of any body on
- * which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once; to read it needs no memory and cannot
- * fail: a time that is not finite gives a state of NaN. What follows `spin` is the plan's own. */
+/* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top
+ * and of any body on which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once;
+ * to read it needs no memory and cannot fail: a time that is not finite gives a state of NaN. What
+ * follows `spin` is the plan's own. */
 enum { KR_THETA_TERMS = 5 };
-typedef struct kr_theta { double even[KR_THETA_TERMS], odd[KR_THETA_TERMS]; } kr_theta;
-typedef struct kr_phase { double fast, slow, start, more; } kr_phase;
+typedef struct kr_theta {
+    double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
+} kr_theta;
+typedef struct kr_phase {
+    double fast, slow, start, more;
+} kr_phase;
 typedef struct kr_exact {
-    double period;      /* of the nutation, from lowest to lowest; INFINITY if the axis keeps its height [T] */
-    /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about the axis. Without
-     * torque: of the axis that circulates (the odd one of a symmetric body), taken on the momentum's side, about the
-     * momentum. At a pole that the axis passes it turns by half a turn either way, which counts as none. */
+    /* of the nutation, from lowest to lowest; INFINITY if the axis keeps its height [T] */
+    double period;
+    /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
+     * the axis. Without torque: of the axis that circulates (the odd one of a symmetric body),
+     * taken on the momentum's side, about the momentum. At a pole that the axis passes it turns by
+     * half a turn either way, which counts as none. */
     double precession, spin;
     double begin;
     int curve, framed;
@@ -228,20 +319,21 @@ typedef struct kr_exact {
     kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan);
-KR_API kr_state  kr_exact_state(const kr_exact *plan, double t);
+KR_API kr_state kr_exact_state(const kr_exact *plan, double t);
 /* The same bits, faster. */
-KR_API void      kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
+KR_API void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
 
-/* The k-th state of bobenko_suris, at once, k of either sign; its own period, precession and spin are in `curve`.
- * For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26 to a separatrix of the map at this step, where
- * double-double does not suffice. */
+/* The k-th state of bobenko_suris, at once, k of either sign; its own period, precession and spin
+ * are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26 to a
+ * separatrix of the map at this step, where double-double does not suffice. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;
     kr_theta pole;
 } kr_exact_map;
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
-KR_API kr_state  kr_exact_map_state(const kr_exact_map *map, int64_t k);        /* at start.t + k step */
+/* at start.t + k step */
+KR_API kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k);
 
 #ifdef __cplusplus
 }

@@ -1,14 +1,17 @@
-/* Changes of sign of a polynomial, none missed: in Bernstein's basis its coefficients enclose it and their differences
- * enclose its slope, so that an interval in which all are of one sign holds no root, or no turning point; any other is
- * halved (de Casteljau; Lane and Riesenfeld 1981), until its values cannot be told from zero. Signs count only where
- * rounding cannot have made them: two roots between which the polynomial stays below its noise are a touching and no
- * change of sign, and a zero at the border of two pieces is seen once, from the sign before to the sign after. */
+/* Changes of sign of a polynomial, none missed: in Bernstein's basis its coefficients enclose it
+ * and their differences enclose its slope, so that an interval in which all are of one sign holds
+ * no root, or no turning point; any other is halved (de Casteljau; Lane and Riesenfeld 1981), until
+ * its values cannot be told from zero. Signs count only where rounding cannot have made them: two
+ * roots between which the polynomial stays below its noise are a touching and no change of sign,
+ * and a zero at the border of two pieces is seen once, from the sign before to the sign after. */
 #include "roots.h"
 
 typedef enum outcome { NONE, FOUND, UNDECIDED } outcome;
 enum { MOST_STEPS = 60 };
-static const double RESOLUTION = 0x1p-54, NARROWEST = 0x1p-48;      /* of a root; of an interval that is halved, */
-static const double NARROW = 0x1p-5, TAIL = 0x1p-10;    /* while the last terms, this part of all, are left out */
+/* of a root; of an interval that is halved, */
+static const double RESOLUTION = 0x1p-54, NARROWEST = 0x1p-48;
+/* while the last terms, this part of all, are left out */
+static const double NARROW = 0x1p-5, TAIL = 0x1p-10;
 
 static double value(const double *c, int degree, double s)
 {
@@ -34,8 +37,10 @@ static double polish(const kr_search *r, double low, double high)
     for (int i = 0; i < MOST_STEPS; i++) {
         double slope;
         const double p = value_and_slope(r->c, r->degree, s, &slope), step = p / slope;
-        if (r->side * p > 0.0) low = s;
-        else high = s;
+        if (r->side * p > 0.0)
+            low = s;
+        else
+            high = s;
         if (p == 0.0 || fabs(step) <= RESOLUTION) break;
         s = s - step > low && s - step < high ? s - step : 0.5 * (low + high);
     }
@@ -51,8 +56,8 @@ static int take(kr_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Of one sign, as surely as its end; without a turning point; or zero as far as can be told. Either way its end tells
- * all that there is to know of it. */
+/* Of one sign, as surely as its end; without a turning point; or zero as far as can be told. Either
+ * way its end tells all that there is to know of it. */
 static int is_plain(const kr_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

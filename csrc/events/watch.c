@@ -1,20 +1,27 @@
-/* On from event to event. Floor 6. Each step is made as ever and then searched, so that the path does not know of it;
- * every event keeps the next place found in the last step, and is searched again from there when that has passed. */
+/* On from event to event. Floor 6. Each step is made as ever and then searched, so that the path
+ * does not know of it; every event keeps the next place found in the last step, and is searched
+ * again from there when that has passed. */
 #include "roots.h"
 #include "terms.h"
 
-/* Parts of the function's size: what rounding makes; what a start may be off the event that it was put on. */
+/* Parts of the function's size: what rounding makes; what a start may be off the event that it was
+ * put on. */
 static const double unsure = 0x1p-50, at_start = 0x1p-40;
 
-static double clock_at(const kr_top *top, double t) { return (t - top->scene.start.t) / top->time; }
+static double clock_at(const kr_top *top, double t)
+{
+    return (t - top->scene.start.t) / top->time_unit;
+}
 /* The user's time at a clock in the last step, rounded so that it lies there too. */
 static double time_at(const kr_top *top, double clock)
 {
-    const double t = top->scene.start.t + clock * top->time;
-    return top->forward * (clock_at(top, t) - top->main.clock) > 0.0 ? nextafter(t, top->scene.start.t) : t;
+    const double t = top->scene.start.t + clock * top->time_unit;
+    return top->forward * (clock_at(top, t) - top->main.clock) > 0.0
+               ? nextafter(t, top->scene.start.t)
+               : t;
 }
 
-static int turns(kr_quantity id)        /* with the top about the vertical */
+static int turns(kr_quantity id) /* with the top about the vertical */
 {
     return (id >= KR_Q_W && id <= KR_M_Y) && id != KR_APEX_Z;
 }
@@ -23,7 +30,8 @@ static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const k
     if (!terms) return 0;
     for (size_t i = 0; i < n; i++) {
         const unsigned of = (unsigned)terms[i].of, times = (unsigned)terms[i].times;
-        if (of >= KR_QUANTITY_COUNT || times >= KR_QUANTITY_COUNT || !isfinite(terms[i].factor)) return 0;
+        if (of >= KR_QUANTITY_COUNT || times >= KR_QUANTITY_COUNT || !isfinite(terms[i].factor))
+            return 0;
         if (top->main.leave_heading && (turns(terms[i].of) || turns(terms[i].times))) return 0;
     }
     const double size = kr_terms_size(top, piece, n, terms);
@@ -39,7 +47,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
         const kr_event *e = &events[i];
         if (e->direction < -1 || e->direction > 1) return KR_ERR_ARGUMENT;
         if (!are_terms(top, &piece, e->count, e->terms)) return KR_ERR_ARGUMENT;
-        if (e->where_count > 0 && !are_terms(top, &piece, e->where_count, e->where)) return KR_ERR_ARGUMENT;
+        if (e->where_count > 0 && !are_terms(top, &piece, e->where_count, e->where))
+            return KR_ERR_ARGUMENT;
     }
     for (size_t i = 0; i < n; i++) events[i].piece = -1;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
@@ -53,8 +62,10 @@ static void find(const kr_top *top, const kr_piece *piece, kr_event *e)
 {
     double c[KR_TERMS_ROOM];
     const double size = kr_terms_size(top, piece, e->count, e->terms);
-    const int degree = kr_terms_polynomial(top, piece, e, c), turn = e->extremum || top->forward > 0.0 ? 1 : -1;
-    kr_search search = {c, degree, unsure * size, at_start * size, e->side, e->mark, 0.0, 0, 0.0, 0.0};
+    const int degree = kr_terms_polynomial(top, piece, e, c),
+              turn = e->extremum || top->forward > 0.0 ? 1 : -1;
+    kr_search search = {c,   degree, unsure * size, at_start * size, e->side, e->mark, 0.0, 0,
+                        0.0, 0.0};
     e->sign = 0;
     while (!e->sign && kr_roots_next(&search))
         if (turn * search.side * e->direction >= 0) e->sign = turn * search.side;
@@ -68,19 +79,22 @@ static void scan(const kr_top *top, const kr_piece *piece, kr_event *e)
     e->mark = 0.0;
     if (e->piece != top->k - 1 || e->sign) {
         e->side = 0;
-        e->mark = fmax(0.0, (clock_at(top, top->asked) - piece->begin) / (piece->end - piece->begin));
+        e->mark =
+            fmax(0.0, (clock_at(top, top->asked) - piece->begin) / (piece->end - piece->begin));
     }
     e->piece = top->k;
     find(top, piece, e);
 }
-/* The first place of any event in the last step, not before where the top is; NULL if there is none. */
+/* The first place of any event in the last step, not before where the top is; NULL if there is
+ * none. */
 static kr_event *earliest(const kr_top *top, const kr_piece *piece)
 {
     kr_event *first = NULL;
     for (size_t i = 0; i < top->watched; i++) {
         kr_event *e = &top->events[i];
         scan(top, piece, e);
-        while (e->sign && top->forward * (time_at(top, e->next) - top->asked) < 0.0) find(top, piece, e);
+        while (e->sign && top->forward * (time_at(top, e->next) - top->asked) < 0.0)
+            find(top, piece, e);
         if (e->sign && (!first || top->forward * (e->next - first->next) < 0.0)) first = e;
     }
     return first;
@@ -97,7 +111,8 @@ static kr_status seek_in_step(kr_top *top, double t, kr_hit *hit)
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (!e->where_count || kr_terms_value(&top->scene, &top->now, e->where_count, e->where) > 0.0) {
+        if (!e->where_count ||
+            kr_terms_value(&top->scene, &top->now, e->where_count, e->where) > 0.0) {
             hit->which = e - top->events;
             hit->direction = e->sign;
         }

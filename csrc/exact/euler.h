@@ -1,21 +1,26 @@
-/* Set-up of the free top's closed form, in the frame that has m along e3 and the circulated extreme axis along -e3:
- * u = -a.e3 = c dn(x), and alpha, beta are theta1, theta4 (nome q^2) with one common rate
+/* Set-up of the free top's closed form, in the frame that has m along e3 and the circulated extreme
+ * axis along -e3: u = -a.e3 = c dn(x), and alpha, beta are theta1, theta4 (nome q^2) with one
+ * common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3, p0^2 = 1/c^2,  or the same from the other side for small c.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| come from sums of one sign. (Jacobi 1849; Whittaker, Dynamics, 69.) */
+ * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| come from sums of one sign. (Jacobi 1849; Whittaker,
+ * Dynamics, 69.) */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
-#include "../trig.h"
+#include "numbers/trig.h"
 #include "phase.h"
 #include "theta.h"
 
-typedef struct body_axes {           /* I1, I2, I3 with 2 the intermediate, 3 the circulated; M in that frame, M3 >= 0 */
-    dd inertia[3], momentum[3], square;     /* [M L^2], [M L^2 T^-1], m^2 */
-    dd d1, d3, dm;                          /* see above; dm: distance from the separatrix */
-    double sense;                           /* 1 if axis 3 is the largest moment, -1 if it is the smallest */
-    kr_quat turn;                           /* the frame's attitude in the body */
+/* I1, I2, I3 with 2 the intermediate, 3 the circulated; M in that frame, M3 >= 0 */
+typedef struct body_axes {
+    dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
+    dd d1, d3, dm;                      /* see above; dm: distance from the separatrix */
+    /* 1 if axis 3 is the largest moment, -1 if it is the smallest */
+    double sense;
+    kr_quat turn; /* the frame's attitude in the body */
 } body_axes;
 
-/* The turn that carries e3 to axis k, e2 to axis 'middle' up to sign, and reverses e1 and e3 if asked. */
+/* The turn that carries e3 to axis k, e2 to axis 'middle' up to sign, and reverses e1 and e3 if
+ * asked. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -23,7 +28,12 @@ static kr_quat frame_of(int k, int middle, int reverse)
     if (middle == (k + 1) % 3) q = q_mul(q, q4(r, v3(0.0, 0.0, r)));
     return reverse ? q_mul(q, q4(0.0, v3(0.0, 1.0, 0.0))) : q;
 }
-static void swap(int *a, int *b) { const int t = *a; *a = *b; *b = t; }
+static void swap(int *a, int *b)
+{
+    const int t = *a;
+    *a = *b;
+    *b = t;
+}
 
 static body_axes axes_of(const double inertia[3], const dd m[3])
 {
@@ -33,13 +43,15 @@ static body_axes axes_of(const double inertia[3], const dd m[3])
     if (inertia[low] > inertia[middle]) swap(&low, &middle);
     if (inertia[middle] > inertia[high]) swap(&middle, &high);
     if (inertia[low] > inertia[middle]) swap(&low, &middle);
-    const dd more = two_sum(inertia[high], -inertia[middle]), less = two_sum(inertia[middle], -inertia[low]);
+    const dd more = two_sum(inertia[high], -inertia[middle]),
+             less = two_sum(inertia[middle], -inertia[low]);
     const dd above = dd_div(dd_mul(dd_square(m[high]), more), dd_of(inertia[high]));
     const dd below = dd_div(dd_mul(dd_square(m[low]), less), dd_of(inertia[low]));
     r.sense = dd_less(above, below) ? -1.0 : 1.0;
     r.dm = dd_abs(dd_sub(above, below));
     if (r.sense < 0.0) swap(&low, &high);
-    const int reverse = m[high].hi < 0.0, odd = middle == (high + 1) % 3, index[3] = {low, middle, high};
+    const int reverse = m[high].hi < 0.0, odd = middle == (high + 1) % 3,
+              index[3] = {low, middle, high};
     const double sign[3] = {reverse ? -1.0 : 1.0, odd ? -1.0 : 1.0, reverse ? -1.0 : 1.0};
     for (int i = 0; i < 3; i++) {
         r.inertia[i] = dd_of(inertia[index[i]]);
@@ -55,14 +67,16 @@ static body_axes axes_of(const double inertia[3], const dd m[3])
     r.turn = frame_of(high, middle, reverse);
     return r;
 }
-static kr_quat towards_e3(kr_vec3 m)                        /* a turn that carries m to e3 */
+static kr_quat towards_e3(kr_vec3 m) /* a turn that carries m to e3 */
 {
     const double h = v_length(m) + fabs(m.z);
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Where alpha and beta keep their size: at rest, about a principal axis, or of a body with two equal moments. */
-static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd square, kr_quat q, kr_quat left)
+/* Where alpha and beta keep their size: at rest, about a principal axis, or of a body with two
+ * equal moments. */
+static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd square, kr_quat q,
+                  kr_quat left)
 {
     const dd size = dd_sqrt(square);
     int k = 2, still = 0;
@@ -72,7 +86,8 @@ static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd squ
     const dd across = dd_of(still >= 2 ? inertia[k] : inertia[(k + 1) % 3]);
     if (still < 2 && inertia[(k + 1) % 3] != inertia[(k + 2) % 3]) return 0;
     const dd turn = dd_half(dd_div(size, across));
-    const dd spin = dd_half(dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
+    const dd spin = dd_half(
+        dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
     const kr_quat axis = frame_of(k, (k + 2) % 3, 0);
     steady_plan(plan, q_mul(q_mul(q_conj(left), q), axis), dd_add(turn, spin), dd_sub(turn, spin));
     set_frame(plan, left, q_conj(axis));
@@ -92,29 +107,34 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-static void euler_series(kr_exact *plan, const body_axes *a, double c2, double flat, dd k2, double kp2, dd average)
+static void euler_series(kr_exact *plan, const body_axes *a, double c2, double flat, dd k2,
+                         double kp2, dd average)
 {
-    const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2), quarter = sqrt(sqrt(kp));
+    const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
+                 quarter = sqrt(sqrt(kp));
     const double T = theta_stretch(plan, dd_twice(average), k2), limit = 0.25 * pi * T;
     const double b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const double y = -a->sense * fmin(average.hi * b, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
-    const double above = sqrt(0.5 * (1.0 + c)), below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
+    const double above = sqrt(0.5 * (1.0 + c)),
+                 below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
     plan->curve = dual ? EULER_DUAL : EULER;
     plan->slope[0] = plan->slope[1] = -y * shrink / pi;
     plan->alpha = theta_series(THETA1, nome, y * shrink, dual);
     plan->beta = theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
     if (dual) {
         const kr_theta pole = theta_series(THETA4, nome, y * shrink, 1);
-        theta_scale(&plan->alpha, below * 2.0 * sqrt(sqrt(nome)) / quarter / theta_at(pole.even, 0.0));
+        theta_scale(&plan->alpha,
+                    below * 2.0 * sqrt(sqrt(nome)) / quarter / theta_at(pole.even, 0.0));
         theta_scale(&plan->beta, above / theta_at(plan->beta.even, 0.0));
     } else {
         theta_scale(&plan->alpha, below / theta_at(plan->alpha.even, 1.0));
         theta_scale(&plan->beta, above * quarter / theta_at(plan->beta.even, 0.0));
     }
 }
-static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)         /* x0 from M1 : M2 = cn : sn */
+/* x0 from M1 : M2 = cn : sn */
+static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double way = a->sense < 0.0 ? -1.0 : 1.0;
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
@@ -126,13 +146,17 @@ static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double
 }
 static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
 {
-    const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])), i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
-    const dd i21 = dd_abs(dd_sub(a->inertia[1], a->inertia[0])), den = dd_mul(i32, a->d1), least = dd_of(1e-36);
+    const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
+             i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
+    const dd i21 = dd_abs(dd_sub(a->inertia[1], a->inertia[0])), den = dd_mul(i32, a->d1),
+             least = dd_of(1e-36);
     const dd k2 = dd_max(dd_div(dd_mul(i21, a->d3), den), least);
     const dd kp2 = dd_max(dd_div(dd_mul(i31, a->dm), den), least);
-    const dd c2 = dd_div(dd_mul(a->inertia[2], a->d1), dd_mul(i31, a->square));     /* c^2 and 1 - c^2 */
+    /* c^2 and 1 - c^2 */
+    const dd c2 = dd_div(dd_mul(a->inertia[2], a->d1), dd_mul(i31, a->square));
     const dd flat = dd_max(dd_div(dd_mul(a->inertia[0], a->d3), dd_mul(i31, a->square)), least);
-    const dd lambda = dd_sqrt(dd_div(den, dd_mul(dd_mul(a->inertia[0], a->inertia[1]), a->inertia[2])));
+    const dd lambda =
+        dd_sqrt(dd_div(den, dd_mul(dd_mul(a->inertia[0], a->inertia[1]), a->inertia[2])));
     const kr_quat turn = q_mul(a->turn, q4(0.0, v3(1.0, 0.0, 0.0)));
     const kr_quat target = q_mul(q_mul(q_conj(left), q), turn);
     dd mean;
@@ -144,13 +168,15 @@ static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
     phase_start(&plan->nutation, dd_of(euler_start(a, i31, i32, kp2.hi, mean.hi)));
     factors_at(plan, 0.0, f);
     plan->first = plan->second = phase_of(k);
-    const dd first = turns_between(f[0], f[1], target.w, target.z), second = turns_between(f[2], f[3], target.x, target.y);
+    const dd first = turns_between(f[0], f[1], target.w, target.z),
+             second = turns_between(f[2], f[3], target.x, target.y);
     phase_start(&plan->first, first);
     phase_start(&plan->second, first);
-    sin_cos(pi * dd_sub(second, first).hi, &s, &c);         /* beta's lead is the frame's */
-    set_frame(plan, q_mul(left, q4(c, v3(0.0, 0.0, s))), q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
+    sin_cos(pi * dd_sub(second, first).hi, &s, &c); /* beta's lead is the frame's */
+    set_frame(plan, q_mul(left, q4(c, v3(0.0, 0.0, s))),
+              q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(plan, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
-    plan->spin = -plan->spin;   /* the circulating axis lies along -e3 */
+    plan->spin = -plan->spin; /* the circulating axis lies along -e3 */
 }
 static kr_exact euler_plan(const exact_top *top)
 {

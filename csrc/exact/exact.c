@@ -1,42 +1,43 @@
-/* The closed form on the widest instruction set that this processor has. Floor 3. */
-#include "set.h"
+/* The closed form of the Lagrange top, and of any body on which no torque acts: no steps, and no
+ * error that grows. A step goes wherever it is asked to; one without an end is a nutation's. (Klein
+ * and Sommerfeld, Theorie des Kreisels; Jacobi 1849 for the free body.) Keeps everything. */
+#include "dispatch.h"
+#include "method.h"
 
-const kr_exact_set *kr_exact_set_at(int i)
+static const kr_exact *plan_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
+
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    static const kr_exact_set sets[] = {
-#ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_many_avx512},
-        {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_many_avx2},
-#endif
-        {"base", kr_has_base, &kr_exact_one_base, kr_exact_many_base},
-    };
-    return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
+    (void)start; /* rounded on its way to working axes */
+    return kr_exact_own(motion->scene, (kr_exact *)motion->work);
 }
-static const kr_exact_set *here(void)
+static kr_status step(kr_motion *motion, double until)
 {
-    int i = 0;
-    while (!kr_exact_set_at(i)->runs_here()) i++;
-    return kr_exact_set_at(i);
+    const double period = plan_of(motion)->period, own = isfinite(period) ? period : 1.0;
+    motion->clock =
+        isfinite(until) ? until : motion->clock + (motion->step != 0.0 ? motion->step : own);
+    motion->stats.evaluations++;
+    return KR_OK;
 }
-kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan)
+static void at(kr_motion *motion, double clock, kr_state *s)
 {
-    return plan ? here()->one->plan(scene, 0, plan) : KR_ERR_ARGUMENT;
+    *s = kr_exact_state(plan_of(motion), clock);
 }
-kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan) { return here()->one->plan(scene, 1, plan); }
-kr_state kr_exact_state(const kr_exact *plan, double t) { return here()->one->state(plan, t); }
-void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[])
+static void read(const kr_motion *motion, kr_state *s)
 {
-    here()->many(plan, n, t, out);
+    *s = kr_exact_state(plan_of(motion), motion->clock);
 }
-static const kr_exact_maps *maps_here(void)
-{
-#ifdef KR_X86
-    if (kr_has_avx2()) return &kr_exact_maps_avx2;
-#endif
-    return &kr_exact_maps_base;
-}
-kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
-{
-    return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
-}
-kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k) { return maps_here()->state(map, k); }
+
+const kr_method kr_method_exact = {
+    .name = "exact",
+    .text = "closed form by theta functions",
+    .conserves = "all integrals",
+    .reference = "Klein and Sommerfeld 1897; Jacobi 1849",
+    .order = 0,
+    .flags = KR_ADAPTIVE | KR_DENSE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
+    .work = sizeof(kr_exact) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
+    .at = at,
+};

@@ -1,26 +1,28 @@
-/* Set-up of the Lagrange top's closed form. U = potential u, u = a.e3, W = m / I1, g = 2 potential / I1.
- * Nutation: (du/dt)^2 = g (u - u1)(u - u2)(u - u3), u1 <= u <= u2 <= 1 <= u3. Whatever grows with time - nu = pi n / 2K
- * and the rates k1, k2 - and the roots for it are computed in double-double from differences that do not cancel; the
- * inertia about the axis adds a constant spin only. */
+/* Set-up of the Lagrange top's closed form. U = potential u, u = a.e3, W = m / I1, g = 2 potential
+ * / I1. Nutation: (du/dt)^2 = g (u - u1)(u - u2)(u - u3), u1 <= u <= u2 <= 1 <= u3. Whatever grows
+ * with time - nu = pi n / 2K and the rates k1, k2 - and the roots for it are computed in
+ * double-double from differences that do not cancel; the inertia about the axis adds a constant
+ * spin only. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
 #include "theta.h"
 
-typedef struct motion {         /* of the start; [T^-1] and [T^-2] */
+typedef struct motion { /* of the start; [T^-1] and [T^-2] */
     dd w[3], g, w_square;
-    dd a[3];                    /* the axis */
-    dd plus, minus;             /* 1 + u0, 1 - u0, straight from the quaternion */
-    dd sum, difference;         /* W.e3 + W.a, W.e3 - W.a */
-    dd climb;                   /* du/dt */
+    dd a[3];            /* the axis */
+    dd plus, minus;     /* 1 + u0, 1 - u0, straight from the quaternion */
+    dd sum, difference; /* W.e3 + W.a, W.e3 - W.a */
+    dd climb;           /* du/dt */
 } motion;
 
-typedef struct turning {        /* distances of the turning heights from the start, from the poles, from each other */
-    dd down, up;                /* u0 - u1, u2 - u0 */
-    dd third;                   /* g (u3 - u0) */
-    dd span, g31, g32;          /* u2 - u1, g (u3 - u1), g (u3 - u2) */
-    dd plus1, plus2, minus1, minus2;            /* 1 + u1, 1 + u2, 1 - u1, 1 - u2 */
-    dd plus3, minus3;                           /* g (u3 + 1), g (u3 - 1) */
+/* distances of the turning heights from the start, from the poles, from each other */
+typedef struct turning {
+    dd down, up;                     /* u0 - u1, u2 - u0 */
+    dd third;                        /* g (u3 - u0) */
+    dd span, g31, g32;               /* u2 - u1, g (u3 - u1), g (u3 - u2) */
+    dd plus1, plus2, minus1, minus2; /* 1 + u1, 1 + u2, 1 - u1, 1 - u2 */
+    dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
 } turning;
 
 static motion motion_of(const exact_top *top, dd i1)
@@ -39,13 +41,16 @@ static motion motion_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* u3 stands alone: the cubic about the start, in v = u - u0 and V = g v, where u1 and u2 may be close to u0. */
+/* u3 stands alone: the cubic about the start, in v = u - u0 and V = g v, where u1 and u2 may be
+ * close to u0. */
 static void about_start(const motion *s, const dd c[3], double guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = polish(dd_of(1.0), scaled, guess);
-    const dd product = dd_div(c[0], r->third), b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r->third);
-    r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));     /* v^2 - b v - product = 0, product >= 0 */
+    const dd product = dd_div(c[0], r->third),
+             b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    /* v^2 - b v - product = 0, product >= 0 */
+    r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     if (b.hi > 0.0) {
         r->up = dd_half(dd_add(r->span, b));
         r->down = r->up.hi > 0.0 ? dd_div(product, r->up) : dd_of(0.0);
@@ -68,7 +73,8 @@ static void about_top(const motion *s, double guess, turning *r)
     const dd c[3] = {dd_neg(dd_square(s->difference)), dd_times(-2.0, dd_add(wh, tilt)),
                      dd_sub(dd_mul(s->g, dd_add(dd_of(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(polish(s->g, c, guess - s->minus.hi));
-    const dd e0 = dd_div(c[0], r->minus1), e1 = dd_div(dd_sub(c[1], e0), r->minus1);  /* g s^2 + e1 s + e0, e0 <= 0 */
+    /* g s^2 + e1 s + e0, e0 <= 0 */
+    const dd e0 = dd_div(c[0], r->minus1), e1 = dd_div(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(s->g, e0))));
     if (e1.hi <= 0.0) {
         r->minus3 = dd_half(dd_sub(r->g32, e1));
@@ -84,29 +90,37 @@ static void about_top(const motion *s, double guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Small distances from exact products: (W.e3 + W.a)^2 = (1+u1)(1+u2) g(1+u3), (du/dt)^2 = down up third, ... */
+/* Small distances from exact products: (W.e3 + W.a)^2 = (1+u1)(1+u2) g(1+u3), (du/dt)^2 = down up
+ * third, ... */
 static void sharpen(const motion *s, turning *r, int top)
 {
-    const dd plus = dd_square(s->sum), minus = dd_square(s->difference), climb = dd_square(s->climb);
-    const dd level = dd_of(1e-36);                          /* far below rounding: keeps logarithms finite */
+    const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
+             climb = dd_square(s->climb);
+    /* far below rounding: keeps logarithms finite */
+    const dd level = dd_of(1e-36);
     if (!top && r->third.hi > 0.0) {
-        if (r->down.hi > r->up.hi) r->up = dd_div(climb, dd_mul(r->down, r->third));
-        else if (r->up.hi > 0.0) r->down = dd_div(climb, dd_mul(r->up, r->third));
+        if (r->down.hi > r->up.hi)
+            r->up = dd_div(climb, dd_mul(r->down, r->third));
+        else if (r->up.hi > 0.0)
+            r->down = dd_div(climb, dd_mul(r->up, r->third));
     }
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
     r->plus1 = dd_div(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
     if (top) {
-        if (s->g.hi * r->minus2.hi < r->minus3.hi) r->minus2 = dd_div(minus, dd_mul(r->minus1, r->minus3));
-        else if (r->minus2.hi > 0.0) r->minus3 = dd_div(minus, dd_mul(r->minus1, r->minus2));
+        if (s->g.hi * r->minus2.hi < r->minus3.hi)
+            r->minus2 = dd_div(minus, dd_mul(r->minus1, r->minus3));
+        else if (r->minus2.hi > 0.0)
+            r->minus3 = dd_div(minus, dd_mul(r->minus1, r->minus2));
     }
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(1e-240, r->g31));
 }
 static turning turning_heights(const motion *s)
 {
-    const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),        /* W x a, horizontal */
+    /* W x a, horizontal */
+    const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),
                      dd_sub(dd_mul(s->w[2], s->a[0]), dd_mul(s->w[0], s->a[2]))};
     const dd flat = dd_add(dd_square(s->a[0]), dd_square(s->a[1]));
     const dd twist = dd_sub(dd_mul(b[0], s->w[1]), dd_mul(b[1], s->w[0]));
@@ -115,24 +129,29 @@ static turning turning_heights(const motion *s)
     int top;
     const double guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
     turning r;
-    if (top) about_start(s, c, guess, &r);
-    else about_top(s, guess / s->g.hi, &r);
+    if (top)
+        about_start(s, c, guess, &r);
+    else
+        about_top(s, guess / s->g.hi, &r);
     sharpen(s, &r, top);
     return r;
 }
-/* nu, k1, k2. k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n with p0^2 = (1 + u3)/(u3 - u1), and for the upper pole
- * likewise with 1 - u; where u3 is nearer to that pole than u2, or the other way round, the larger p0 is taken. */
+/* nu, k1, k2. k1 = (W.e3 + W.a) / (4 (1 + u3)) sum Q_n with p0^2 = (1 + u3)/(u3 - u1), and for the
+ * upper pole likewise with 1 - u; where u3 is nearer to that pole than u2, or the other way round,
+ * the larger p0 is taken. */
 static dd lagrange_rates(const motion *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_div(r->g32, r->g31));
     const int far = r->minus3.hi >= s->g.hi * r->minus2.hi;
-    const dd p[2] = {dd_div(r->plus3, r->g31), far ? dd_div(r->minus3, r->g31) : dd_div(r->minus2, r->minus1)};
+    const dd p[2] = {dd_div(r->plus3, r->g31),
+                     far ? dd_div(r->minus3, r->g31) : dd_div(r->minus2, r->minus1)};
     dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
     *k1 = dd_div(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_times(4.0, r->plus3));
     if (far) {
-        *k2 = r->minus3.hi > 0.0 ? dd_div(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_times(-4.0, r->minus3))
-                                 : dd_of(0.0);
+        *k2 = r->minus3.hi > 0.0
+                  ? dd_div(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_times(-4.0, r->minus3))
+                  : dd_of(0.0);
     } else {
         const dd extra = dd_half(dd_mul(dd_div(r->span, r->minus2), sum[1]));
         *k2 = dd_div(dd_mul(dd_half(s->difference), dd_add(dd_of(1.0), extra)), r->minus1);
@@ -140,22 +159,29 @@ static dd lagrange_rates(const motion *s, const turning *r, dd *nu, dd *k1, dd *
     }
     return mean;
 }
-/* Theta series of alpha, beta and the horizontal momentum; sizes by |alpha|^2 = (1 + u)/2, |beta|^2 = (1 - u)/2. */
-static void lagrange_series(kr_exact *plan, const motion *s, const turning *r, double i1, dd average)
+/* Theta series of alpha, beta and the horizontal momentum; sizes by |alpha|^2 = (1 + u)/2, |beta|^2
+ * = (1 - u)/2. */
+static void lagrange_series(kr_exact *plan, const motion *s, const turning *r, double i1,
+                            dd average)
 {
-    const double pi = 3.14159265358979323846, kp = sqrt(r->g32.hi / r->g31.hi), third = r->g31.hi, mean = average.hi;
+    const double pi = 3.14159265358979323846, kp = sqrt(r->g32.hi / r->g31.hi), third = r->g31.hi,
+                 mean = average.hi;
     const dd k2 = dd_max(dd_div(dd_mul(s->g, r->span), r->g31), dd_of(1e-36));
     const double T = theta_stretch(plan, average, k2);
-    const double d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi, m2 = r->minus2.hi;
+    const double d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi,
+                 m2 = r->minus2.hi;
     const double m32 = m1 * r->g32.hi, limit = 0.5 * pi * T, up = s->sum.hi < 0.0 ? -1.0 : 1.0;
     const double down = s->difference.hi < 0.0 ? -1.0 : 1.0;
     const double b1 = sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
     const double b2 = sqrt(m2 * third / m32) * elliptic_rf(d * r->minus3.hi / m32, d / m1, 1.0);
     const double y1 = -up * fmin(mean * b1, limit), y2 = -down * fmin(mean * b2, limit);
     const int dual = T < 1.0;
-    const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0, quarter = sqrt(sqrt(nome));
-    const double at0 = -0.5 * (sqrt(m1 * p2 * r->plus3.hi) - up * down * sqrt(p1 * m2 * r->minus3.hi));
-    const double at1 = -0.5 * (sqrt(p2 * m1 * r->minus3.hi) - up * down * sqrt(m2 * p1 * r->plus3.hi));
+    const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0,
+                 quarter = sqrt(sqrt(nome));
+    const double at0 =
+        -0.5 * (sqrt(m1 * p2 * r->plus3.hi) - up * down * sqrt(p1 * m2 * r->minus3.hi));
+    const double at1 =
+        -0.5 * (sqrt(p2 * m1 * r->minus3.hi) - up * down * sqrt(m2 * p1 * r->plus3.hi));
     const int low = fabs(at0) >= fabs(at1);
     double f[6];
     plan->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
@@ -166,11 +192,14 @@ static void lagrange_series(kr_exact *plan, const motion *s, const turning *r, d
     plan->horizontal = theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
     if (dual) {
         const kr_theta pole = theta_series(THETA4, nome, y1 * shrink, 1);
-        theta_scale(&plan->alpha, sqrt(0.5 * p2) * 2.0 * quarter / sqrt(kp) / theta_at(pole.even, 0.0));
+        theta_scale(&plan->alpha,
+                    sqrt(0.5 * p2) * 2.0 * quarter / sqrt(kp) / theta_at(pole.even, 0.0));
     } else
         theta_scale(&plan->alpha, sqrt(0.5 * p2) / theta_at(plan->alpha.even, 1.0));
-    theta_scale(&plan->beta, sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / theta_at(plan->beta.even, 0.0));
-    phase_start(&plan->nutation, dd_of(low ? 0.0 : 0.25));   /* the momentum's size where it is largest */
+    theta_scale(&plan->beta,
+                sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / theta_at(plan->beta.even, 0.0));
+    /* the momentum's size where it is largest */
+    phase_start(&plan->nutation, dd_of(low ? 0.0 : 0.25));
     factors_at(plan, 0.0, f);
     const double norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     plan->momentum = i1 * (low ? at0 : at1) * sqrt(norm) / length(f[4], f[5]);
@@ -179,21 +208,27 @@ static void lagrange_series(kr_exact *plan, const motion *s, const turning *r, d
 /* The phase of the start [turns], 0 .. 1/4, as a distance from the nearer turning height. */
 static dd place(const turning *r, double mean)
 {
-    const double low = r->down.hi / r->span.hi, high = fmax(r->up.hi / r->span.hi, r->down.hi > 0.0 ? 0.0 : 1.0);
-    const double dn = r->third.hi / r->g31.hi, kp = r->g32.hi / r->g31.hi, turn = mean / 6.283185307179586477;
+    const double low = r->down.hi / r->span.hi,
+                 high = fmax(r->up.hi / r->span.hi, r->down.hi > 0.0 ? 0.0 : 1.0);
+    const double dn = r->third.hi / r->g31.hi, kp = r->g32.hi / r->g31.hi,
+                 turn = mean / 6.283185307179586477;
     if (low * dn <= high) return dd_of(turn * sqrt(low) * elliptic_rf(high, dn, 1.0));
     return two_sum(0.25, -turn * sqrt(high / dn) * elliptic_rf(kp * low / dn, kp / dn, 1.0));
 }
-/* Where on the curve the start lies, and the two phases there. alpha, beta and the horizontal momentum have three
- * phases, one the sum of the others; each is poorly known where its size is near zero, so the two largest are used,
- * but the momentum's, which is known less well where it is nearly vertical, only if it is larger by far. */
-static void lagrange_start(kr_exact *plan, const motion *s, const turning *r, double i1, double mean, const exact_top *top)
+/* Where on the curve the start lies, and the two phases there. alpha, beta and the horizontal
+ * momentum have three phases, one the sum of the others; each is poorly known where its size is
+ * near zero, so the two largest are used, but the momentum's, which is known less well where it is
+ * nearly vertical, only if it is larger by far. */
+static void lagrange_start(kr_exact *plan, const motion *s, const turning *r, double i1,
+                           double mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
     const kr_quat q = rounded(p);
     const double mh = length(top->m.x, top->m.y);
-    const double top_square = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    const double size[3] = {length(q.w, q.z) / sqrt(0.5 * r->plus2.hi), length(q.x, q.y) / sqrt(0.5 * r->minus1.hi),
+    const double top_square =
+        s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
+    const double size[3] = {length(q.w, q.z) / sqrt(0.5 * r->plus2.hi),
+                            length(q.x, q.y) / sqrt(0.5 * r->minus1.hi),
                             mh > 0.0 ? mh / (i1 * sqrt(top_square)) : 0.0};
     double f[6];
     phase_start(&plan->nutation, s->climb.hi < 0.0 ? dd_neg(here) : here);
@@ -202,12 +237,15 @@ static void lagrange_start(kr_exact *plan, const motion *s, const turning *r, do
     const dd both = turns_between(sign * f[4], sign * f[5], top->m.x, top->m.y);
     dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
     dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
-    if (size[0] < size[1] && 2.0 * size[0] < size[2]) first = dd_sub(both, second);
-    else if (size[1] <= size[0] && 2.0 * size[1] < size[2]) second = dd_sub(both, first);
+    if (size[0] < size[1] && 2.0 * size[0] < size[2])
+        first = dd_sub(both, second);
+    else if (size[1] <= size[0] && 2.0 * size[1] < size[2])
+        second = dd_sub(both, first);
     phase_start(&plan->first, first);
     phase_start(&plan->second, second);
 }
-/* The axis rests at a pole. So does one that leans and moves by less than 1e-100: its squares would underflow. */
+/* The axis rests at a pole. So does one that leans and moves by less than 1e-100: its squares would
+ * underflow. */
 static int stands(const motion *s)
 {
     const double least = 1e-200, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

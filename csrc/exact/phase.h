@@ -1,17 +1,25 @@
 /* Phases and rates of a plan, and the frame around it; one state. Floor 3. */
 #ifndef KR_PHASE_H
 #define KR_PHASE_H
-#include "state.h"
+#include "kernel.h"
 
 static inline kr_state state_at(const kr_exact *e, double t)
 {
     const dd span = two_sum(t, -e->begin);
     kr_state r;
     switch (e->curve) {
-    case LAGRANGE: r = kernel(e, 0, 0, t, span); break;
-    case EULER: r = kernel(e, 0, 1, t, span); break;
-    case LAGRANGE_DUAL: r = kernel(e, 1, 0, t, span); break;
-    default: r = kernel(e, 1, 1, t, span); break;
+    case LAGRANGE:
+        r = kernel(e, 0, 0, t, span);
+        break;
+    case EULER:
+        r = kernel(e, 0, 1, t, span);
+        break;
+    case LAGRANGE_DUAL:
+        r = kernel(e, 1, 0, t, span);
+        break;
+    default:
+        r = kernel(e, 1, 1, t, span);
+        break;
     }
     if (e->framed) r.q = framed(e->frame, r.q);
     return r;
@@ -20,7 +28,8 @@ static inline kr_state state_at(const kr_exact *e, double t)
 static void factors_at(const kr_exact *e, double span, double out[6])
 {
     const int dual = e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
-    const factors f = theta_factors(e, dual, e->curve == EULER || e->curve == EULER_DUAL, dd_of(span));
+    const factors f =
+        theta_factors(e, dual, e->curve == EULER || e->curve == EULER_DUAL, dd_of(span));
     double s, c;
     sincos_turns(f.first, &s, &c);
     out[0] = f.a_re * c - f.a_im * s, out[1] = f.a_re * s + f.a_im * c;
@@ -34,7 +43,7 @@ static const double two_pi = 6.283185307179586477;
 
 static kr_phase phase_of(dd rate)
 {
-    const dd turn = dd_make(0.15915494309189534561, -9.839338337591243e-18);    /* 1 / 2 pi */
+    const dd turn = dd_make(0.15915494309189534561, -9.839338337591243e-18); /* 1 / 2 pi */
     const dd f = dd_mul(rate, turn);
     kr_phase r;
     r.fast = f.hi, r.slow = f.lo, r.start = r.more = 0.0;
@@ -46,7 +55,8 @@ static void phase_start(kr_phase *phase, dd start)
     const dd s = two_sum(1.0, start.hi - rint(start.hi));
     phase->start = s.hi, phase->more = s.lo + start.lo;
 }
-/* The argument of x + i y in turns: quarters exactly, the rest by an arc tangent of at most an eighth. */
+/* The argument of x + i y in turns: quarters exactly, the rest by an arc tangent of at most an
+ * eighth. */
 static dd turns_of(double y, double x)
 {
     const double ax = fabs(x), ay = fabs(y);
@@ -57,7 +67,8 @@ static dd turns_of(double y, double x)
 /* From the argument of (x, y) to that of (u, v), in turns. */
 static dd turns_between(double x, double y, double u, double v)
 {
-    const dd re = dd_add(two_product(u, x), two_product(v, y)), im = dd_sub(two_product(v, x), two_product(u, y));
+    const dd re = dd_add(two_product(u, x), two_product(v, y)),
+             im = dd_sub(two_product(v, x), two_product(u, y));
     return turns_of(im.hi, re.hi);
 }
 
@@ -65,7 +76,8 @@ static kr_quat rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[
 
 static dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
-    const dd up = dd_add(dd_square(q[0]), dd_square(q[3])), side = dd_add(dd_square(q[1]), dd_square(q[2]));
+    const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
+             side = dd_add(dd_square(q[1]), dd_square(q[2]));
     const dd scale = dd_div(dd_of(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
     *plus = dd_mul(scale, up);
     a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
@@ -82,17 +94,19 @@ static void turned_back(const dd q[4], const dd v[3], dd r[3])
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3, a = i + 1, b = j + 1, c = k + 1;
         const dd along = dd_sub(dd_add(p[0][0], p[a][a]), dd_add(p[b][b], p[c][c]));
-        const dd left = dd_twice(dd_add(p[a][b], p[0][c])), right = dd_twice(dd_sub(p[a][c], p[0][b]));
-        const dd turned = dd_add(dd_add(dd_mul(v[i], along), dd_mul(v[j], left)), dd_mul(v[k], right));
+        const dd left = dd_twice(dd_add(p[a][b], p[0][c])),
+                 right = dd_twice(dd_sub(p[a][c], p[0][b]));
+        const dd turned =
+            dd_add(dd_add(dd_mul(v[i], along), dd_mul(v[j], left)), dd_mul(v[k], right));
         r[i] = dd_div(turned, norm);
     }
 }
 
 static double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-/* Rates of x and of the phases of alpha and beta. theta1 and theta2 of x + i y wind about zero, too, against y: y and
- * slope are of opposite sign. A zero on the way counts half a turn either way, hence none. Euler's beta, a theta4, has
- * no zeros. */
+/* Rates of x and of the phases of alpha and beta. theta1 and theta2 of x + i y wind about zero,
+ * too, against y: y and slope are of opposite sign. A zero on the way counts half a turn either
+ * way, hence none. Euler's beta, a theta4, has no zeros. */
 static void set_rates(kr_exact *plan, double nu, double first, double second, int euler)
 {
     const double wind1 = sign_of(plan->slope[0]), wind2 = euler ? 0.0 : sign_of(plan->slope[1]);
@@ -100,7 +114,8 @@ static void set_rates(kr_exact *plan, double nu, double first, double second, in
     plan->precession = (first + second) + (wind1 + wind2) * nu;
     plan->spin = (first - second) + (wind1 - wind2) * nu;
 }
-/* alpha and beta of constant size that turn at constant rates: sleeping, hanging, at rest, symmetric and free. */
+/* alpha and beta of constant size that turn at constant rates: sleeping, hanging, at rest,
+ * symmetric and free. */
 static void steady_plan(kr_exact *plan, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -113,7 +128,8 @@ static void steady_plan(kr_exact *plan, kr_quat q, dd first, dd second)
     plan->alpha.even[0] = a;
     plan->beta.odd[0] = b;
     plan->period = INFINITY;
-    plan->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;         /* a vertical axis has only a spin */
+    /* a vertical axis has only a spin */
+    plan->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
     plan->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
 /* Gravity upwards: the same top seen from below, q -> i q. */

@@ -1,7 +1,8 @@
-/* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with the vectorizer of
- * loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
-#include "set.h"
-#include "state.h"
+/* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with
+ * the vectorizer of loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on
+ * (CMakeLists.txt). */
+#include "dispatch.h"
+#include "kernel.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
@@ -35,10 +36,14 @@ INLINE void write(const block *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* The same past the cache, where there will be more states than it holds: they would be read before they are written. */
+/* The same past the cache, where there will be more states than it holds: they would be read before
+ * they are written. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
-static int is_stream(size_t n, const kr_state out[]) { return n >= LARGE && (uintptr_t)out % 16 == 0; }
+static int is_stream(size_t n, const kr_state out[])
+{
+    return n >= LARGE && (uintptr_t)out % 16 == 0;
+}
 INLINE void stream(const block *b, int n, kr_state *out)
 {
     for (int i = 0; i < n; i++) {
@@ -58,13 +63,21 @@ INLINE void end_stream(void) {}
 /* At most a block. Rounded up to eights, so that compilers need no loop for a rest. */
 static void states(const kr_exact *plan, block *b, int count)
 {
-    const kr_exact e = *plan;                           /* a copy that no store can change */
+    const kr_exact e = *plan; /* a copy that no store can change */
     const int n = (count + 7) & ~7;
     switch (e.curve) {
-    case LAGRANGE: fill(&e, 0, 0, b, n); break;
-    case EULER: fill(&e, 0, 1, b, n); break;
-    case LAGRANGE_DUAL: fill(&e, 1, 0, b, n); break;
-    default: fill(&e, 1, 1, b, n); break;
+    case LAGRANGE:
+        fill(&e, 0, 0, b, n);
+        break;
+    case EULER:
+        fill(&e, 0, 1, b, n);
+        break;
+    case LAGRANGE_DUAL:
+        fill(&e, 1, 0, b, n);
+        break;
+    default:
+        fill(&e, 1, 1, b, n);
+        break;
     }
     if (e.framed) frame(&e, b, n);
 }
@@ -76,8 +89,10 @@ void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_st
         const int count = n - from < BLOCK ? (int)(n - from) : BLOCK;
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
         states(e, &b, count);
-        if (streams) stream(&b, count, out + from);
-        else write(&b, count, out + from);
+        if (streams)
+            stream(&b, count, out + from);
+        else
+            write(&b, count, out + from);
     }
     if (streams) end_stream();
 }

@@ -1,22 +1,25 @@
-/* Elliptic means by the arithmetic-geometric mean (DLMF 19.8.6: the complete integral of the third kind is
- * pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n)), Carlson's R_F by duplication, theta functions as polynomials. */
+/* Elliptic means by the arithmetic-geometric mean (DLMF 19.8.6: the complete integral of the third
+ * kind is pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n)), Carlson's R_F by duplication, theta functions
+ * as polynomials. */
 #ifndef KR_THETA_H
 #define KR_THETA_H
-#include "plan.h"
+#include "setup.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n: with e = (p^2 - a g)/(p^2 + a g)
+/* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n: with e = (p^2 - a
+ * g)/(p^2 + a g)
  *     a' = (a + g)/2,  g' = sqrt(a g),  p' = (p^2 + a g)/2p,  Q' = Q e/2.
- * Every step squares the distances, so the one after they fall below 1e-8 needs doubles only, and is the last. */
+ * Every step squares the distances, so the one after they fall below 1e-8 needs doubles only, and
+ * is the last. */
 static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const double enough = 1e-8;
     dd a = dd_of(1.0), g = kp, p[2], q[2];
     int again = 1;
-    double rest = 0.0;                                      /* (a - g)^2 / 4 a^2 */
+    double rest = 0.0; /* (a - g)^2 / 4 a^2 */
     for (int i = 0; i < n; i++) {
-        p[i] = start[i];                                    /* p_n^2 */
+        p[i] = start[i]; /* p_n^2 */
         q[i] = sum[i] = dd_of(1.0);
     }
     for (int step = 0; again && step < 100; step++) {
@@ -34,7 +37,7 @@ static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         a = mean;
         if (again) g = dd_sqrt(ag);
     }
-    for (int i = 0; i < n; i++) {                           /* a g = a^2 (1 - rest / 2) */
+    for (int i = 0; i < n; i++) { /* a g = a^2 (1 - rest / 2) */
         const dd square = dd_square(a);
         const double e = (dd_sub(p[i], square).hi + 0.5 * rest * square.hi) / (2.0 * square.hi);
         sum[i] = dd_add(sum[i], dd_times(0.5 * e, q[i]));
@@ -55,60 +58,73 @@ static inline double theta_stretch(kr_exact *plan, dd numerator, dd k2)
 {
     const double T = numerator.hi / elliptic_agm(1.0, sqrt(k2.hi));
     if (T < 1.0) {
-        const dd stretch = dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+        const dd stretch =
+            dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
         plan->stretch = stretch.hi;
         plan->stretch_rest = stretch.lo;
     }
     return T;
 }
-static double elliptic_rf(double x, double y, double z)            /* DLMF 19.36.1 */
+static double elliptic_rf(double x, double y, double z) /* DLMF 19.36.1 */
 {
     double mean = (x + y + z) / 3.0, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
         const double sx = sqrt(x), sy = sqrt(y), sz = sqrt(z), l = sx * (sy + sz) + sy * sz;
         if (fmax(fabs(mean - x), fmax(fabs(mean - y), fabs(mean - z))) < 4e-3 * mean) break;
-        x = 0.25 * (x + l); y = 0.25 * (y + l); z = 0.25 * (z + l);
+        x = 0.25 * (x + l);
+        y = 0.25 * (y + l);
+        z = 0.25 * (z + l);
         mean = 0.25 * (mean + l);
     }
-    dx = 1.0 - x / mean; dy = 1.0 - y / mean; dz = -(dx + dy);
+    dx = 1.0 - x / mean;
+    dy = 1.0 - y / mean;
+    dz = -(dx + dy);
     e2 = dx * dy - dz * dz;
     e3 = dx * dy * dz;
-    return (1.0 - e2 / 10.0 + e3 / 14.0 + e2 * e2 / 24.0 - 3.0 * e2 * e3 / 44.0 - 5.0 * e2 * e2 * e2 / 208.0 +
-            3.0 * e3 * e3 / 104.0 + e2 * e2 * e3 / 16.0) / sqrt(mean);
+    return (1.0 - e2 / 10.0 + e3 / 14.0 + e2 * e2 / 24.0 - 3.0 * e2 * e3 / 44.0 -
+            5.0 * e2 * e2 * e2 / 208.0 + 3.0 * e3 * e3 / 104.0 + e2 * e2 * e3 / 16.0) /
+           sqrt(mean);
 }
 
-/* The root of x^3 + c2 x^2 + c1 x + c0 (all real) that lies farthest from the others: at the top or at the bottom. */
+/* The root of x^3 + c2 x^2 + c1 x + c0 (all real) that lies farthest from the others: at the top or
+ * at the bottom. */
 static double lone_root(double c2, double c1, double c0, int *top)
 {
     const double square = c2 * c2 - 3.0 * c1, d = square > 0.0 ? sqrt(square) : 0.0;
-    const double r = d > 0.0 ? (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d) : 1.0;
+    const double r =
+        d > 0.0 ? (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d) : 1.0;
     *top = r >= 0.0;
     return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
 }
-/* Newton's method for lead x^3 + c[2] x^2 + c[1] x + c[0]; the slope need not be better than the start. */
+/* Newton's method for lead x^3 + c[2] x^2 + c[1] x + c[0]; the slope need not be better than the
+ * start. */
 static dd polish(dd lead, const dd c[3], double start)
 {
     const double slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi;
     dd x = dd_of(start);
     for (int i = 0; i < 2 && slope != 0.0; i++) {
-        const dd f = dd_add(dd_mul(dd_add(dd_mul(dd_add(dd_mul(lead, x), c[2]), x), c[1]), x), c[0]);
+        const dd f =
+            dd_add(dd_mul(dd_add(dd_mul(dd_add(dd_mul(lead, x), c[2]), x), c[1]), x), c[0]);
         x = dd_sub(x, dd_of(f.hi / slope));
     }
     return x;
 }
 
-/* sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / sin x cos x as polynomials in sin^2 x. */
+/* sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / sin x cos x as polynomials in sin^2
+ * x. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
-static const double COS_EVEN[][KR_THETA_TERMS] = {{1}, {1, -2}, {1, -8, 8}, {1, -18, 48, -32},
-                                                  {1, -32, 160, -256, 128}};
-static const double SIN_EVEN[][KR_THETA_TERMS] = {{0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
+static const double COS_EVEN[][KR_THETA_TERMS] = {
+    {1}, {1, -2}, {1, -8, 8}, {1, -18, 48, -32}, {1, -32, 160, -256, 128}};
+static const double SIN_EVEN[][KR_THETA_TERMS] = {
+    {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
 static void accumulate(double sum[], double weight, const double term[])
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) sum[i] += weight * term[i];
 }
-/* theta(x + i y); dual: theta(y + i x), times i for theta1. Without the common factor 2 q^{1/4} of theta1, theta2. */
+/* theta(x + i y); dual: theta(y + i x), times i for theta1. Without the common factor 2 q^{1/4} of
+ * theta1, theta2. */
 static kr_theta theta_series(enum theta which, double nome, double y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;

@@ -1,8 +1,10 @@
-/* GSL's Runge-Kutta pair of Prince and Dormand and its semi-implicit Bulirsch-Stoer method, as references, on
+/* GSL's Runge-Kutta pair of Prince and Dormand and its semi-implicit Bulirsch-Stoer method, as
+ * references, on
  *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
- * with the angular velocity W and the vertical P seen from the body. They keep nothing.
- * What gsl_odeiv2_evolve does is done here with GSL's own step and control: so the length of a step is exactly the
- * difference of the times at its ends, there may be no end in sight, and a failed step leaves no trace. */
+ * with the angular velocity W and the vertical P seen from the body. They keep nothing. What
+ * gsl_odeiv2_evolve does is done here with GSL's own step and control: so the length of a step is
+ * exactly the difference of the times at its ends, there may be no end in sight, and a failed step
+ * leaves no trace. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -17,7 +19,7 @@ typedef struct {
 } tools;
 typedef struct {
     double y[GSL_SIZE], rate[GSL_SIZE];
-    double h;                       /* the next step, with its sign */
+    double h; /* the next step, with its sign */
 } path;
 
 static kr_quat attitude(const double y[]) { return q4(y[0], v3(y[1], y[2], y[3])); }
@@ -38,105 +40,118 @@ static int finite_or_bad(const double *a, int n)
 
 int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 {
-    kr_run *run = params;
+    kr_motion *motion = params;
     const kr_quat q = attitude(y);
-    const kr_vec3 W = velocity(y), I = run->inertia;
-    const kr_vec3 torque = v_add(v_cross(v_times(I, W), W), v_cross(q_vertical(q), run->lever));
+    const kr_vec3 W = velocity(y), I = motion->inertia;
+    const kr_vec3 torque = v_add(v_cross(v_times(I, W), W), v_cross(q_vertical(q), motion->lever));
     (void)t;
     put(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return finite_or_bad(rate, GSL_SIZE);
 }
 /* Column by column: the change of the rates along dq, dW, where dP = 2 vec(q* e3 dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
-    kr_run *run = params;
+    kr_motion *motion = params;
     const kr_quat q = attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
-    const kr_vec3 W = velocity(y), I = run->inertia;
+    const kr_vec3 W = velocity(y), I = motion->inertia;
     (void)t;
     for (int j = 0; j < GSL_SIZE; j++) {
         double along[GSL_SIZE] = {0.0}, column[GSL_SIZE];
         along[j] = 1.0;
-        const kr_quat dq = attitude(along), turn = q_mul(dq, q4(0.0, W)), spin = q_mul(q, q4(0.0, velocity(along)));
-        const kr_vec3 dW = velocity(along), dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
+        const kr_quat dq = attitude(along), turn = q_mul(dq, q4(0.0, W)),
+                      spin = q_mul(q, q4(0.0, velocity(along)));
+        const kr_vec3 dW = velocity(along),
+                      dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
         const kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(v_times(I, W), dW));
         put(column, q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
-            v_over(v_add(gyration, v_cross(dP, run->lever)), I));
+            v_over(v_add(gyration, v_cross(dP, motion->lever)), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
     }
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return finite_or_bad(jacobian, GSL_SIZE * GSL_SIZE);
 }
 
-static double tolerance(const kr_run *run) { return run->tol > 0.0 ? run->tol : 1e-12; }
-static void done(kr_run *run)
+static double tolerance(const kr_motion *motion) { return motion->tol > 0.0 ? motion->tol : 1e-12; }
+static void done(kr_motion *motion)
 {
-    tools *use = run->aux;
+    tools *use = motion->aux;
     if (!use) return;
     gsl_odeiv2_step_free(use->step);
     gsl_odeiv2_control_free(use->control);
     free(use);
-    run->aux = NULL;
+    motion->aux = NULL;
 }
-static kr_status begin(kr_run *run, const kr_state *start, const gsl_odeiv2_step_type *type)
+static kr_status begin(kr_motion *motion, const kr_state *start, const gsl_odeiv2_step_type *type)
 {
-    path *p = (path *)run->work;
-    if (!run->aux) {
-        tools *use = run->aux = calloc(1, sizeof *use);
+    path *p = (path *)motion->work;
+    if (!motion->aux) {
+        tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        gsl_set_error_handler_off();    /* GSL's own aborts; there is one for all threads, hence it stays off */
+        /* GSL's own aborts; there is one for all threads, hence it stays off */
+        gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
-        use->control = gsl_odeiv2_control_y_new(tolerance(run), tolerance(run));
+        use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
         if (!use->step || !use->control) {
-            done(run);
+            done(motion);
             return KR_ERR_MEMORY;
         }
     }
-    gsl_odeiv2_step_reset(((tools *)run->aux)->step);
-    put(p->y, start->q, v_over(q_turn_back(start->q, start->m), run->inertia));
-    p->h = run->step != 0.0 ? run->step : 1e-3;
-    return kr_gsl_rates(0.0, p->y, p->rate, run) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
+    gsl_odeiv2_step_reset(((tools *)motion->aux)->step);
+    put(p->y, start->q, v_over(q_turn_back(start->q, start->m), motion->inertia));
+    p->h = motion->step != 0.0 ? motion->step : 1e-3;
+    return kr_gsl_rates(0.0, p->y, p->rate, motion) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
 }
-static kr_status reset_rk8pd(kr_run *run, const kr_state *start) { return begin(run, start, gsl_odeiv2_step_rk8pd); }
-static kr_status reset_bsimp(kr_run *run, const kr_state *start) { return begin(run, start, gsl_odeiv2_step_bsimp); }
-
-/* From p, a try of length h: next is where it leads, with the step that the control would take then, or instead. */
-static int accepted(kr_run *run, double h, const path *p, path *next)
+static kr_status reset_rk8pd(kr_motion *motion, const kr_state *start)
 {
-    const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, run};
-    const tools *use = run->aux;
+    return begin(motion, start, gsl_odeiv2_step_rk8pd);
+}
+static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
+{
+    return begin(motion, start, gsl_odeiv2_step_bsimp);
+}
+
+/* From p, a try of length h: next is where it leads, with the step that the control would take
+ * then, or instead. */
+static int accepted(kr_motion *motion, double h, const path *p, path *next)
+{
+    const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
+    const tools *use = motion->aux;
     double *y = next->y, *rate = next->rate, error[GSL_SIZE];
     *next = *p;
     next->h = h;
     if (gsl_odeiv2_step_apply(use->step, 0.0, h, y, error, p->rate, rate, &system) == GSL_SUCCESS)
-        return gsl_odeiv2_control_hadjust(use->control, use->step, y, error, rate, &next->h) != GSL_ODEIV_HADJ_DEC;
+        return gsl_odeiv2_control_hadjust(use->control, use->step, y, error, rate, &next->h) !=
+               GSL_ODEIV_HADJ_DEC;
     next->h = 0.5 * h;
     return 0;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work, next = *p;
-    if (tolerance(run) < DBL_EPSILON) return KR_ERR_STEP;       /* no step in doubles can meet it */
+    path *p = (path *)motion->work, next = *p;
+    if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP; /* no step in doubles can meet it */
     for (int rejected = 0; rejected < TRIES; rejected++) {
-        const int lands = run->step < 0.0 ? run->clock + next.h <= until : run->clock + next.h >= until;
-        const double end = lands ? until : run->clock + next.h, h = end - run->clock;
+        const int lands =
+            motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
+        const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
-        if (accepted(run, h, p, &next)) {
-            if (lands && !rejected) next.h = p->h;      /* a step cut short to land says nothing about the next */
+        if (accepted(motion, h, p, &next)) {
+            /* a step cut short to land says nothing about the next */
+            if (lands && !rejected) next.h = p->h;
             *p = next;
-            run->clock = end;
+            motion->clock = end;
             return KR_OK;
         }
-        run->stats.rejected++;
+        motion->stats.rejected++;
     }
     return KR_ERR_STEP;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = q_unit(attitude(p->y));
-    s->m = q_turn(s->q, v_times(run->inertia, velocity(p->y)));
+    s->m = q_turn(s->q, v_times(motion->inertia, velocity(p->y)));
 }
 
 const kr_method kr_method_gsl_rk8pd = {
@@ -146,7 +161,11 @@ const kr_method kr_method_gsl_rk8pd = {
     .reference = "Prince and Dormand 1981; GSL 2.7",
     .order = 8,
     .flags = KR_ADAPTIVE | KR_ABSOLUTE,
-    .work = sizeof(path) / sizeof(double), .reset = reset_rk8pd, .step = step, .read = read, .done = done,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset_rk8pd,
+    .step = step,
+    .read = read,
+    .done = done,
 };
 const kr_method kr_method_gsl_bsimp = {
     .name = "gsl_bsimp",
@@ -155,5 +174,9 @@ const kr_method kr_method_gsl_bsimp = {
     .reference = "Bader and Deuflhard 1983; GSL 2.7",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_ABSOLUTE | KR_IMPLICIT,
-    .work = sizeof(path) / sizeof(double), .reset = reset_bsimp, .step = step, .read = read, .done = done,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset_bsimp,
+    .step = step,
+    .read = read,
+    .done = done,
 };

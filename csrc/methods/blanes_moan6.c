@@ -1,9 +1,13 @@
-/* Fourteen kicks between fifteen free drifts (splitting.h), with Blanes and Moan's coefficients for Nystrom's case
- * (compose.h): the drift has to be exact, as it is where two moments are equal.
- * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^6). */
-#include "../composed.h"
+/* Fourteen kicks between fifteen free drifts (splitting.h), with Blanes and Moan's coefficients for
+ * Nystrom's case (compose.h): the drift has to be exact, as it is where two moments are equal.
+ * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded
+ * O(h^6). */
+#include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, BLANES_MOAN6); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return composed_begin(motion, start, BLANES_MOAN6);
+}
 
 const kr_method kr_method_blanes_moan6 = {
     .name = "blanes_moan6",
@@ -12,5 +16,8 @@ const kr_method kr_method_blanes_moan6 = {
     .reference = "Blanes and Moan 2002, SRKN 14",
     .order = 6,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SYMMETRIC_ONLY,
-    .work = COMPOSED_WORK, .reset = reset, .step = composed_step, .read = composed_read,
+    .work = COMPOSED_WORK,
+    .reset = reset,
+    .step = composed_step,
+    .read = composed_read,
 };

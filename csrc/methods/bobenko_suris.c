@@ -1,24 +1,27 @@
 /* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
- * (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with errata 1-5). Keeps <m,p>, <m,a> and
- * E + h M <p x a, m> / 2 I1; conjugate to bobenko_suris2 by half a kick. */
-#include "../lagrange.h"
+ * (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with errata 1-5). Keeps <m,p>, <m,a>
+ * and E + h M <p x a, m> / 2 I1; conjugate to bobenko_suris2 by half a kick. */
+#include "bobenko_suris.h"
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    lagrange_begin((lagrange_orbit *)run->work, run, start);
+    lagrange_begin((lagrange_orbit *)motion->work, motion, start);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    lagrange_orbit *o = (lagrange_orbit *)run->work;
+    lagrange_orbit *o = (lagrange_orbit *)motion->work;
     (void)until;
     o->m = lagrange_kicked(o, o->kick);
     lagrange_drift(o);
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *s) { lagrange_read((const lagrange_orbit *)run->work, s); }
+static void read(const kr_motion *motion, kr_state *s)
+{
+    lagrange_read((const lagrange_orbit *)motion->work, s);
+}
 
 const kr_method kr_method_bobenko_suris = {
     .name = "bobenko_suris",
@@ -27,5 +30,8 @@ const kr_method kr_method_bobenko_suris = {
     .reference = "Bobenko and Suris 1999; thesis 4.2",
     .order = 1,
     .flags = KR_SYMPLECTIC | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = LAGRANGE_WORK, .reset = reset, .step = step, .read = read,
+    .work = LAGRANGE_WORK,
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

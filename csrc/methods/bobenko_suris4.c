@@ -1,15 +1,16 @@
-/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with its kick and its rates corrected
- * (resummed.h).
+/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with its kick and its rates
+ * corrected (resummed.h).
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant, and applied
- * n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy (kr_state_modified_energy4). The rates are
- * those of the start state. A step h is refused where h^2 times 2 |E|, E without the spin, or times mass gravity |com|,
- * both in units of I1, is above 1: there the rates need not exist, or are those of no small kick. */
-#include "../lagrange.h"
-#include "../resummed.h"
+ * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant,
+ * and applied n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy
+ * (kr_state_modified_energy4). The rates are those of the start state. A step h is refused where
+ * h^2 times 2 |E|, E without the spin, or times mass gravity |com|, both in units of I1, is above
+ * 1: there the rates need not exist, or are those of no small kick. */
+#include "bobenko_suris.h"
+#include "model/resummed.h"
 
 typedef struct {
-    lagrange_orbit o;               /* m is half a kick ahead */
+    lagrange_orbit o; /* m is half a kick ahead */
     double b, precession;
 } path;
 
@@ -19,34 +20,36 @@ static kr_vec3 kicked(const path *p, double part)
     const double bu = p->b * a.z, k = part * p->o.kick * ((1.0 - bu) / (1.0 + bu * bu));
     return v3(p->o.m.x - k * a.y, p->o.m.y + k * a.x, p->o.m.z);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
-    const double i1 = run->inertia.x, g = run->lever.z / i1;
+    path *p = (path *)motion->work;
+    const double i1 = motion->inertia.x, g = motion->lever.z / i1;
     const kr_vec3 a = q_axis(start->q);
-    const resummed r = resum(run->step, g, a, v_scale(1.0 / i1, start->m));
+    const resummed r = resum(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
-    lagrange_begin(&p->o, run, start);
-    p->o.kick = r.step * run->lever.z;
+    lagrange_begin(&p->o, motion, start);
+    p->o.kick = r.step * motion->lever.z;
     p->o.turn = r.step / i1;
-    lagrange_set_spin(&p->o, 0.5 * (run->step * v_dot(start->m, a) * (1.0 / run->inertia.z - 1.0 / i1) + r.spin));
+    lagrange_set_spin(
+        &p->o,
+        0.5 * (motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1) + r.spin));
     p->b = 0.25 * r.step * r.step * g;
     p->precession = r.precession;
     p->o.m = kicked(p, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
     lagrange_drift(&p->o);
     p->o.m = kicked(p, 1.0);
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     kr_quat turn = q_one();
     sin_cos(0.5 * p->o.n * p->precession, &turn.z, &turn.w);
     lagrange_read(&p->o, s);
@@ -61,5 +64,8 @@ const kr_method kr_method_bobenko_suris4 = {
     .reference = "after Bobenko and Suris 1999",
     .order = 4,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

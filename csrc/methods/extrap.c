@@ -1,21 +1,32 @@
-/* Extrapolation with control of order and step, on the thesis' twelve rest-frame equations (3.9). Keeps nothing. */
-#include "../extrapolation.h"
-#include "../rest_frame.h"
+/* Extrapolation with control of order and step, on the thesis' twelve rest-frame equations (3.9).
+ * Keeps nothing. */
+#include "extrapolation.h"
+#include "rest_frame.h"
 
 static const gbs_form rest = {
-    .begin = rest_frame_begin, .rates = rest_frame_rates, .velocity = rest_frame_velocity,
-    .momentum = rest_frame_momentum, .attitude = rest_frame_attitude,
+    .begin = rest_frame_begin,
+    .rates = rest_frame_rates,
+    .velocity = rest_frame_velocity,
+    .momentum = rest_frame_momentum,
+    .attitude = rest_frame_attitude,
 };
-static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &rest); }
-static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &rest); }
-static void read(const kr_run *run, kr_state *s) { gbs_read(run, s, &rest); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return gbs_reset(motion, start, &rest);
+}
+static kr_status step(kr_motion *motion, double until) { return gbs_step(motion, until, &rest); }
+static void read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &rest); }
 
 const kr_method kr_method_extrap = {
     .name = "extrap",
-    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control on the twelve rest-frame equations",
+    .text = "Gragg-Bulirsch-Stoer extrapolation with order and step control on the twelve "
+            "rest-frame equations",
     .conserves = "nothing",
     .reference = "Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett, Wanner, II.9",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_ABSOLUTE,
-    .work = GBS_WORK, .reset = reset, .step = step, .read = read,
+    .work = GBS_WORK,
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

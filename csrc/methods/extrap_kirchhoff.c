@@ -1,14 +1,15 @@
-/* Extrapolation as in extrap, on Kirchhoff's equations in the body (thesis 3.4), completed by the rest of the frame:
+/* Extrapolation as in extrap, on Kirchhoff's equations in the body (thesis 3.4), completed by the
+ * rest of the frame:
  *     M' = M x W + E3 x A M,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,     W = J^-1 M
- * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to compare the two.
- * Keeps nothing. */
-#include "../extrapolation.h"
+ * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to
+ * compare the two. Keeps nothing. */
+#include "extrapolation.h"
 
 static kr_vec3 at(const double *y) { return v3(y[0], y[1], y[2]); }
 static void put(double *y, kr_vec3 v) { y[0] = v.x, y[1] = v.y, y[2] = v.z; }
-static kr_vec3 spin(const kr_run *run, const double y[GBS_SIZE])
+static kr_vec3 spin(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    const kr_vec3 I = run->inertia;
+    const kr_vec3 I = motion->inertia;
     return v3(y[0] / I.x, y[1] / I.y, y[2] / I.z);
 }
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
@@ -16,39 +17,50 @@ static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
     return v3(v_dot(at(y + 3), v), v_dot(at(y + 6), v), v_dot(at(y + 9), v));
 }
 
-static void begin(const kr_run *run, const kr_state *s, double y[GBS_SIZE])
+static void begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE])
 {
-    (void)run;
+    (void)motion;
     put(y, q_turn_back(s->q, s->m));
     put(y + 3, q_turn_back(s->q, v3(1.0, 0.0, 0.0)));
     put(y + 6, q_turn_back(s->q, v3(0.0, 1.0, 0.0)));
     put(y + 9, q_turn_back(s->q, v3(0.0, 0.0, 1.0)));
 }
-static void rates(kr_run *run, const double y[GBS_SIZE], double rate[GBS_SIZE])
+static void rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
-    const kr_vec3 w = spin(run, y);
-    put(rate, v_add(v_cross(at(y), w), v_cross(at(y + 9), run->lever)));
+    const kr_vec3 w = spin(motion, y);
+    put(rate, v_add(v_cross(at(y), w), v_cross(at(y + 9), motion->lever)));
     for (int i = 3; i < GBS_SIZE; i += 3) put(rate + i, v_cross(at(y + i), w));
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
 }
-static kr_vec3 velocity(const kr_run *run, const double y[GBS_SIZE]) { return in_space(y, spin(run, y)); }
-static kr_vec3 momentum(const kr_run *run, const double y[GBS_SIZE])
+static kr_vec3 velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    (void)run;
+    return in_space(y, spin(motion, y));
+}
+static kr_vec3 momentum(const kr_motion *motion, const double y[GBS_SIZE])
+{
+    (void)motion;
     return in_space(y, at(y));
 }
 static kr_quat attitude(const double y[GBS_SIZE], kr_quat last)
 {
-    const kr_quat q = q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11]));
+    const kr_quat q =
+        q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11]));
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 
 static const gbs_form body = {
-    .begin = begin, .rates = rates, .velocity = velocity, .momentum = momentum, .attitude = attitude,
+    .begin = begin,
+    .rates = rates,
+    .velocity = velocity,
+    .momentum = momentum,
+    .attitude = attitude,
 };
-static kr_status reset(kr_run *run, const kr_state *start) { return gbs_reset(run, start, &body); }
-static kr_status step(kr_run *run, double until) { return gbs_step(run, until, &body); }
-static void read(const kr_run *run, kr_state *s) { gbs_read(run, s, &body); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return gbs_reset(motion, start, &body);
+}
+static kr_status step(kr_motion *motion, double until) { return gbs_step(motion, until, &body); }
+static void read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &body); }
 
 const kr_method kr_method_extrap_kirchhoff = {
     .name = "extrap_kirchhoff",
@@ -57,5 +69,8 @@ const kr_method kr_method_extrap_kirchhoff = {
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_ABSOLUTE,
-    .work = GBS_WORK, .reset = reset, .step = step, .read = read,
+    .work = GBS_WORK,
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

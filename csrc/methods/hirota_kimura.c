@@ -1,58 +1,64 @@
-/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit, birational, integrable.
- * With W the angular velocity and M the momentum, both seen from the body,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit,
+ * birational, integrable. With W the angular velocity and M the momentum, both seen from the body,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
- * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2 from functions of
- * energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and so have no attitude: hence only for
- * free tops. */
-#include "../method.h"
+ * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2
+ * from functions of energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and
+ * so have no attitude: hence only for free tops. */
+#include "method.h"
 
 typedef struct {
     kr_quat q;
     kr_vec3 M, W;
 } path;
 
-static kr_vec3 velocity(const kr_run *run, kr_vec3 M)
+static kr_vec3 velocity(const kr_motion *motion, kr_vec3 M)
 {
-    const kr_vec3 I = run->inertia;
+    const kr_vec3 I = motion->inertia;
     return v3(M.x / I.x, M.y / I.y, M.z / I.z);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     p->q = start->q;
     p->M = q_turn_back(start->q, start->m);
-    p->W = velocity(run, p->M);
+    p->W = velocity(motion, p->M);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
-    const double half = 0.5 * run->step;
+    path *p = (path *)motion->work;
+    const double half = 0.5 * motion->step;
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kr_vec3 columns[3];
     (void)until;
     for (int i = 0; i < 3; i++)
-        columns[i] = v_axpy(-half, v_add(v_cross(p->M, velocity(run, axes[i])), v_cross(axes[i], p->W)), axes[i]);
+        columns[i] =
+            v_axpy(-half, v_add(v_cross(p->M, velocity(motion, axes[i])), v_cross(axes[i], p->W)),
+                   axes[i]);
     p->M = v_solve(columns, p->M);
     const kr_vec3 before = p->W;
-    p->W = velocity(run, p->M);
+    p->W = velocity(motion, p->M);
     p->q = q_unit(q_mul(p->q, q4(1.0, v_scale(0.5 * half, v_add(before, p->W)))));
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
     s->m = q_turn(p->q, p->M);
 }
 
 const kr_method kr_method_hirota_kimura = {
     .name = "hirota_kimura",
-    .text = "integrable discretization of the Euler top; for the Lagrange top it would lose |P| = 1, and so the attitude",
+    .text = "integrable discretization of the Euler top; for the Lagrange top it would lose |P| = "
+            "1, and so the attitude",
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,
     .flags = KR_REVERSIBLE | KR_ALGEBRAIC | KR_EULER_ONLY,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,78 +1,82 @@
-/* The implicit midpoint rule on (q, m): the yardstick for stiff scenes. (q' - q) / h = q_ V / 2 at q_ = (q + q') / 2
- * is
+/* The implicit midpoint rule on (q, m): the yardstick for stiff scenes. (q' - q) / h = q_ V / 2 at
+ * q_ = (q + q') / 2 is
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by Newton's
- * iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V| is small only. */
-#include "../method.h"
+ * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by
+ * Newton's iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V|
+ * is small only. */
+#include "method.h"
 
 enum { MOST = 30 };
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, V;                   /* V: of the last step */
+    kr_vec3 m, V; /* V: of the last step */
 } path;
-typedef struct {                    /* of a step, at a guess V */
-    kr_vec3 y, M, P, residual;      /* h V / 4; momentum and vertical at the midpoint, seen from the body */
+typedef struct { /* of a step, at a guess V */
+    /* h V / 4; momentum and vertical at the midpoint, seen from the body */
+    kr_vec3 y, M, P, residual;
 } attempt;
 
-static attempt look(const kr_run *run, kr_vec3 M, kr_vec3 P, kr_vec3 V)
+static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
-    attempt a = {.y = v_scale(0.25 * run->step, V)};
+    attempt a = {.y = v_scale(0.25 * motion->step, V)};
     const kr_quat r = q_unit(q4(1.0, a.y));
     a.P = q_turn_back(r, P);
-    a.M = v_axpy(0.5 * run->step, v_cross(a.P, run->lever), q_turn_back(r, M));
-    a.residual = v_sub(v_times(run->inertia, V), a.M);
+    a.M = v_axpy(0.5 * motion->step, v_cross(a.P, motion->lever), q_turn_back(r, M));
+    a.residual = v_sub(v_times(motion->inertia, V), a.M);
     return a;
 }
-static kr_vec3 correction(const kr_run *run, const attempt *a)
+static kr_vec3 correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
-    const double half = 0.5 * run->step, scale = half / (1.0 + v_dot(a->y, a->y));
-    const kr_vec3 spun = v_axpy(-half, v_cross(a->P, run->lever), a->M);        /* M without the torque's part */
+    const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
+    /* M without the torque's part */
+    const kr_vec3 spun = v_axpy(-half, v_cross(a->P, motion->lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
         const kr_vec3 turn = v_scale(scale, v_sub(axes[i], v_cross(a->y, axes[i])));
-        const kr_vec3 torque = v_cross(v_cross(a->P, turn), run->lever);
-        columns[i] = v_sub(v_times(run->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
+        const kr_vec3 torque = v_cross(v_cross(a->P, turn), motion->lever);
+        columns[i] =
+            v_sub(v_times(motion->inertia, axes[i]), v_axpy(half, torque, v_cross(spun, turn)));
     }
     return v_solve(columns, a->residual);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
-    const kr_vec3 M = q_turn_back(start->q, start->m), I = run->inertia;
+    path *p = (path *)motion->work;
+    const kr_vec3 M = q_turn_back(start->q, start->m), I = motion->inertia;
     p->q = start->q;
     p->m = start->m;
     p->V = v3(M.x / I.x, M.y / I.y, M.z / I.z);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     const kr_vec3 M = q_turn_back(p->q, p->m), P = q_vertical(p->q);
-    const double size = v_largest(M) + fabs(run->step) * v_largest(run->lever);
-    const double tol = (run->tol > 0.0 ? run->tol : 1e-14) * size;
+    const double size = v_largest(M) + fabs(motion->step) * v_largest(motion->lever);
+    const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * size;
     kr_vec3 V = p->V;
     (void)until;
     for (int i = 0; i < MOST; i++) {
-        const attempt a = look(run, M, P, V);
-        run->stats.iterations++;
-        run->stats.evaluations++;
+        const attempt a = look(motion, M, P, V);
+        motion->stats.iterations++;
+        motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
             const kr_quat r = q_unit(q4(1.0, a.y));
-            const kr_vec3 lever = q_turn(q_mul(p->q, r), run->lever);
-            p->m = v_axpy(run->step, v3(-lever.y, lever.x, 0.0), p->m);
+            const kr_vec3 lever = q_turn(q_mul(p->q, r), motion->lever);
+            p->m = v_axpy(motion->step, v3(-lever.y, lever.x, 0.0), p->m);
             p->q = q_renew(q_mul(q_mul(p->q, r), r));
             p->V = V;
             return KR_OK;
         }
-        V = v_sub(V, correction(run, &a));
+        V = v_sub(V, correction(motion, &a));
     }
     return KR_ERR_CONVERGENCE;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
     s->m = p->m;
 }
@@ -84,5 +88,8 @@ const kr_method kr_method_implicit_midpoint = {
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
     .flags = KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

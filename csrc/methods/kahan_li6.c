@@ -1,8 +1,12 @@
-/* Nine times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients (compose.h).
- * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^6). */
-#include "../composed.h"
+/* Nine times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients
+ * (compose.h). Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up
+ * to a bounded O(h^6). */
+#include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, KAHAN_LI6); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return composed_begin(motion, start, KAHAN_LI6);
+}
 
 const kr_method kr_method_kahan_li6 = {
     .name = "kahan_li6",
@@ -11,5 +15,8 @@ const kr_method kr_method_kahan_li6 = {
     .reference = "Kahan and Li 1997",
     .order = 6,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = COMPOSED_WORK, .reset = reset, .step = composed_step, .read = composed_read,
+    .work = COMPOSED_WORK,
+    .reset = reset,
+    .step = composed_step,
+    .read = composed_read,
 };

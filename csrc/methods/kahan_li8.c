@@ -1,8 +1,12 @@
-/* Seventeen times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients (compose.h).
- * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^8). */
-#include "../composed.h"
+/* Seventeen times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients
+ * (compose.h). Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up
+ * to a bounded O(h^8). */
+#include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, KAHAN_LI8); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return composed_begin(motion, start, KAHAN_LI8);
+}
 
 const kr_method kr_method_kahan_li8 = {
     .name = "kahan_li8",
@@ -11,5 +15,8 @@ const kr_method kr_method_kahan_li8 = {
     .reference = "Kahan and Li 1997",
     .order = 8,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = COMPOSED_WORK, .reset = reset, .step = composed_step, .read = composed_read,
+    .work = COMPOSED_WORK,
+    .reset = reset,
+    .step = composed_step,
+    .read = composed_read,
 };

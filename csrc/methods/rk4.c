@@ -1,45 +1,47 @@
 /* The classical Runge-Kutta method on the thesis' twelve equations in the rest frame (3.9).
  * A yardstick: it keeps nothing, and the frame leaves the group by the method's own error. */
-#include "../rest_frame.h"
+#include "rest_frame.h"
 
 typedef struct {
     double y[REST_FRAME];
     kr_quat q;
 } path;
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
-    rest_frame_begin(run, start, p->y);
+    path *p = (path *)motion->work;
+    rest_frame_begin(motion, start, p->y);
     p->q = start->q;
     return KR_OK;
 }
-static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME], double out[REST_FRAME])
+static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME],
+                  double out[REST_FRAME])
 {
     for (int i = 0; i < REST_FRAME; i++) out[i] = y[i] + h * k[i];
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
-    const double h = run->step;
+    path *p = (path *)motion->work;
+    const double h = motion->step;
     double k1[REST_FRAME], k2[REST_FRAME], k3[REST_FRAME], k4[REST_FRAME], y[REST_FRAME];
     (void)until;
-    rest_frame_rates(run, p->y, k1);
+    rest_frame_rates(motion, p->y, k1);
     along(p->y, 0.5 * h, k1, y);
-    rest_frame_rates(run, y, k2);
+    rest_frame_rates(motion, y, k2);
     along(p->y, 0.5 * h, k2, y);
-    rest_frame_rates(run, y, k3);
+    rest_frame_rates(motion, y, k3);
     along(p->y, h, k3, y);
-    rest_frame_rates(run, y, k4);
-    for (int i = 0; i < REST_FRAME; i++) p->y[i] += h * ((k1[i] + 2.0 * (k2[i] + k3[i])) + k4[i]) / 6.0;
+    rest_frame_rates(motion, y, k4);
+    for (int i = 0; i < REST_FRAME; i++)
+        p->y[i] += h * ((k1[i] + 2.0 * (k2[i] + k3[i])) + k4[i]) / 6.0;
     p->q = rest_frame_attitude(p->y, p->q);
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
-    s->m = rest_frame_momentum(run, p->y);
+    s->m = rest_frame_momentum(motion, p->y);
 }
 
 const kr_method kr_method_rk4 = {
@@ -49,5 +51,8 @@ const kr_method kr_method_rk4 = {
     .reference = "Kutta 1901; thesis 3.9",
     .order = 4,
     .flags = KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

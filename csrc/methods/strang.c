@@ -1,28 +1,29 @@
-/* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet between steps are
- * one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^2). */
-#include "../splitting.h"
+/* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet
+ * between steps are one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^2). */
+#include "splitting.h"
 
 /* Its m is half a kick ahead. */
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    splitting *s = (splitting *)run->work;
-    splitting_begin(s, run, start);
-    splitting_kick(s, run, 0.5);
+    splitting *s = (splitting *)motion->work;
+    splitting_begin(s, motion, start);
+    splitting_kick(s, motion, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    splitting *s = (splitting *)run->work;
+    splitting *s = (splitting *)motion->work;
     (void)until;
     splitting_drift(s, 1.0);
-    splitting_kick(s, run, 1.0);
+    splitting_kick(s, motion, 1.0);
     s->steps += 1.0;
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *out)
+static void read(const kr_motion *motion, kr_state *out)
 {
-    splitting_read((const splitting *)run->work, run, 0.5, out);
+    splitting_read((const splitting *)motion->work, motion, 0.5, out);
 }
 
 const kr_method kr_method_strang = {
@@ -32,5 +33,8 @@ const kr_method kr_method_strang = {
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = sizeof(splitting) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(splitting) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,8 +1,12 @@
-/* Five times half kick, free drift, half kick (splitting.h), with Suzuki's coefficients (compose.h).
- * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded O(h^4). */
-#include "../composed.h"
+/* Five times half kick, free drift, half kick (splitting.h), with Suzuki's coefficients
+ * (compose.h). Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up
+ * to a bounded O(h^4). */
+#include "composed.h"
 
-static kr_status reset(kr_run *run, const kr_state *start) { return composed_begin(run, start, SUZUKI4); }
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    return composed_begin(motion, start, SUZUKI4);
+}
 
 const kr_method kr_method_suzuki4 = {
     .name = "suzuki4",
@@ -11,5 +15,8 @@ const kr_method kr_method_suzuki4 = {
     .reference = "Suzuki 1990",
     .order = 4,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = COMPOSED_WORK, .reset = reset, .step = composed_step, .read = composed_read,
+    .work = COMPOSED_WORK,
+    .reset = reset,
+    .step = composed_step,
+    .read = composed_read,
 };

@@ -1,22 +1,23 @@
-/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one kick a step.
- * The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else Suzuki's composition of the
- * turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded
- * O(h^4). But for Lagrange tops, whose drift has any length, a step that may turn the top by 2.5 rad is refused. */
-#include "../compose.h"
-#include "../modified_kick.h"
-#include "../splitting.h"
+/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
+ * kick a step. The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else
+ * Suzuki's composition of the turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange
+ * tops <m,a>, and the energy up to a bounded O(h^4). But for Lagrange tops, whose drift has any
+ * length, a step that may turn the top by 2.5 rad is refused. */
+#include "compose.h"
+#include "modified_kick.h"
+#include "splitting.h"
 
 typedef struct {
-    splitting s;                    /* m is half a kick ahead, and unprocessed as q is */
+    splitting s; /* m is half a kick ahead, and unprocessed as q is */
     modified_kick kick;
     composition c;
 } path;
 
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
-    splitting_begin(&p->s, run, start);
-    p->kick = modified_kick_begin(run);
+    path *p = (path *)motion->work;
+    splitting_begin(&p->s, motion, start);
+    p->kick = modified_kick_begin(motion);
     p->c = compose(SUZUKI4);
     if (!p->kick.lagrange && !modified_kick_within(&p->kick, start, 2.5)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->s.q, &p->s.m);
@@ -37,20 +38,20 @@ static void drift(path *p)
     }
     splitting_go(&p->s, &b, 1.0);
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
     drift(p);
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 1.0));
     p->s.steps += 1.0;
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_run *run, kr_state *out)
+static void read(const kr_motion *motion, kr_state *out)
 {
-    const path *p = (const path *)run->work;
-    splitting_read(&p->s, run, 0.0, out);
+    const path *p = (const path *)motion->work;
+    splitting_read(&p->s, motion, 0.0, out);
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
@@ -62,5 +63,8 @@ const kr_method kr_method_takahashi_imada4 = {
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

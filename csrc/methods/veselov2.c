@@ -1,39 +1,40 @@
-/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet between steps are one.
- * Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that up to a bounded O(h^2). */
-#include "../veselov.h"
+/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet
+ * between steps are one. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that
+ * up to a bounded O(h^2). */
+#include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, r;                   /* m half a kick ahead; r is the last step's solution */
+    kr_vec3 m, r; /* m half a kick ahead; r is the last step's solution */
 } path;
 
-static kr_vec3 kicked(const path *p, const kr_run *run, double part)
+static kr_vec3 kicked(const path *p, const kr_motion *motion, double part)
 {
-    return v_axpy(part * run->step, run_torque(run, p->q), p->m);
+    return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->m = kicked(p, run, 0.5);
+    p->m = kicked(p, motion, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(run, run->inertia, p->m, &p->q, &p->r);
-    p->m = kicked(p, run, 1.0);
-    run->stats.evaluations++;
+    const kr_status status = veselov_drift(motion, motion->inertia, p->m, &p->q, &p->r);
+    p->m = kicked(p, motion, 1.0);
+    motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
-    s->m = kicked(p, run, -0.5);
+    s->m = kicked(p, motion, -0.5);
 }
 
 const kr_method kr_method_veselov2 = {
@@ -43,5 +44,8 @@ const kr_method kr_method_veselov2 = {
     .reference = "Moser and Veselov 1991",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

@@ -1,52 +1,54 @@
-/* Half of a modified kick (modified_kick.h), preprocessed discrete Moser-Veselov drift (veselov.h), half of a
- * modified kick. The drift is of order 4 with the moments I~ in place of I, C = |M|^2/2, H = M J^-1 M / 2, S = (I_N +
- * I_B + I_T) P,
+/* Half of a modified kick (modified_kick.h), preprocessed discrete Moser-Veselov drift (veselov.h),
+ * half of a modified kick. The drift is of order 4 with the moments I~ in place of I, C = |M|^2/2,
+ * H = M J^-1 M / 2, S = (I_N + I_B + I_T) P,
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,    s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3
- * and P = 1 / I_N I_B I_T (Hairer and Vilmart, J. Phys. A 39, 2006). C and H are constant in a drift; gravity changes
- * them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. The series in h is of no use where a step may
- * turn the top by more than 1.25 rad: refused. */
-#include "../modified_kick.h"
-#include "../veselov.h"
+ * and P = 1 / I_N I_B I_T (Hairer and Vilmart, J. Phys. A 39, 2006). C and H are constant in a
+ * drift; gravity changes them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. The
+ * series in h is of no use where a step may turn the top by more than 1.25 rad: refused. */
+#include "modified_kick.h"
+#include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, r;                   /* m half a kick ahead, and unprocessed as q is; r is the last step's solution */
+    /* m half a kick ahead, and unprocessed as q is; r is the last step's solution */
+    kr_vec3 m, r;
     modified_kick kick;
 } path;
 
 static kr_vec3 preprocessed(const path *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
-    const double P = i.x * i.y * i.z, S = i.x * i.y + i.y * i.z + i.z * i.x, h2 = p->kick.h * p->kick.h;
+    const double P = i.x * i.y * i.z, S = i.x * i.y + i.y * i.z + i.z * i.x,
+                 h2 = p->kick.h * p->kick.h;
     const double C = 0.5 * v_dot(M, M), H = 0.5 * v_dot(M, v_times(i, M));
     const double s = S * C / 6.0 - v_dot(i, one) * H / 3.0, d = S * H / 6.0 - P * C / 3.0;
     const kr_vec3 inverse = v_axpy(1.0 + h2 * s, i, v_scale(h2 * d, one));
     return v3(1.0 / inverse.x, 1.0 / inverse.y, 1.0 / inverse.z);
 }
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->kick = modified_kick_begin(run);
+    p->kick = modified_kick_begin(motion);
     if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
     p->m = modified_kicked(&p->kick, p->q, p->m, 0.5);
     return status;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = (path *)run->work;
+    path *p = (path *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(run, preprocessed(p), p->m, &p->q, &p->r);
+    const kr_status status = veselov_drift(motion, preprocessed(p), p->m, &p->q, &p->r);
     p->m = modified_kicked(&p->kick, p->q, p->m, 1.0);
-    run->stats.evaluations++;
+    motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)run->work;
+    const path *p = (const path *)motion->work;
     s->q = p->q;
     s->m = modified_kicked(&p->kick, p->q, p->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &s->q, &s->m);
@@ -59,5 +61,8 @@ const kr_method kr_method_veselov4 = {
     .reference = "Hairer and Vilmart 2006; Takahashi and Imada 1984",
     .order = 4,
     .flags = KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
 };

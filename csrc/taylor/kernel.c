@@ -1,5 +1,6 @@
-/* The series in doubles. Compiled once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on (CMakeLists.txt);
- * without any of that, the set that runs everywhere. Equal bits from gcc and clang, and on every set with fma. */
+/* The series in doubles. Compiled once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on
+ * (CMakeLists.txt); without any of that, the set that runs everywhere. Equal bits from gcc and
+ * clang, and on every set with fma. */
 #include "lanes.h"
 #include "series.h"
 
@@ -11,30 +12,35 @@ PER_ORDER void go(kr_series *s, int order, double log2_tol, double direction)
     s->end = s->t + direction * step_size(s, order, log2_tol);
     sum_series(s, 0, order, &s->end, s->end_x, s->end_w);
 }
-#define STEP(form, n)                                                                                        \
-    static void form##_##n(kr_series *s, double log2_tol, double direction)                                  \
-    {                                                                                                        \
-        begin_at_end(s);                                                                                     \
-        form(s, 0, n);                                                                                       \
-        go(s, n, log2_tol, direction);                                                                       \
+#define STEP(form, n)                                                                              \
+    static void form##_##n(kr_series *s, double log2_tol, double direction)                        \
+    {                                                                                              \
+        begin_at_end(s);                                                                           \
+        form(s, 0, n);                                                                             \
+        go(s, n, log2_tol, direction);                                                             \
     }
-#define ORDER(n) STEP(whole, n) STEP(headless, n) static void look_##n(kr_series *s) { look(s, n); }
+#define ORDER(n)                                                                                   \
+    STEP(whole, n) STEP(headless, n) static void look_##n(kr_series *s) { look(s, n); }
 ORDER(12)
 ORDER(16)
 ORDER(18)
 ORDER(22)
 ORDER(28)
-#define EACH(kind) {12, kind##_12, look_12}, {16, kind##_16, look_16}, {18, kind##_18, look_18}, \
-                   {22, kind##_22, look_22}, {28, kind##_28, look_28}
+#define EACH(kind)                                                                                 \
+    {12, kind##_12, look_12}, {16, kind##_16, look_16}, {18, kind##_18, look_18},                  \
+        {22, kind##_22, look_22},                                                                  \
+    {                                                                                              \
+        28, kind##_28, look_28                                                                     \
+    }
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {EACH(whole)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {EACH(headless)};
 
 /* What follows a head of double-doubles (kernel_dd.c). */
-#define TAIL(digits)                                                                                         \
-    static void expand_##digits(kr_series *s) { whole(s, KR_HEAD_##digits, KR_LAST_##digits); }                   \
-    static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)                     \
-    {                                                                                                        \
-        sum_series(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                                     \
+#define TAIL(digits)                                                                               \
+    static void expand_##digits(kr_series *s) { whole(s, KR_HEAD_##digits, KR_LAST_##digits); }    \
+    static void sum_##digits(const kr_series *s, const double *to, double *x, double *w)           \
+    {                                                                                              \
+        sum_series(s, KR_HEAD_##digits + 1, KR_LAST_##digits, to, x, w);                           \
     }
 TAIL(20)
 TAIL(30)

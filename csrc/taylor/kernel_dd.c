@@ -1,10 +1,12 @@
-/* The series in double-doubles, as far as its terms need them, and on in doubles (kernel.c): for 20 digits the first few
- * terms, for 30 half of them. Compiled once per instruction set, as kernel.c. */
+/* The series in double-doubles, as far as its terms need them, and on in doubles (kernel.c): for 20
+ * digits the first few terms, for 30 half of them. Compiled once per instruction set, as
+ * kernel.c. */
 #include "lanes_dd.h"
 #include "series.h"
 
 /* The terms up to `head`, and h^(head + 1) times the rest. */
-INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to, double *x, double *w)
+INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
+                      double *x, double *w)
 {
     const double h = *to - s->t;
     double tail_x[8], tail_w[4], power = h;
@@ -14,7 +16,8 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
-INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol, double direction)
+INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol,
+                          double direction)
 {
     begin_at_end(s);
     expand(s, 0, head, WHOLE);
@@ -23,17 +26,17 @@ INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail,
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-#define DIGITS(n)                                                                                            \
-    static void advance_##n(kr_series *s, double log2_tol, double direction)                                 \
-    {                                                                                                        \
-        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], log2_tol, direction);   \
-    }                                                                                                        \
-    static void look_##n(kr_series *s)                                                                       \
-    {                                                                                                        \
-        sum_mixed(s, KR_HEAD_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], &s->at, s->at_x, s->at_w);               \
+#define DIGITS(n)                                                                                  \
+    static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
+    {                                                                                              \
+        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], log2_tol,     \
+                      direction);                                                                  \
+    }                                                                                              \
+    static void look_##n(kr_series *s)                                                             \
+    {                                                                                              \
+        sum_mixed(s, KR_HEAD_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], &s->at, s->at_x, s->at_w);     \
     }
 DIGITS(20)
 DIGITS(30)
-const kr_kernel KR_NAME(kr_kernel_dd)[KR_DEPTHS] = {
-    {KR_LAST_20, advance_20, look_20}, {KR_LAST_30, advance_30, look_30}
-};
+const kr_kernel KR_NAME(kr_kernel_dd)[KR_DEPTHS] = {{KR_LAST_20, advance_20, look_20},
+                                                    {KR_LAST_30, advance_30, look_30}};

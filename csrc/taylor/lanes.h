@@ -1,12 +1,13 @@
-/* Lanes: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Floor 3.
- * Each width is a hardware vector where the instruction set has it, and else a pair of the next narrower
- * width, down to plain C99 doubles. The widest vectors: x86-64-v4 8 lanes, v3 4, baseline and arm64 2.
- * fma is fused where the hardware can, elsewhere a product and a sum: two sets of bits, not four. */
+/* Lanes: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Floor 3. Each width
+ * is a hardware vector where the instruction set has it, and else a pair of the next narrower
+ * width, down to plain C99 doubles. The widest vectors: x86-64-v4 8 lanes, v3 4, baseline and arm64
+ * 2. fma is fused where the hardware can, elsewhere a product and a sum: two sets of bits, not
+ * four. */
 #ifndef KR_LANES_H
 #define KR_LANES_H
 #include <math.h>
 
-#if !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12)     /* no __builtin_shufflevector */
+#if !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) /* no __builtin_shufflevector */
 #  define KR_PLAIN
 #elif defined __x86_64__
 #  include <immintrin.h>
@@ -20,10 +21,11 @@
 #  define INLINE static inline
 #  define ALIGNED
 #endif
-/* Unrolled, a loop over 28 orders fits the instruction cache only where one instruction does eight lanes. */
+/* Unrolled, a loop over 28 orders fits the instruction cache only where one instruction does eight
+ * lanes. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
-#  define PER_ORDER static      /* a loop need not know its end: one copy for all orders */
+#  define PER_ORDER static /* a loop need not know its end: one copy for all orders */
 #elif defined __clang__
 #  define UNROLL _Pragma("clang loop unroll(full)")
 #else
@@ -34,27 +36,44 @@
 #endif
 
 /* What every width can do; `fused` says how the hardware writes a*b + c. */
-#define NATIVE(T, lanes, fused)                                                                              \
-    typedef double T __attribute__((vector_size(8 * lanes)));                                                \
-    typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));                    \
-    INLINE T T##_load(const double *p) { return *(const T##_at *)p; }                                        \
-    INLINE void T##_store(double *p, T a) { *(T##_at *)p = a; }                                              \
-    INLINE T T##_splat(double a) { return a - (T){0}; }                                                      \
-    INLINE T T##_add(T a, T b) { return a + b; }                                                             \
-    INLINE T T##_sub(T a, T b) { return a - b; }                                                             \
-    INLINE T T##_mul(T a, T b) { return a * b; }                                                             \
+#define NATIVE(T, lanes, fused)                                                                    \
+    typedef double T __attribute__((vector_size(8 * lanes)));                                      \
+    typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
+    INLINE T T##_load(const double *p) { return *(const T##_at *)p; }                              \
+    INLINE void T##_store(double *p, T a) { *(T##_at *)p = a; }                                    \
+    INLINE T T##_splat(double a) { return a - (T){0}; }                                            \
+    INLINE T T##_add(T a, T b) { return a + b; }                                                   \
+    INLINE T T##_sub(T a, T b) { return a - b; }                                                   \
+    INLINE T T##_mul(T a, T b) { return a * b; }                                                   \
     INLINE T T##_fma(T a, T b, T c) { return (T)(fused); }
-#define PAIRED(T, half, lanes)                                                                               \
-    typedef struct { half lo, hi; } T;                                                                       \
-    INLINE T T##_of(half lo, half hi) { T r; r.lo = lo; r.hi = hi; return r; }                               \
-    INLINE T T##_load(const double *p) { return T##_of(half##_load(p), half##_load(p + lanes / 2)); }        \
-    INLINE void T##_store(double *p, T a) { half##_store(p, a.lo); half##_store(p + lanes / 2, a.hi); }      \
-    INLINE T T##_splat(double a) { return T##_of(half##_splat(a), half##_splat(a)); }                        \
-    INLINE T T##_add(T a, T b) { return T##_of(half##_add(a.lo, b.lo), half##_add(a.hi, b.hi)); }            \
-    INLINE T T##_sub(T a, T b) { return T##_of(half##_sub(a.lo, b.lo), half##_sub(a.hi, b.hi)); }            \
-    INLINE T T##_mul(T a, T b) { return T##_of(half##_mul(a.lo, b.lo), half##_mul(a.hi, b.hi)); }            \
-    INLINE T T##_fma(T a, T b, T c)                                                                          \
-    { return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi)); }
+#define PAIRED(T, half, lanes)                                                                     \
+    typedef struct {                                                                               \
+        half lo, hi;                                                                               \
+    } T;                                                                                           \
+    INLINE T T##_of(half lo, half hi)                                                              \
+    {                                                                                              \
+        T r;                                                                                       \
+        r.lo = lo;                                                                                 \
+        r.hi = hi;                                                                                 \
+        return r;                                                                                  \
+    }                                                                                              \
+    INLINE T T##_load(const double *p)                                                             \
+    {                                                                                              \
+        return T##_of(half##_load(p), half##_load(p + lanes / 2));                                 \
+    }                                                                                              \
+    INLINE void T##_store(double *p, T a)                                                          \
+    {                                                                                              \
+        half##_store(p, a.lo);                                                                     \
+        half##_store(p + lanes / 2, a.hi);                                                         \
+    }                                                                                              \
+    INLINE T T##_splat(double a) { return T##_of(half##_splat(a), half##_splat(a)); }              \
+    INLINE T T##_add(T a, T b) { return T##_of(half##_add(a.lo, b.lo), half##_add(a.hi, b.hi)); }  \
+    INLINE T T##_sub(T a, T b) { return T##_of(half##_sub(a.lo, b.lo), half##_sub(a.hi, b.hi)); }  \
+    INLINE T T##_mul(T a, T b) { return T##_of(half##_mul(a.lo, b.lo), half##_mul(a.hi, b.hi)); }  \
+    INLINE T T##_fma(T a, T b, T c)                                                                \
+    {                                                                                              \
+        return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
+    }
 
 /* two */
 #if defined KR_PLAIN
@@ -78,13 +97,13 @@ NATIVE(two, 2, _mm_fmadd_pd(a, b, c))
 #  elif defined __aarch64__
 NATIVE(two, 2, vfmaq_f64(c, a, b))
 #  else
-NATIVE(two, 2, a * b + c)
+NATIVE(two, 2, a *b + c)
 #  endif
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* quad: quad_i, _j, _k give the lanes of the products with the units i, j, k, signs left to the caller;
- * quad_next and quad_prev turn the vector part: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* quad: quad_i, _j, _k give the lanes of the products with the units i, j, k, signs left to the
+ * caller; quad_next and quad_prev turn the vector part: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -99,12 +118,18 @@ INLINE two two_swap(two a) { return two_mix(a, 1, a, 0); }
 INLINE quad quad_i(quad a) { return quad_of(two_swap(a.lo), two_swap(a.hi)); }
 INLINE quad quad_j(quad a) { return quad_of(a.hi, a.lo); }
 INLINE quad quad_k(quad a) { return quad_of(two_swap(a.hi), two_swap(a.lo)); }
-INLINE quad quad_next(quad a) { return quad_of(two_mix(a.lo, 0, a.hi, 0), two_mix(a.hi, 1, a.lo, 1)); }
-INLINE quad quad_prev(quad a) { return quad_of(two_mix(a.lo, 0, a.hi, 1), two_mix(a.lo, 1, a.hi, 0)); }
+INLINE quad quad_next(quad a)
+{
+    return quad_of(two_mix(a.lo, 0, a.hi, 0), two_mix(a.hi, 1, a.lo, 1));
+}
+INLINE quad quad_prev(quad a)
+{
+    return quad_of(two_mix(a.lo, 0, a.hi, 1), two_mix(a.lo, 1, a.hi, 0));
+}
 #endif
 
-/* duo: duo_i, _j, _k work on both quaternions; duo_lo and duo_hi are the first and the second of them; duo_next_prev and
- * duo_prev_next are one turned both ways. */
+/* duo: duo_i, _j, _k work on both quaternions; duo_lo and duo_hi are the first and the second of
+ * them; duo_next_prev and duo_prev_next are one turned both ways. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -126,7 +151,8 @@ INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
 #endif
 
-/* Two sums side by side need the registers of newer instruction sets; there one alone would wait for itself. */
+/* Two sums side by side need the registers of newer instruction sets; there one alone would wait
+ * for itself. */
 #if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }

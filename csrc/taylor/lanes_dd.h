@@ -1,77 +1,95 @@
-/* Lanes of double-doubles: each lane an unevaluated sum hi + lo of some 31 digits (Dekker 1971). From the end
- * of this file on the words of lanes.h mean these. Floor 3. In memory low words lie one kr_series behind high words. */
+/* Lanes of double-doubles: each lane an unevaluated sum hi + lo of some 31 digits (Dekker 1971).
+ * From the end of this file on the words of lanes.h mean these. Floor 3. In memory low words lie
+ * one kr_series behind high words. */
 #ifndef KR_LANES_DD_H
 #define KR_LANES_DD_H
-#include "../dd.h"
+#include "numbers/dd.h"
 #include "lanes.h"
 #include "taylor.h"
 
-INLINE const double *low(const double *p) { return (const double *)((const char *)p + sizeof(kr_series)); }
+INLINE const double *low(const double *p)
+{
+    return (const double *)((const char *)p + sizeof(kr_series));
+}
 INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
 #if defined __FMA__ || defined __aarch64__
-#  define PRODUCT_ERROR(T)                                                                                   \
-    INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
+#  define PRODUCT_ERROR(T)                                                                         \
+      INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
 #else
-#  define PRODUCT_ERROR(T)                                                                                   \
-    INLINE T T##_top(T a)                                                                                    \
-    {                                                                                                        \
-        const T c = T##_mul(T##_splat(134217729.0), a);                                                      \
-        return T##_sub(c, T##_sub(c, a));                                                                    \
-    }                                                                                                        \
-    INLINE T T##_error(T a, T b, T ab)                                                                       \
-    {                                                                                                        \
-        const T p = T##_top(a), q = T##_top(b), r = T##_sub(a, p), t = T##_sub(b, q);                        \
-        const T e = T##_add(T##_add(T##_sub(T##_mul(p, q), ab), T##_mul(p, t)), T##_mul(r, q));              \
-        return T##_add(e, T##_mul(r, t));                                                                    \
-    }
+#  define PRODUCT_ERROR(T)                                                                         \
+      INLINE T T##_top(T a)                                                                        \
+      {                                                                                            \
+          const T c = T##_mul(T##_splat(134217729.0), a);                                          \
+          return T##_sub(c, T##_sub(c, a));                                                        \
+      }                                                                                            \
+      INLINE T T##_error(T a, T b, T ab)                                                           \
+      {                                                                                            \
+          const T p = T##_top(a), q = T##_top(b), r = T##_sub(a, p), t = T##_sub(b, q);            \
+          const T e = T##_add(T##_add(T##_sub(T##_mul(p, q), ab), T##_mul(p, t)), T##_mul(r, q));  \
+          return T##_add(e, T##_mul(r, t));                                                        \
+      }
 #endif
 
-/* fma leaves its result unnormalised (|lo| of a few units in the last place of hi); mul and store normalise. */
-#define DOUBLED(D, T)                                                                                        \
-    PRODUCT_ERROR(T)                                                                                         \
-    typedef struct { T hi, lo; } D;                                                                          \
-    INLINE D D##_of(T hi, T lo) { D r; r.hi = hi; r.lo = lo; return r; }                                     \
-    INLINE D D##_normal(T hi, T lo)                                                                          \
-    {                                                                                                        \
-        const T s = T##_add(hi, lo);                                                                         \
-        return D##_of(s, T##_sub(lo, T##_sub(s, hi)));                                                       \
-    }                                                                                                        \
-    INLINE D D##_exact(const double *p) { return D##_of(T##_load(p), T##_splat(0.0)); }                      \
-    INLINE D D##_load(const double *p) { return D##_of(T##_load(p), T##_load(low(p))); }                     \
-    INLINE void D##_store(double *p, D a)                                                                    \
-    {                                                                                                        \
-        const D n = D##_normal(a.hi, a.lo);                                                                  \
-        T##_store(p, n.hi);                                                                                  \
-        T##_store(low_of(p), n.lo);                                                                          \
-    }                                                                                                        \
-    INLINE D D##_splat(double a) { return D##_of(T##_splat(a), T##_splat(0.0)); }                            \
-    INLINE D D##_inverse(int n)                                                                              \
-    {                                                                                                        \
-        const double hi = 1.0 / n;                                                                           \
-        return D##_of(T##_splat(hi), T##_splat(fma(-hi, n, 1.0) / n));                                       \
-    }                                                                                                        \
-    INLINE D D##_span(const double *from, const double *to)                                                  \
-    {                                                                                                        \
-        const dd h = dd_add(two_sum(*to, -*from), dd_of(*low(to) - *low(from)));                             \
-        return D##_of(T##_splat(h.hi), T##_splat(h.lo));                                                     \
-    }                                                                                                        \
-    INLINE D D##_product(D a, D b)                                                                           \
-    {                                                                                                        \
-        const T p = T##_mul(a.hi, b.hi);                                                                     \
-        return D##_of(p, T##_fma(a.lo, b.hi, T##_fma(a.hi, b.lo, T##_error(a.hi, b.hi, p))));                \
-    }                                                                                                        \
-    INLINE D D##_add(D a, D b)                                                                               \
-    {                                                                                                        \
-        const T s = T##_add(a.hi, b.hi), v = T##_sub(s, a.hi);                                               \
-        const T e = T##_add(T##_sub(a.hi, T##_sub(s, v)), T##_sub(b.hi, v));                                 \
-        return D##_of(s, T##_add(T##_add(a.lo, b.lo), e));                                                   \
-    }                                                                                                        \
-    INLINE D D##_mul(D a, D b) { const D p = D##_product(a, b); return D##_normal(p.hi, p.lo); }             \
+/* fma leaves its result unnormalised (|lo| of a few units in the last place of hi); mul and store
+ * normalise. */
+#define DOUBLED(D, T)                                                                              \
+    PRODUCT_ERROR(T)                                                                               \
+    typedef struct {                                                                               \
+        T hi, lo;                                                                                  \
+    } D;                                                                                           \
+    INLINE D D##_of(T hi, T lo)                                                                    \
+    {                                                                                              \
+        D r;                                                                                       \
+        r.hi = hi;                                                                                 \
+        r.lo = lo;                                                                                 \
+        return r;                                                                                  \
+    }                                                                                              \
+    INLINE D D##_normal(T hi, T lo)                                                                \
+    {                                                                                              \
+        const T s = T##_add(hi, lo);                                                               \
+        return D##_of(s, T##_sub(lo, T##_sub(s, hi)));                                             \
+    }                                                                                              \
+    INLINE D D##_exact(const double *p) { return D##_of(T##_load(p), T##_splat(0.0)); }            \
+    INLINE D D##_load(const double *p) { return D##_of(T##_load(p), T##_load(low(p))); }           \
+    INLINE void D##_store(double *p, D a)                                                          \
+    {                                                                                              \
+        const D n = D##_normal(a.hi, a.lo);                                                        \
+        T##_store(p, n.hi);                                                                        \
+        T##_store(low_of(p), n.lo);                                                                \
+    }                                                                                              \
+    INLINE D D##_splat(double a) { return D##_of(T##_splat(a), T##_splat(0.0)); }                  \
+    INLINE D D##_inverse(int n)                                                                    \
+    {                                                                                              \
+        const double hi = 1.0 / n;                                                                 \
+        return D##_of(T##_splat(hi), T##_splat(fma(-hi, n, 1.0) / n));                             \
+    }                                                                                              \
+    INLINE D D##_span(const double *from, const double *to)                                        \
+    {                                                                                              \
+        const dd h = dd_add(two_sum(*to, -*from), dd_of(*low(to) - *low(from)));                   \
+        return D##_of(T##_splat(h.hi), T##_splat(h.lo));                                           \
+    }                                                                                              \
+    INLINE D D##_product(D a, D b)                                                                 \
+    {                                                                                              \
+        const T p = T##_mul(a.hi, b.hi);                                                           \
+        return D##_of(p, T##_fma(a.lo, b.hi, T##_fma(a.hi, b.lo, T##_error(a.hi, b.hi, p))));      \
+    }                                                                                              \
+    INLINE D D##_add(D a, D b)                                                                     \
+    {                                                                                              \
+        const T s = T##_add(a.hi, b.hi), v = T##_sub(s, a.hi);                                     \
+        const T e = T##_add(T##_sub(a.hi, T##_sub(s, v)), T##_sub(b.hi, v));                       \
+        return D##_of(s, T##_add(T##_add(a.lo, b.lo), e));                                         \
+    }                                                                                              \
+    INLINE D D##_mul(D a, D b)                                                                     \
+    {                                                                                              \
+        const D p = D##_product(a, b);                                                             \
+        return D##_normal(p.hi, p.lo);                                                             \
+    }                                                                                              \
     INLINE D D##_fma(D a, D b, D c) { return D##_add(c, D##_product(a, b)); }
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
-#define EACH(D, T, name) INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
+#define EACH(D, T, name)                                                                           \
+    INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
 EACH(duo2, duo, i)
 EACH(duo2, duo, j)
 EACH(duo2, duo, k)
@@ -81,8 +99,14 @@ INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_ne
 INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
 INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
 INLINE quad2 duo2_hi(duo2 a) { return quad2_of(duo_hi(a.hi), duo_hi(a.lo)); }
-INLINE duo2 duo2_lane(const double w[4], int i) { return duo2_of(duo_lane(w, i), duo_lane(low(w), i)); }
-INLINE duo2 duo2_scale(const double p[8], duo2 a) { return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo)); }
+INLINE duo2 duo2_lane(const double w[4], int i)
+{
+    return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
+}
+INLINE duo2 duo2_scale(const double p[8], duo2 a)
+{
+    return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
+}
 
 #undef UNROLL
 #define UNROLL

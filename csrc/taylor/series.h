@@ -1,7 +1,8 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes included before
- * says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. Floor 3.
- * What makes it fast: every sum runs from the middle outwards, so that the two newest coefficients, for which everything
- * waits, come last; terms j, m and m, j go side by side; and the compiler knows the order, so that it can lay out the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes
+ * included before says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h),
+ * and how many go at once. Floor 3. What makes it fast: every sum runs from the middle outwards, so
+ * that the two newest coefficients, for which everything waits, come last; terms j, m and m, j go
+ * side by side; and the compiler knows the order, so that it can lay out the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -11,13 +12,19 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-typedef enum { WHOLE, HEADLESS } form;              /* headless: without the attitude, its lanes are zero */
-typedef struct { duo ahead[KR_TAYLOR_MAX + 1], behind[KR_TAYLOR_MAX + 1]; } turned;     /* (next | prev), (prev | next) */
-typedef struct { turned w, p; } parts;              /* of every W_n and, if headless, P_n */
+/* headless: without the attitude, its lanes are zero */
+typedef enum { WHOLE, HEADLESS } form;
+/* (next | prev), (prev | next) */
 typedef struct {
-    duo i, j, k;            /* of W_j x_m, axis by axis; if headless instead */
-    duo p;                  /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
-    duo cross;              /* of next(W_j) * prev(W_m), in two halves */
+    duo ahead[KR_TAYLOR_MAX + 1], behind[KR_TAYLOR_MAX + 1];
+} turned;
+typedef struct {
+    turned w, p;
+} parts; /* of every W_n and, if headless, P_n */
+typedef struct {
+    duo i, j, k; /* of W_j x_m, axis by axis; if headless instead */
+    duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
+    duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } sums;
 
 INLINE void set_turned(double *to, turned *a, int n, quad value)
@@ -46,8 +53,10 @@ INLINE void add_pair(sums *a, sums *b, const kr_series *s, const parts *of, int 
 }
 INLINE void join(sums *a, const sums *b, form what)
 {
-    if (what == HEADLESS) a->p = duo_add(a->p, b->p);
-    else a->i = duo_add(a->i, b->i), a->j = duo_add(a->j, b->j), a->k = duo_add(a->k, b->k);
+    if (what == HEADLESS)
+        a->p = duo_add(a->p, b->p);
+    else
+        a->i = duo_add(a->i, b->i), a->j = duo_add(a->j, b->j), a->k = duo_add(a->k, b->k);
 }
 
 /* All terms with j + m = n, from the middle outwards, the newest apart. */
@@ -60,7 +69,8 @@ INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form wha
         a.cross = duo_mul(duo_splat(0.5), duo_mul(of->w.ahead[n / 2], of->w.behind[n / 2]));
     }
     UNROLL
-    for (int j = (n - 1) / 2; j > 0; j--) add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
+    for (int j = (n - 1) / 2; j > 0; j--)
+        add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
     if (SIDE_BY_SIDE) join(&a, &b, what);
     if (n > 0) add_pair(&a, &a, s, of, n, 0, what);
     return a;
@@ -82,20 +92,24 @@ INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
-    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)), torque);
+    return quad_fma(quad_mul(share, quad_load(s->k)), quad_add(duo_lo(a->cross), duo_hi(a->cross)),
+                    torque);
 }
 
 INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
 {
     const sums a = cauchy_products(s, of, n, what);
-    const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));   /* as it was stored */
-    if (what == HEADLESS) set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
-    else duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
+    /* as it was stored */
+    const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
+    if (what == HEADLESS)
+        set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
+    else
+        duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     set_turned(s->w[n + 1], &of->w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
 }
 
-/* log2 and exp2 to two digits, by way of the bits: enough for a step size, and much sooner than libm's. A logarithm is
- * divided by the order, so for the mantissa's the mantissa will do. */
+/* log2 and exp2 to two digits, by way of the bits: enough for a step size, and much sooner than
+ * libm's. A logarithm is divided by the order, so for the mantissa's the mantissa will do. */
 INLINE double rough_log2(double x)
 {
     int64_t bits;
@@ -118,11 +132,13 @@ INLINE double log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
     double a[4];
-    for (int i = 0; i < 4; i++) a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
+    for (int i = 0; i < 4; i++)
+        a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return rough_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* The step at whose end the last term is as large as the tolerance. Two terms tell the radius (Jorba and Zou 2005), for of an
- * even or odd series every other one vanishes: those before the last, so that the step is known when that is. */
+/* The step at whose end the last term is as large as the tolerance. Two terms tell the radius
+ * (Jorba and Zou 2005), for of an even or odd series every other one vanishes: those before the
+ * last, so that the step is known when that is. */
 INLINE double step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
@@ -141,8 +157,10 @@ INLINE void expand(kr_series *s, int from, int order, form what)
     for (int n = from; n < order; n++) next_coefficient(s, &of, n, what);
 }
 
-/* sum of x_n h^(n - from), h = to - t, its even and odd powers apart: two chains of fma side by side. */
-INLINE void sum_series(const kr_series *s, int from, int order, const double *to, double *sum_x, double *sum_w)
+/* sum of x_n h^(n - from), h = to - t, its even and odd powers apart: two chains of fma side by
+ * side. */
+INLINE void sum_series(const kr_series *s, int from, int order, const double *to, double *sum_x,
+                       double *sum_w)
 {
     const duo h = duo_span(&s->t, to), hh = duo_mul(h, h);
     const quad h4 = quad_span(&s->t, to), hh4 = quad_mul(h4, h4);

@@ -1,61 +1,68 @@
-/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for the price of one sum.
- * A step computes a piece of path as long as its tolerance allows, whatever times were asked for; these are then read
- * off inside the piece. Equations: taylor.h; step size: Jorba and Zou 2005. Keeps nothing but what the tolerance keeps.
- * Time is counted in powers of two so long that W stays below one: no coefficient overflows, no threshold has a
- * dimension. */
-#include "../su2_dd.h"
+/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for
+ * the price of one sum. A step computes a piece of path as long as its tolerance allows, whatever
+ * times were asked for; these are then read off inside the piece. Equations: taylor.h; step size:
+ * Jorba and Zou 2005. Keeps nothing but what the tolerance keeps. Time is counted in powers of two
+ * so long that W stays below one: no coefficient overflows, no threshold has a dimension. */
+#include "numbers/su2_dd.h"
 #include "taylor.h"
 
 typedef struct {
-    kr_series series[2];        /* high and low words */
+    kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;                /* the series' unit of time is 1 / rate of the run's */
+    double rate; /* the series' unit of time is 1 / rate of the run's */
 } path;
 
-static path *path_of(const kr_run *run) { return (path *)run->work; }
-static const kr_kernel *kernel_of(const kr_run *run) { return run->aux; }
+static path *path_of(const kr_motion *motion) { return (path *)motion->work; }
+static const kr_kernel *kernel_of(const kr_motion *motion) { return motion->aux; }
 
 /* Which kernel. */
-const kr_set *kr_taylor_set(int i)
+const kr_isa *kr_taylor_isa(int i)
 {
-    static const kr_set sets[] = {
+    static const kr_isa isas[] = {
 #if defined KR_X86
-        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512, kr_product_avx512},
+        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512,
+         kr_product_avx512},
         {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2, kr_product_avx2},
 #endif
         {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base, kr_product_base},
     };
-    return i < (int)(sizeof sets / sizeof *sets) ? &sets[i] : NULL;
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by validation/bench_kernels.py depth. */
-static double log2_tolerance(const kr_run *run)
+/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by
+ * validation/bench/kernels.py depth. */
+static double log2_tolerance(const kr_motion *motion)
 {
-    if (run->digits > 20) return -100.0;
-    if (run->digits > 16) return -70.0;
-    return run->tol > 0.0 ? log2(run->tol) : -53.0;
+    if (motion->digits > 20) return -100.0;
+    if (motion->digits > 16) return -70.0;
+    return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their last term higher
- * orders leave the larger error, down to rounding. Measured by validation/bench_kernels.py orders. */
-static const kr_kernel *kernel_for(const kr_set *set, const kr_run *run, double *log2_tol)
+/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their
+ * last term higher orders leave the larger error, down to rounding. Measured by
+ * validation/bench/kernels.py orders. */
+static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
-    static const struct { double until, less; } by_order[KR_ORDERS] = {
-        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}
-    };
+    static const struct {
+        double until, less;
+    } by_order[KR_ORDERS] = {
+        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}};
     const double tol = *log2_tol;
     int i = 0;
-    if (run->digits > 16) return &set->deep[run->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
+    if (motion->digits > 16) return &isa->deep[motion->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
     while (tol < by_order[i].until) i++;
     *log2_tol = fmin(tol, fmax(tol - by_order[i].less, -53.0));
-    return run->leave_heading ? &set->headless[i] : &set->plain[i];
+    return motion->leave_heading ? &isa->headless[i] : &isa->plain[i];
 }
-void kr_taylor_use(kr_run *run, const kr_kernel *kernel, double log2_tol)
+void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
 {
-    run->aux = (void *)kernel;
-    path_of(run)->log2_tol = log2_tol;
+    motion->aux = (void *)kernel;
+    path_of(motion)->log2_tol = log2_tol;
 }
 
 /* State to series and back. */
-static void pure(double lanes[4], kr_vec3 v) { lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z; }
+static void pure(double lanes[4], kr_vec3 v)
+{
+    lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z;
+}
 static void set_vector(double high[4], double low[4], vec_dd v)
 {
     pure(high, vdd_high(v));
@@ -66,59 +73,64 @@ static vec_dd over(vec_dd a, kr_vec3 A)
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-static vec_dd at_rate(double rate, vec_dd a)    /* a power of two */
+static vec_dd at_rate(double rate, vec_dd a) /* a power of two */
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
 /* A power of two above every W that the energy allows: W^2 least moment <= 2 T <= 2 T0 + 4 |c|. */
-static double rate_for(const kr_run *run, kr_vec3 W)
+static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
-    const kr_vec3 A = run->inertia;
-    const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(run->lever);
+    const kr_vec3 A = motion->inertia;
+    const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
     int exponent = 0;
     frexp(sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z))), &exponent);
     return ldexp(1.0, exponent);
 }
-static void set_constants(kr_series s[2], const kr_run *run, double rate)
+static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
-    const kr_vec3 A = run->inertia;
+    const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(run->lever, run->lever_low));
+    const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector(s[0].k, s[1].k, over(pair, A));
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
 }
-/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but for the tolerance: of
- * 1 / |P| two terms do, which take neither a root nor a quotient. */
-static kr_quat attitude(const kr_run *run, const double x[8])
+/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but
+ * for the tolerance: of 1 / |P| two terms do, which take neither a root nor a quotient. */
+static kr_quat attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
-    return run->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P))) : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    return motion->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
+                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-static void plain_state(const path *p, const kr_run *run, const double x[8], const double w[4], kr_state *s)
+static void plain_state(const path *p, const kr_motion *motion, const double x[8],
+                        const double w[4], kr_state *s)
 {
-    const kr_vec3 M = v_times(run->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    s->q = attitude(run, x);
+    const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
+    s->q = attitude(motion, x);
     s->m = q_turn(s->q, M);
 }
-static void deep_state(const path *p, kr_run *run, kr_state *s)
+static void deep_state(const path *p, kr_motion *motion, kr_state *s)
 {
-    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w, *low_w = p->series[1].at_w;
+    const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
+                 *low_w = p->series[1].at_w;
     const vec_dd W = at_rate(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
-    const kr_vec3 A = run->inertia;
+    const kr_vec3 A = motion->inertia;
     const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
-    const quat_dd q = qdd_unit(q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
+    const quat_dd q = qdd_unit(
+        q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
     const vec_dd m = qdd_turn(q, M);
-    s->q = qdd_high(q), run->low.q = qdd_low(q);
-    s->m = vdd_high(m), run->low.m = vdd_low(m);
+    s->q = qdd_high(q), motion->low.q = qdd_low(q);
+    s->m = vdd_high(m), motion->low.m = vdd_low(m);
 }
 
 static int is_finite(const kr_series *s)
 {
     double sum = 0.0;
-    for (int i = 0; i < 4; i++) sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
+    for (int i = 0; i < 4; i++)
+        sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
 /* A piece of no length, where the last one began. */
@@ -133,104 +145,122 @@ static void stay(kr_series s[2])
     s->end = s->t;
 }
 
-static void set_start(path *p, const kr_run *run, const kr_state *start)
+static void set_start(path *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
-    const quat_dd q = q_dd(start->q, run->low.q);
+    const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    const vec_dd W = over(qdd_turn(qdd_conj(q), v_dd(start->m, run->low.m)), run->inertia);
+    const vec_dd W = over(qdd_turn(qdd_conj(q), v_dd(start->m, motion->low.m)), motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = rate_for(run, vdd_high(W));
-    if (!run->leave_heading) {
+    p->rate = rate_for(motion, vdd_high(W));
+    if (!motion->leave_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
     set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
     set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
-    set_constants(p->series, run, p->rate);
-    high->t = p->rate * run->clock;
+    set_constants(p->series, motion, p->rate);
+    high->t = p->rate * motion->clock;
     stay(p->series);
 }
 /* The method. */
-static kr_status reset(kr_run *run, const kr_state *start)
+static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    double log2_tol = log2_tolerance(run);
+    double log2_tol = log2_tolerance(motion);
     int i = 0;
     if (!(log2_tol < 0.0)) return KR_ERR_ARGUMENT;
-    while (!kr_taylor_set(i)->runs_here()) i++;
-    const kr_kernel *kernel = kernel_for(kr_taylor_set(i), run, &log2_tol);
-    kr_taylor_use(run, kernel, log2_tol);
-    set_start(path_of(run), run, start);
+    while (!kr_taylor_isa(i)->runs_here()) i++;
+    const kr_kernel *kernel = kernel_for(kr_taylor_isa(i), motion, &log2_tol);
+    kr_taylor_use(motion, kernel, log2_tol);
+    set_start(path_of(motion), motion, start);
     return KR_OK;
 }
-static kr_status step(kr_run *run, double until)
+static kr_status step(kr_motion *motion, double until)
 {
-    path *p = path_of(run);
+    path *p = path_of(motion);
     kr_series *s = p->series;
-    const double forward = run->step < 0.0 ? -1.0 : 1.0;
+    const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     (void)until;
-    if (run->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;      /* no step in doubles can meet it */
-    kernel_of(run)->advance(s, p->log2_tol, forward);
-    run->stats.evaluations++;
-    const kr_status status = !is_finite(s) ? KR_ERR_NOT_FINITE : forward * (s->end - s->t) > 0.0 ? KR_OK : KR_ERR_STEP;
-    if (status == KR_OK) run->clock = s->end / p->rate;
-    else stay(s);
+    /* no step in doubles can meet it */
+    if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
+    kernel_of(motion)->advance(s, p->log2_tol, forward);
+    motion->stats.evaluations++;
+    const kr_status status = !is_finite(s)                     ? KR_ERR_NOT_FINITE
+                             : forward * (s->end - s->t) > 0.0 ? KR_OK
+                                                               : KR_ERR_STEP;
+    if (status == KR_OK)
+        motion->clock = s->end / p->rate;
+    else
+        stay(s);
     return status;
 }
-static void read(const kr_run *run, kr_state *s)
+static void read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = path_of(run);
-    plain_state(p, run, p->series->end_x, p->series->end_w, s);
+    const path *p = path_of(motion);
+    plain_state(p, motion, p->series->end_x, p->series->end_w, s);
 }
-static void at(kr_run *run, double clock, kr_state *s)
+static void at(kr_motion *motion, double clock, kr_state *s)
 {
-    path *p = path_of(run);
+    path *p = path_of(motion);
     p->series[0].at = p->rate * clock;
-    p->series[1].at = p->rate * run->low.t;
-    kernel_of(run)->look(p->series);
-    if (run->digits > 16) deep_state(p, run, s);
-    else plain_state(p, run, p->series->at_x, p->series->at_w, s);
+    p->series[1].at = p->rate * motion->low.t;
+    kernel_of(motion)->look(p->series);
+    if (motion->digits > 16)
+        deep_state(p, motion, s);
+    else
+        plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
 static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
-static const kr_set *set_of(const kr_kernel *k)
+static const kr_isa *isa_of(const kr_kernel *k)
 {
-    const kr_set *set = kr_taylor_set(0);
-    for (int i = 1; set; set = kr_taylor_set(i++))
-        if (is_in(set->plain, KR_ORDERS, k) || is_in(set->headless, KR_ORDERS, k) || is_in(set->deep, KR_DEPTHS, k))
+    const kr_isa *isa = kr_taylor_isa(0);
+    for (int i = 1; isa; isa = kr_taylor_isa(i++))
+        if (is_in(isa->plain, KR_ORDERS, k) || is_in(isa->headless, KR_ORDERS, k) ||
+            is_in(isa->deep, KR_DEPTHS, k))
             break;
-    return set;
+    return isa;
 }
-static const char *kernel(const kr_run *run, int *order)
+static const char *kernel(const kr_motion *motion, int *order)
 {
-    const kr_set *set = set_of(kernel_of(run));
-    *order = kernel_of(run)->order;
-    return set ? set->name : "other";
+    const kr_isa *isa = isa_of(kernel_of(motion));
+    *order = kernel_of(motion)->order;
+    return isa ? isa->name : "other";
 }
-static kr_piece piece(const kr_run *run)
+static kr_piece piece(const kr_motion *motion)
 {
-    const path *p = path_of(run);
+    const path *p = path_of(motion);
     const kr_series *s = p->series;
-    const kr_set *set = set_of(kernel_of(run));
-    kr_piece piece = {.order = kernel_of(run)->order, .x = s->x, .w = s->w, .rate = p->rate, .begin = s->t / p->rate};
+    const kr_isa *isa = isa_of(kernel_of(motion));
+    kr_piece piece = {.order = kernel_of(motion)->order,
+                      .x = s->x,
+                      .w = s->w,
+                      .rate = p->rate,
+                      .begin = s->t / p->rate};
     memcpy(piece.end_x, s->end_x, sizeof piece.end_x);
     memcpy(piece.end_w, s->end_w, sizeof piece.end_w);
     piece.end = s->end / p->rate;
     piece.span = s->end - s->t;
-    piece.product = set ? set->product : kr_product_base;
+    piece.product = isa ? isa->product : kr_product_base;
     return piece;
 }
 
 const kr_method kr_method_taylor = {
     .name = "taylor",
-    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits by double-double",
+    .text = "Taylor series of order 12 to 28 by its tolerance, with dense output; 20 or 30 digits "
+            "by double-double",
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
-    .work = sizeof(path) / sizeof(double), .reset = reset, .step = step, .read = read, .at = at,
-    .kernel = kernel, .piece = piece,
+    .work = sizeof(path) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
+    .at = at,
+    .kernel = kernel,
+    .piece = piece,
 };

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Builds the page, one HTML file that needs nothing else: the core as WebAssembly (zig), the scripts and libraries
 (esbuild), the licences of all that is inside. Usage: build.py FOLDER_FOR_WORK PAGE"""
+
 import html
 import os
 import re
@@ -27,13 +28,40 @@ SHADERS = re.compile(
 def core(wasm: Path) -> None:
     """What core.js calls. The same operations in the same order as everywhere: nothing fused. Compressed, for it travels
     as text. Small before fast; 20 and 30 digits are left out, see wasm.c."""
-    target = ["-target", "wasm32-wasi", "-mexec-model=reactor", "-msimd128", "-std=c99", "-ffp-contract=off", "-s"]
+    target = [
+        "-target",
+        "wasm32-wasi",
+        "-mexec-model=reactor",
+        "-msimd128",
+        "-std=c99",
+        "-ffp-contract=off",
+        "-s",
+    ]
     small = ["-Os", "-Xclang", "-Oz", "-fno-vectorize", "-fno-slp-vectorize", "-fvisibility=hidden"]
-    calls = sorted(set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8"))) - {"memory"})
+    calls = sorted(
+        set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8")))
+        - {"memory"}
+    )
     exports = [f"-Wl,--export={name}" for name in calls]
-    files = (file for file in (ROOT / "csrc").rglob("*.c") if file.parent.name != "gsl" and file.name != "kernel_dd.c")
-    command = [sys.executable, "-m", "ziglang", "cc", *target, *small, *exports, *sorted(map(str, files))]
-    caches = dict.fromkeys(("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig")))
+    files = (
+        file
+        for file in (ROOT / "csrc").rglob("*.c")
+        if file.parent.name != "gsl" and file.name != "kernel_dd.c"
+    )
+    compile = [
+        sys.executable,
+        "-m",
+        "ziglang",
+        "cc",
+        *target,
+        *small,
+        *exports,
+        f"-I{ROOT / 'csrc'}",
+    ]
+    command = [*compile, *sorted(map(str, files))]
+    caches = dict.fromkeys(
+        ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig"))
+    )
     subprocess.run([*command, "-o", str(wasm)], check=True, env=os.environ | caches)
     wasm.write_bytes(zlib.compress(wasm.read_bytes(), 9))
 
@@ -42,18 +70,31 @@ def libraries(work: Path) -> Path:
     """What package-lock.json names, without the shaders that nothing here uses; nothing of it is run but esbuild."""
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
-    quiet = ["--ignore-scripts", "--no-update-notifier", "--no-audit", "--no-fund", "--loglevel=error"]
+    quiet = [
+        "--ignore-scripts",
+        "--no-update-notifier",
+        "--no-audit",
+        "--no-fund",
+        "--loglevel=error",
+    ]
     subprocess.run(["npm", "ci", *quiet], cwd=work, check=True, stdout=subprocess.DEVNULL)
     for file in (work / "node_modules/three/src/renderers/shaders").glob("*/*.glsl.js"):
         if not SHADERS.match(file.name):
-            file.write_text('export default ""; export const vertex = "", fragment = "";', encoding="utf-8")
+            file.write_text(
+                'export default ""; export const vertex = "", fragment = "";', encoding="utf-8"
+            )
     return work / "node_modules"
 
 
 def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:
     command = [modules / ".bin/esbuild", entry, "--bundle", "--minify", "--legal-comments=none"]
     command += ["--alias:three/addons=three/examples/jsm", "--alias:three=three/src/Three.js"]
-    command += ["--log-level=warning", f"--alias:kreisel.wasm={wasm}", "--loader:.wasm=binary", *options]
+    command += [
+        "--log-level=warning",
+        f"--alias:kreisel.wasm={wasm}",
+        "--loader:.wasm=binary",
+        *options,
+    ]
     paths = os.environ | {"NODE_PATH": str(modules)}
     return subprocess.run(command, check=True, capture_output=True, text=True, env=paths).stdout
 
@@ -68,7 +109,9 @@ def licences(modules: Path) -> str:
         "musl, inside wasi-libc": ZIG / "lib/libc/musl/COPYRIGHT",
         "Zig, functions of its own beside them": ZIG / "LICENSE",
     }
-    return "\n\n".join(f"== {name}\n\n{file.read_text(encoding='utf-8').strip()}" for name, file in parts.items())
+    return "\n\n".join(
+        f"== {name}\n\n{file.read_text(encoding='utf-8').strip()}" for name, file in parts.items()
+    )
 
 
 def main(work: Path, page: Path) -> None:
@@ -79,9 +122,13 @@ def main(work: Path, page: Path) -> None:
     script = bundle(modules, wasm, HERE / "main.js", "--format=esm", "--target=es2022")
     style = bundle(modules, wasm, HERE / "style.css")
     text = (HERE / "index.html").read_text(encoding="utf-8")
-    notices = f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'
+    notices = (
+        f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'
+    )
     text = text.replace("<style></style>", f"<style>{style}</style>")
-    text = text.replace('<script type="module"></script>', f'{notices}\n<script type="module">{script}</script>')
+    text = text.replace(
+        '<script type="module"></script>', f'{notices}\n<script type="module">{script}</script>'
+    )
     page.write_text(text, encoding="utf-8")
 
 

@@ -1,11 +1,17 @@
 """Lines over time and what else is drawn in two dimensions, in the look of the report."""
+
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..figures import COLOURS, FAINT, INK, STYLE, as_svg
+from ..report.figures import COLOURS, FAINT, INK, STYLE, as_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
-TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}      # the colours of the four tops (6.1.1)
+TOPS = {
+    "red": RED,
+    "blue": BLUE,
+    "yellow": OCHRE,
+    "green": GREEN,
+}  # the colours of the four tops (6.1.1)
 IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4": ORANGE}
 POINTS = 500
 
@@ -41,7 +47,7 @@ def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1))
         if log:
             axes.set_yscale("log")
         if floor is not None:
-            axes.axhline(floor, color=FAINT, linewidth=.8, linestyle=(0, (4, 2)))
+            axes.axhline(floor, color=FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
         figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3, fontsize=9)
         return as_svg(figure)
 
@@ -75,17 +81,38 @@ def geodesic():
     arc = np.linspace(0, end, 40)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
-        axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=.8)
-        axes.plot(np.cos(angle), .3 * np.sin(angle), color=FAINT, linewidth=.6)
-        axes.plot(.8 * np.sin(arc), np.cos(arc), color=BLUE, linewidth=2)
-        axes.plot([.8 * np.sin(end), -.8 * np.sin(end)], [np.cos(end), -np.cos(end)], ":", color=FAINT, linewidth=1)
-        marks = [((0, 1), "N = Id", (0, 7)), ((.8 * np.sin(end), np.cos(end)), "E", (9, 0)),
-                 ((-.8 * np.sin(end), -np.cos(end)), "\N{MINUS SIGN}E", (-16, -4))]
+        axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
+        axes.plot(np.cos(angle), 0.3 * np.sin(angle), color=FAINT, linewidth=0.6)
+        axes.plot(0.8 * np.sin(arc), np.cos(arc), color=BLUE, linewidth=2)
+        axes.plot(
+            [0.8 * np.sin(end), -0.8 * np.sin(end)],
+            [np.cos(end), -np.cos(end)],
+            ":",
+            color=FAINT,
+            linewidth=1,
+        )
+        marks = [
+            ((0, 1), "N = Id", (0, 7)),
+            ((0.8 * np.sin(end), np.cos(end)), "E", (9, 0)),
+            ((-0.8 * np.sin(end), -np.cos(end)), "\N{MINUS SIGN}E", (-16, -4)),
+        ]
         for point, text, offset in marks:
             axes.plot(*point, "o", color=INK, markersize=4)
-            axes.annotate(text, point, xytext=offset, textcoords="offset points", ha="center" if text[0] == "N" else "left",
-                          fontsize=10)
-        axes.annotate("L(E)", (.8 * np.sin(end / 2), np.cos(end / 2)), xytext=(6, 4), textcoords="offset points", color=BLUE)
+            axes.annotate(
+                text,
+                point,
+                xytext=offset,
+                textcoords="offset points",
+                ha="center" if text[0] == "N" else "left",
+                fontsize=10,
+            )
+        axes.annotate(
+            "L(E)",
+            (0.8 * np.sin(end / 2), np.cos(end / 2)),
+            xytext=(6, 4),
+            textcoords="offset points",
+            color=BLUE,
+        )
         axes.set_aspect("equal")
         axes.axis("off")
         return as_svg(figure)
@@ -95,13 +122,15 @@ def timer(eps1=0.2, eps2=0.5, stop=2.0):
     """Figure 5.12: steps of both at their multiples; the end is a common one."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
-        for y, eps, colour, name in ((1, eps1, RED, "\N{GREEK SMALL LETTER EPSILON}1"),
-                                     (0, eps2, BLUE, "\N{GREEK SMALL LETTER EPSILON}2")):
+        for y, eps, colour, name in (
+            (1, eps1, RED, "\N{GREEK SMALL LETTER EPSILON}1"),
+            (0, eps2, BLUE, "\N{GREEK SMALL LETTER EPSILON}2"),
+        ):
             at = np.arange(round(stop / eps) + 1) * eps
             axes.plot(at, 0 * at + y, "o-", color=colour, markersize=6, linewidth=1)
-            axes.annotate(f"{name} = {eps:g}", (-.06, y), ha="right", va="center", color=colour)
+            axes.annotate(f"{name} = {eps:g}", (-0.06, y), ha="right", va="center", color=colour)
         axes.axvline(stop, color=FAINT, linestyle=(0, (4, 2)))
         axes.annotate("stoptime", (stop, 1.45), ha="center", color=FAINT, annotation_clip=False)
-        axes.set(yticks=[], xlabel="time", ylim=(-.5, 1.4), xlim=(-.5, stop + .2))
+        axes.set(yticks=[], xlabel="time", ylim=(-0.5, 1.4), xlim=(-0.5, stop + 0.2))
         axes.spines["left"].set_visible(False)
         return as_svg(figure)

@@ -1,7 +1,7 @@
 """Errata of chapter 4: the Bobenko-Suris discretization and its units."""
-import numpy as np
 
 import kreisel as kr
+import numpy as np
 
 from . import su2
 from .errata import erratum
@@ -9,7 +9,9 @@ from .runs import HALF, SCENE, theorem42, truth
 
 UNITS = kr.scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
-TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))     # by 0.6 rad: over an upright start no torque acts
+TILTED = SCALED.replace(
+    attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0)
+)  # by 0.6 rad: over an upright start no torque acts
 STEP, END = 0.02, 20.0
 
 
@@ -17,26 +19,48 @@ def off(q, scene, end):
     return kr.attitude_error(q, su2.exact(scene, end))
 
 
-@erratum(1, "theorem 4.2", "c = <m, p>", "c = <m, a>", f"attitude error at t = {END:g}, eps = {STEP:g}, begun tilted [rad]")
+@erratum(
+    1,
+    "theorem 4.2",
+    "c = <m, p>",
+    "c = <m, a>",
+    f"attitude error at t = {END:g}, eps = {STEP:g}, begun tilted [rad]",
+)
 def third_integral():
     return (off(su2.theorem42(TILTED, STEP, END, c_of=c), TILTED, END) for c in "pa")
 
 
-@erratum(2, "theorem 4.2", "the second form of xi has the factor 2/c", "2/eps", "difference of the two forms of xi, relative")
+@erratum(
+    2,
+    "theorem 4.2",
+    "the second form of xi has the factor 2/c",
+    "2/eps",
+    "difference of the two forms of xi, relative",
+)
 def second_form():
     m, a = np.array(TILTED.momentum), np.array((0.0, -np.sin(0.6), np.cos(0.6)))
     alpha, g = TILTED.body.moments[2], TILTED.body.mass * TILTED.gravity
     m, b = su2.step_of(m, a, STEP, g)
     c = m @ a
     first = su2.xi(1, m, a, b, c, alpha, STEP)
-    return (np.linalg.norm(su2.xi(2, m, a, b, c, alpha, STEP, factor) - first) / np.linalg.norm(first)
-            for factor in (2 / c, 2 / STEP))
+    return (
+        np.linalg.norm(su2.xi(2, m, a, b, c, alpha, STEP, factor) - first) / np.linalg.norm(first)
+        for factor in (2 / c, 2 / STEP)
+    )
 
 
-@erratum(3, "theorem 4.2, 4.2.2", "g is the rotation from rest to body frame, g_(k+1) = w_k g_k",
-         "g is the rotation from body to rest frame (Phi^-1 of theorem 3.5)", f"attitude error at t = {END:g} [rad]")
+@erratum(
+    3,
+    "theorem 4.2, 4.2.2",
+    "g is the rotation from rest to body frame, g_(k+1) = w_k g_k",
+    "g is the rotation from body to rest frame (Phi^-1 of theorem 3.5)",
+    f"attitude error at t = {END:g} [rad]",
+)
 def which_rotation():
-    return (off(su2.theorem42(TILTED, STEP, END, side=side), TILTED, END) for side in ("inverse", "left"))
+    return (
+        off(su2.theorem42(TILTED, STEP, END, side=side), TILTED, END)
+        for side in ("inverse", "left")
+    )
 
 
 def summed_alpha():
@@ -46,9 +70,13 @@ def summed_alpha():
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
 
 
-@erratum(4, "4.2.1", "I1 = M/3 (C_N^2 + C_T^2), alpha = 2 C_N^2 / (C_N^2 + C_T^2) = 0.780",
-         "I1 = M/3 (C_N^2 + 4 C_T^2), alpha = 2 C_N^2 / (C_N^2 + 4 C_T^2) = 0.2759",
-         "alpha against the moments summed over the cuboid, relative")
+@erratum(
+    4,
+    "4.2.1",
+    "I1 = M/3 (C_N^2 + C_T^2), alpha = 2 C_N^2 / (C_N^2 + C_T^2) = 0.780",
+    "I1 = M/3 (C_N^2 + 4 C_T^2), alpha = 2 C_N^2 / (C_N^2 + 4 C_T^2) = 0.2759",
+    "alpha against the moments summed over the cuboid, relative",
+)
 def moments():
     n, _, t = HALF
     alpha = summed_alpha()
@@ -58,11 +86,18 @@ def moments():
 def scaled_by(i1, alpha, p):
     """The scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p))
-    return kr.Scene(body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0)
+    return kr.Scene(
+        body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
+    )
 
 
-@erratum(5, "4.2.1", "p = g / C_T = 1", "p = M g C_T / I1 = 0.6466: in units with I1 = 1 the mass is not 1",
-         "frame error L at t = 1 in the units of the text [rad]")
+@erratum(
+    5,
+    "4.2.1",
+    "p = g / C_T = 1",
+    "p = M g C_T / I1 = 0.6466: in units with I1 = 1 the mass is not 1",
+    "frame error L at t = 1 in the units of the text [rad]",
+)
 def gravity():
     n, _, t = HALF
     mass, i1 = SCENE.body.mass, SCENE.body.moments[0]
@@ -71,13 +106,23 @@ def gravity():
     return (0.5 * off(truth(scene, [1.0]).path.q[-1], SCENE, 1.0) for scene in (text, right))
 
 
-@erratum(6, "4.2.1, 6.1.4", "m is in mu lu^2/s^2; the first two terms of H_eps are the energy",
-         "mu lu^2/s; they are the energy but for the constant (1/alpha - 1) <m, a>^2 / 2",
-         "attitude error at t = 1 after going to units of two seconds and back [rad]")
+@erratum(
+    6,
+    "4.2.1, 6.1.4",
+    "m is in mu lu^2/s^2; the first two terms of H_eps are the energy",
+    "mu lu^2/s; they are the energy but for the constant (1/alpha - 1) <m, a>^2 / 2",
+    "attitude error at t = 1 after going to units of two seconds and back [rad]",
+)
 def unit_of_momentum():
     faster = SCENE.replace(gravity=4 * SCENE.gravity)
-    return (off(truth(faster.replace(momentum=factor * np.array(SCENE.momentum)), [0.5]).path.q[-1], SCENE, 1.0)
-            for factor in (4, 2))
+    return (
+        off(
+            truth(faster.replace(momentum=factor * np.array(SCENE.momentum)), [0.5]).path.q[-1],
+            SCENE,
+            1.0,
+        )
+        for factor in (4, 2)
+    )
 
 
 def order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
@@ -86,8 +131,12 @@ def order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@erratum(15, "chapter 6", "(left unsaid) all experiments begin upright, where the attitude converges with order 2",
-         "order 1 in general: an upright start hides that half a kick is missing",
-         "distance of the order from 1, begun upright and begun tilted")
+@erratum(
+    15,
+    "chapter 6",
+    "(left unsaid) all experiments begin upright, where the attitude converges with order 2",
+    "order 1 in general: an upright start hides that half a kick is missing",
+    "distance of the order from 1, begun upright and begun tilted",
+)
 def first_order():
     return (abs(order(scene) - 1) for scene in (SCALED, TILTED))

@@ -1,26 +1,41 @@
 """Errata of chapters 3 and 5: rotations, the Lagrangian, elastic rods and the fourth integrals."""
-import numpy as np
 
 import kreisel as kr
+import numpy as np
 
 from . import su2
 from .errata import erratum
 from .integrals import adjusted, in_body
 from .runs import SCENE, truth
 
-@erratum(7, "theorem 3.4", "Phi = cos(a/2) Id + sin(a/2) V, and Phi^-1 X Phi turns by a",
-         "Phi = cos(a/2) Id + 2 sin(a/2) V, and it turns by -a",
-         "distance of the turned vector from where it should be, a = 0.7")
+
+@erratum(
+    7,
+    "theorem 3.4",
+    "Phi = cos(a/2) Id + sin(a/2) V, and Phi^-1 X Phi turns by a",
+    "Phi = cos(a/2) Id + 2 sin(a/2) V, and it turns by -a",
+    "distance of the turned vector from where it should be, a = 0.7",
+)
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
-    should = x * np.cos(angle) + np.cross(axis, x) * np.sin(angle) + axis * (axis @ x) * (1 - np.cos(angle))
+    should = (
+        x * np.cos(angle)
+        + np.cross(axis, x) * np.sin(angle)
+        + axis * (axis @ x) * (1 - np.cos(angle))
+    )
     text = np.cos(angle / 2) * su2.ID + np.sin(angle / 2) * su2.hat(axis)
-    return (np.linalg.norm(su2.turned(Phi, x) - should) for Phi in (text, su2.rotation(axis, -angle)))
+    return (
+        np.linalg.norm(su2.turned(Phi, x) - should) for Phi in (text, su2.rotation(axis, -angle))
+    )
 
 
-@erratum(8, "(3.1)", "e_i e_j = eps_ijk e_k / 2, with eps_012 = 1",
-         "so for i \N{NOT EQUAL TO} j; e_i e_i = -Id/4; eps_123 = 1",
-         "largest element of the difference, over all i and j")
+@erratum(
+    8,
+    "(3.1)",
+    "e_i e_j = eps_ijk e_k / 2, with eps_012 = 1",
+    "so for i \N{NOT EQUAL TO} j; e_i e_i = -Id/4; eps_123 = 1",
+    "largest element of the difference, over all i and j",
+)
 def products():
     text, right = [], []
     for i in range(3):
@@ -41,38 +56,60 @@ def moving(h=1e-4, t=3.0):
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
 
 
-@erratum(9, "theorem 3.5", "the proof puts e2 for e3 in <T', N>, and (Phi')^-1 for (Phi^-1)'; the formula for U is right",
-         "U = kappa2 e1 - kappa1 e2 - tau e3, as printed", "difference of kappa1 = -2 tr((Phi^-1 e Phi)' N) from <T', N>")
+@erratum(
+    9,
+    "theorem 3.5",
+    "the proof puts e2 for e3 in <T', N>, and (Phi')^-1 for (Phi^-1)'; the formula for U is right",
+    "U = kappa2 e1 - kappa1 e2 - tau e3, as printed",
+    "difference of kappa1 = -2 tr((Phi^-1 e Phi)' N) from <T', N>",
+)
 def curvature():
     Phi, change, (n, b, t), rates = moving()
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
     formula = su2.hat((rates[2] @ b, -kappa1, -rates[0] @ b))
-    found = [-2 * np.trace((back @ e @ change - back @ change @ back @ su2.E3 @ Phi) @ back @ su2.E1 @ Phi).real
-             for e in (su2.E2, su2.E3)]
+    found = [
+        -2
+        * np.trace(
+            (back @ e @ change - back @ change @ back @ su2.E3 @ Phi) @ back @ su2.E1 @ Phi
+        ).real
+        for e in (su2.E2, su2.E3)
+    ]
     return abs(found[0] - kappa1), max(abs(found[1] - kappa1), abs(change @ back - formula).max())
 
 
-@erratum(10, "(3.4), 3.4, 4.2.2", "a = a1 e2 + a2 e3 + a3 e3; N_eps = (Phi H)^-1 e2 Phi H; B' twice; p = g e2",
-         "a = a1 e1 + a2 e2 + a3 e3; e1 for N; T'; p = g e3", "largest difference from a and from N, at t = 3")
+@erratum(
+    10,
+    "(3.4), 3.4, 4.2.2",
+    "a = a1 e2 + a2 e3 + a3 e3; N_eps = (Phi H)^-1 e2 Phi H; B' twice; p = g e2",
+    "a = a1 e1 + a2 e2 + a3 e3; e1 for N; T'; p = g e3",
+    "largest difference from a and from N, at t = 3",
+)
 def slips():
     path = truth(SCENE, [3.0]).path
     a, Phi = path.apex[0], np.linalg.inv(su2.matrix(path.q[0]))
     text = np.array((0.0, a[0], a[1] + a[2]))
-    return (max(np.linalg.norm(vector - a), np.linalg.norm(su2.turned(Phi, axis) - path.frame[0, 0]))
-            for vector, axis in ((text, (0, 1, 0)), (a, (1, 0, 0))))
+    return (
+        max(np.linalg.norm(vector - a), np.linalg.norm(su2.turned(Phi, axis) - path.frame[0, 0]))
+        for vector, axis in ((text, (0, 1, 0)), (a, (1, 0, 0)))
+    )
 
 
-@erratum(11, "(3.11), theorems 3.8, 3.9", "alpha1 = I_N, alpha2 = I_B, b = |a| p; (3.10) times 2 I_N is the Lagrangian",
-         "alpha1 = I_B, alpha2 = I_N, b = -M A_T p; I_N / 2",
-         "largest difference of (3.11) from twice the Lagrangian, relative")
+@erratum(
+    11,
+    "(3.11), theorems 3.8, 3.9",
+    "alpha1 = I_N, alpha2 = I_B, b = |a| p; (3.10) times 2 I_N is the Lagrangian",
+    "alpha1 = I_B, alpha2 = I_N, b = -M A_T p; I_N / 2",
+    "largest difference of (3.11) from twice the Lagrangian, relative",
+)
 def rods():
     path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
     rod, lagrangian = kr.rod(path), path.kinetic - path.potential
     one, two, twist = rod.stiffness
     sizes = path.kinetic.max()
-    text = 0.5 * (rod.curvature**2 @ (two, one) + twist * rod.torsion**2) \
-        + rod.frame[:, 2, 2] * path.scene.gravity * np.linalg.norm(path.scene.body.com)
+    text = 0.5 * (rod.curvature**2 @ (two, one) + twist * rod.torsion**2) + rod.frame[
+        :, 2, 2
+    ] * path.scene.gravity * np.linalg.norm(path.scene.body.com)
     return abs(text - lagrangian).max() / sizes, abs(rod.density - lagrangian).max() / sizes
 
 
@@ -85,17 +122,25 @@ def action(angle, end, n=400):
     return change.mean() / (weight * angle**2)
 
 
-@erratum(12, "extremal, theorem 3.1; 6.2, 6.3",
-         "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
-         "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
-         "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first variation")
+@erratum(
+    12,
+    "extremal, theorem 3.1; 6.2, 6.3",
+    "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
+    "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
+    "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first variation",
+)
 def stationary():
     slope = (action(1e-3, 10.0) * 1e-3 - action(-1e-3, 10.0) * 1e-3) / 2
     return max(0.0, -action(0.1, 10.0)), abs(slope)
 
 
-@erratum(13, "3.4", "(right as printed: Kirchhoff's equations and (3.9); here with the other sign of M P x A)",
-         "M' = M x J^-1 M + M P x A", "difference from the change of M along the path, relative")
+@erratum(
+    13,
+    "3.4",
+    "(right as printed: Kirchhoff's equations and (3.9); here with the other sign of M P x A)",
+    "M' = M x J^-1 M + M P x A",
+    "difference from the change of M along the path, relative",
+)
 def kirchhoff():
     h = 1e-4
     scene = kr.scenes.asymmetric
@@ -103,18 +148,30 @@ def kirchhoff():
     moments, lever = np.array(scene.body.moments), np.array(scene.body.principal_com)
     body = in_body(path) * moments
     change, up = (body[2] - body[0]) / (2 * h), path.frame[1, :, 2]
-    kinetic, weight = np.cross(body[1], body[1] / moments), scene.body.mass * scene.gravity * np.cross(up, lever)
-    return (np.linalg.norm(kinetic + sign * weight - change) / np.linalg.norm(change) for sign in (-1, 1))
+    kinetic, weight = (
+        np.cross(body[1], body[1] / moments),
+        scene.body.mass * scene.gravity * np.cross(up, lever),
+    )
+    return (
+        np.linalg.norm(kinetic + sign * weight - change) / np.linalg.norm(change)
+        for sign in (-1, 1)
+    )
 
 
-@erratum(14, "(5.1), (5.2)", "K, with the centre of mass along T as axis 1: H = .. - p1",
-         "axis 1 is -T, for the potential is +<p, a>; G is constant only while <m, p> = 0",
-         "change of K to t = 20, axis 1 = T and axis 1 = -T")
+@erratum(
+    14,
+    "(5.1), (5.2)",
+    "K, with the centre of mass along T as axis 1: H = .. - p1",
+    "axis 1 is -T, for the potential is +<p, a>; G is constant only while <m, p> = 0",
+    "change of K to t = 20, axis 1 = T and axis 1 = -T",
+)
 def integral_k():
     path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)
     weight = body.mass * path.scene.gravity * np.linalg.norm(body.com) / i1
-    m3, m2, m1 = (in_body(path) * body.moments / i1).T            # N is the odd axis, com on T
+    m3, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
     p3, p2, p1 = (weight * path.frame[:, :, 2]).T
-    values = [(m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)]
+    values = [
+        (m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)
+    ]
     return (np.ptp(value) for value in values)

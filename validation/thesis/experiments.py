@@ -1,16 +1,27 @@
 """The experiments of chapter 6, and what is measured in each."""
+
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
+from ..peers import measure
+from .runs import (
+    FAILING,
+    IMPROVED,
+    SCENE,
+    Run,
+    fixed,
+    frame_error,
+    largest,
+    restarted,
+    theorem42,
+    truth,
+)
 
-from .. import measure
-from .runs import FAILING, IMPROVED, SCENE, Run, fixed, frame_error, largest, restarted, theorem42, truth
-
-PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5       # 6.2.1
-RK4_STEPS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)                         # 6.3
+PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5  # 6.2.1
+RK4_STEPS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # 6.3
 
 
 def grid(step, end):
@@ -21,6 +32,7 @@ def grid(step, end):
 class Four:
     """The four tops (6.1.1), Bobenko-Suris red with eps1 and blue with eps2, Extrap yellow and green; and the true one.
     All at multiples of eps2."""
+
     scene: kr.Scene
     eps1: float
     eps2: float
@@ -38,8 +50,12 @@ class Four:
     @cached_property
     def L(self):
         """Frame errors, against the truth and as the text has them: between two of its own runs."""
-        return {"BS": frame_error(self.blue, self.true), "Ext": frame_error(self.green, self.true),
-                "BS text": frame_error(self.blue, self.red), "Ext text": frame_error(self.green, self.yellow)}
+        return {
+            "BS": frame_error(self.blue, self.true),
+            "Ext": frame_error(self.green, self.true),
+            "BS text": frame_error(self.blue, self.red),
+            "Ext text": frame_error(self.green, self.yellow),
+        }
 
     def until(self, name, t):
         """The largest frame error up to t."""
@@ -56,17 +72,25 @@ class Four:
 def four(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
     """Experiment 6.1, and the failing one."""
     ratio = round(eps2 / eps1)
-    return Four(scene, eps1, eps2,
-                red=theorem42(scene, eps1, end, ratio), blue=theorem42(scene, eps2, end),
-                yellow=restarted(scene, eps1, end, every=ratio), green=restarted(scene, eps2, end),
-                true=truth(scene, grid(eps2, end)),
-                improved={name: fixed(scene, name, eps2, end) for name in IMPROVED})
+    return Four(
+        scene,
+        eps1,
+        eps2,
+        red=theorem42(scene, eps1, end, ratio),
+        blue=theorem42(scene, eps2, end),
+        yellow=restarted(scene, eps1, end, every=ratio),
+        green=restarted(scene, eps2, end),
+        true=truth(scene, grid(eps2, end)),
+        improved={name: fixed(scene, name, eps2, end) for name in IMPROVED},
+    )
 
 
 def loose(tolerances=(1e-4, 1e-3), end=600.0):
     """Extrap's largest frame error of experiment 6.1 with looser tolerances."""
     true = truth(SCENE, grid(0.2, end))
-    return {tol: float(frame_error(restarted(SCENE, 0.2, end, tol), true).max()) for tol in tolerances}
+    return {
+        tol: float(frame_error(restarted(SCENE, 0.2, end, tol), true).max()) for tol in tolerances
+    }
 
 
 def failing():
@@ -81,20 +105,23 @@ def growth(end=20.0, eps=0.2):
         for factor in (0.5, 1.0, 2.0, 4.0):
             scene = SCENE.replace(gravity=gravity, momentum=factor * np.array(SCENE.momentum))
             blue, true = theorem42(scene, eps, end), truth(scene, grid(eps, end))
-            rows.append((gravity, factor, np.abs(blue.energy_error).max(), frame_error(blue, true).max()))
+            rows.append(
+                (gravity, factor, np.abs(blue.energy_error).max(), frame_error(blue, true).max())
+            )
     return np.array(rows)
 
 
 @dataclass(frozen=True)
 class Timed:
     """Experiment 6.2: states every five units; all against the truth."""
+
     red: Run
     blue: Run
     green: Run
     equal: Run
     true: Run
-    seconds: dict           # of five units, by Bobenko-Suris in 166 sub-steps and by Extrap
-    substeps: int           # that Bobenko-Suris makes in the time of Extrap, here and today
+    seconds: dict  # of five units, by Bobenko-Suris in 166 sub-steps and by Extrap
+    substeps: int  # that Bobenko-Suris makes in the time of Extrap, here and today
     improved: dict = field(default_factory=dict)
 
     @property
@@ -103,7 +130,13 @@ class Timed:
 
     @cached_property
     def L(self):
-        named = {"BS": self.blue, "Ext": self.green, "equal": self.equal, "BS 0.01": self.red, **self.improved}
+        named = {
+            "BS": self.blue,
+            "Ext": self.green,
+            "equal": self.equal,
+            "BS 0.01": self.red,
+            **self.improved,
+        }
         errors = {name: frame_error(run, self.true) for name, run in named.items()}
         return errors | {"BS text": frame_error(self.blue, self.red)}
 
@@ -115,16 +148,25 @@ class Timed:
 def in_periods(substeps, end, method=None):
     """Theorem 4.2, or a method of kreisel."""
     step = PERIOD / substeps
-    return fixed(SCENE, method, step, end, substeps) if method else theorem42(SCENE, step, end, substeps)
+    return (
+        fixed(SCENE, method, step, end, substeps)
+        if method
+        else theorem42(SCENE, step, end, substeps)
+    )
 
 
 def seconds_of_a_period(green, rounds=9, some=40):
     """Of Bobenko-Suris in 166 sub-steps and of Extrap; what Python takes for a call left out; the best of the rounds."""
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
-    how = {"BS": {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS},
-           "Ext": {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}}
-    calls = [lambda how=how, t=t: [kr.solve(scene, t, **how) for scene in starts]
-             for how in how.values() for t in ([PERIOD], [0.0])]
+    how = {
+        "BS": {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS},
+        "Ext": {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST},
+    }
+    calls = [
+        lambda how=how, t=t: [kr.solve(scene, t, **how) for scene in starts]
+        for how in how.values()
+        for t in ([PERIOD], [0.0])
+    ]
     samples, _ = measure.interleaved(calls, [measure.once(call) for call in calls], rounds)
     best = [min(own) / some for own in samples]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
@@ -134,11 +176,16 @@ def timed(end=3200.0):
     green = restarted(SCENE, PERIOD, end, FINE_TOL, FINE_FIRST)
     seconds = seconds_of_a_period(green)
     substeps = max(1, round(SUBSTEPS * seconds["Ext"] / seconds["BS"]))
-    return Timed(red=in_periods(round(PERIOD / 0.01), end),
-                 blue=in_periods(SUBSTEPS, end), green=green,
-                 equal=in_periods(substeps, end), true=truth(SCENE, grid(PERIOD, end)),
-                 seconds=seconds, substeps=substeps,
-                 improved={name: in_periods(SUBSTEPS, end, name) for name in IMPROVED})
+    return Timed(
+        red=in_periods(round(PERIOD / 0.01), end),
+        blue=in_periods(SUBSTEPS, end),
+        green=green,
+        equal=in_periods(substeps, end),
+        true=truth(SCENE, grid(PERIOD, end)),
+        seconds=seconds,
+        substeps=substeps,
+        improved={name: in_periods(SUBSTEPS, end, name) for name in IMPROVED},
+    )
 
 
 def crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
@@ -155,6 +202,7 @@ def crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 @dataclass(frozen=True)
 class Equal:
     """Experiment 6.3: as many evaluations, hence Bobenko-Suris with a quarter of the step."""
+
     eps2: float
     rk4: Run
     bs: Run
@@ -171,12 +219,21 @@ class Equal:
 
 def equal_evaluations(end=30.0):
     """By eps2."""
-    return {h: Equal(h, fixed(SCENE, "rk4", h, end), theorem42(SCENE, h / 4, end, 4),
-                     truth(SCENE, grid(h, end))) for h in RK4_STEPS}
+    return {
+        h: Equal(
+            h,
+            fixed(SCENE, "rk4", h, end),
+            theorem42(SCENE, h / 4, end, 4),
+            truth(SCENE, grid(h, end)),
+        )
+        for h in RK4_STEPS
+    }
 
 
 def other_first_steps(run, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
     """Extrap's largest frame error of experiment 6.2 to t = 1000, by the first step in each interval (6.2.1)."""
     times = run.t[run.t <= end]
     true = truth(SCENE, times)
-    return {h: float(frame_error(restarted(SCENE, PERIOD, end, FINE_TOL, h), true).max()) for h in first}
+    return {
+        h: float(frame_error(restarted(SCENE, PERIOD, end, FINE_TOL, h), true).max()) for h in first
+    }

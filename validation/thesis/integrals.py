@@ -1,11 +1,11 @@
 """Chapter 5.6.6, the fourth integrals; and the claim of chapter 3.4, both forms of the equations in one integrator."""
+
 from dataclasses import dataclass
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
-from .. import measure
+from ..peers import measure
 from .runs import SCENE, restarted, truth
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0
@@ -24,6 +24,7 @@ def adjusted(kind, half=0.8):
 @dataclass(frozen=True)
 class Fourth:
     """An integral, and its change along Extrap's run."""
+
     t: np.ndarray
     start: float
     change: np.ndarray
@@ -43,13 +44,16 @@ def values_of_k():
         scene = adjusted("kowalewski", half)
         body = scene.body
         found[half, "I1 = 1"] = k = float(kr.solve(scene, [0.0]).kowalewski[0])
-        found[half, "|p| = 1"] = k / (body.mass * scene.gravity * np.linalg.norm(body.com) / max(body.moments)) ** 2
+        found[half, "|p| = 1"] = (
+            k / (body.mass * scene.gravity * np.linalg.norm(body.com) / max(body.moments)) ** 2
+        )
     return found
 
 
 @dataclass(frozen=True)
 class Form:
     """One form of the equations at one tolerance."""
+
     scene: str
     form: str
     tol: float
@@ -65,11 +69,23 @@ def forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
         scene = getattr(kr.scenes, name)
         q = truth(scene, [end]).path.q[-1]
         hows = [(form, tol) for form in FORMS for tol in TOLERANCES]
-        calls = [lambda form=form, tol=tol: kr.solve(scene, [end], method=form, tol=tol) for form, tol in hows]
+        calls = [
+            lambda form=form, tol=tol: kr.solve(scene, [end], method=form, tol=tol)
+            for form, tol in hows
+        ]
         samples, _ = measure.interleaved(calls, [measure.once(call) for call in calls], rounds)
         for (form, tol), call, own in zip(hows, calls, samples):
             path = call()
-            rows.append(Form(name, form, tol, float(kr.attitude_error(path.q[-1], q)), path.stats.evaluations, min(own)))
+            rows.append(
+                Form(
+                    name,
+                    form,
+                    tol,
+                    float(kr.attitude_error(path.q[-1], q)),
+                    path.stats.evaluations,
+                    min(own),
+                )
+            )
     return rows
 
 
@@ -80,8 +96,14 @@ def frozen_frame(interval, end=100.0, scene=SCENE):
     q = np.array(exact.q[0])
     for w, x, y, z in turns(in_body(exact)[:-1] * interval):
         a, b, c, d = q
-        q = np.array([a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
-                      a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w])
+        q = np.array(
+            [
+                a * w - b * x - c * y - d * z,
+                a * x + b * w + c * z - d * y,
+                a * y - b * z + c * w + d * x,
+                a * z + b * y - c * x + d * w,
+            ]
+        )
     return float(kr.attitude_error(q / np.linalg.norm(q), exact.q[-1]))
 
 

@@ -1,18 +1,18 @@
 """Stills: cuboids with their momentum and velocity, rods and traces, as the program Top Visualization showed them."""
+
+import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
+from kreisel._ground import drawing as plot
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-import kreisel as kr
-from kreisel._ground import drawing as plot
-
-from ..figures import FAINT, STYLE, as_svg
+from ..report.figures import FAINT, STYLE, as_svg
 from .charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
-APART, REACH = 4.6, 2.3                 # of the two origins; of the longest vectors [length]
-THICK, THIN, GLASS = 2.0, 0.8, 0.45     # edges [pt]; how much of what is behind a thin one hides
+APART, REACH = 4.6, 2.3  # of the two origins; of the longest vectors [length]
+THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; how much of what is behind a thin one hides
 LIGHT = np.array((-0.4, -0.5, 0.77))
 
 
@@ -42,8 +42,15 @@ def cuboid(axes, corners, colour, width, opacity):
             continue
         shade = 0.5 + 0.5 * np.clip(0.5 + 0.6 * normals[i] @ LIGHT, 0, 1)
         fill = (*(shade * base), opacity if towards[i] > 0.0 else 0.0)
-        axes.add_collection(PolyCollection([on_paper(corners[i])], facecolors=[fill], edgecolors=[0.45 * base + 0.1],
-                                           linewidths=width, joinstyle="round"))
+        axes.add_collection(
+            PolyCollection(
+                [on_paper(corners[i])],
+                facecolors=[fill],
+                edgecolors=[0.45 * base + 0.1],
+                linewidths=width,
+                joinstyle="round",
+            )
+        )
 
 
 def vectors(axes, path, i, origin, width, behind):
@@ -77,8 +84,19 @@ def four_tops(runs, t, half, pivot):
             for name, width, opacity in zip(pair, (THICK, THIN), (1.0, GLASS)):
                 at = int(np.argmin(np.abs(runs[name].t - t)))
                 states.append((runs[name].path, at, TOPS[name], width, opacity))
-            tops(axes, states, half, pivot, side * APART * np.array((np.cos(angle), np.sin(angle), 0.0)))
-            axes.annotate("Bobenko-Suris" if side < 0 else "Extrap", (side * APART, -2.6), ha="center", color=FAINT)
+            tops(
+                axes,
+                states,
+                half,
+                pivot,
+                side * APART * np.array((np.cos(angle), np.sin(angle), 0.0)),
+            )
+            axes.annotate(
+                "Bobenko-Suris" if side < 0 else "Extrap",
+                (side * APART, -2.6),
+                ha="center",
+                color=FAINT,
+            )
         plot.bare(axes)
         axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
         return as_svg(figure)
@@ -109,7 +127,12 @@ def rod(rod, colour, azimuth=AZIMUTH):
     """A rod as thick as the moments say."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
-        rod.plot(axes, thickness=0.045 * np.ptp(rod.centre, axis=0).max(), colour=colour, azimuth=azimuth)
+        rod.plot(
+            axes,
+            thickness=0.045 * np.ptp(rod.centre, axis=0).max(),
+            colour=colour,
+            azimuth=azimuth,
+        )
         return as_svg(figure)
 
 

@@ -1,21 +1,27 @@
 """Tops of the thesis and the runs that its experiments are made of."""
+
 from dataclasses import dataclass, replace
 
+import kreisel as kr
 import numpy as np
 
-import kreisel as kr
-
-HALF, PIVOT = (0.8, 0.8, 1.0), (0.0, 0.0, -1.0)             # quader coordinates, and the middle of the lower face
-SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)      # 6.1.1
-FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)                                 # 6.1.5
-TOL, FIRST = 1e-5, 0.1                                      # of Extrap (5.8.1)
+HALF, PIVOT = (
+    (0.8, 0.8, 1.0),
+    (0.0, 0.0, -1.0),
+)  # quader coordinates, and the middle of the lower face
+SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)  # 6.1.1
+FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # 6.1.5
+TOL, FIRST = 1e-5, 0.1  # of Extrap (5.8.1)
 # What the thesis could have had in its plots; each where this build has it.
-IMPROVED = [name for name in ("bobenko_suris", "bobenko_suris4", "takahashi_imada4") if name in kr.methods]
+IMPROVED = [
+    name for name in ("bobenko_suris", "bobenko_suris4", "takahashi_imada4") if name in kr.methods
+]
 
 
 @dataclass(frozen=True)
 class Run:
     """States at times, by the thesis' names for them."""
+
     path: kr.Path
     evaluations: int
     steps: int = 0

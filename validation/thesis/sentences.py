@@ -1,9 +1,9 @@
 """The quantitative sentences of chapters 3.4 to 5, each beside what is true."""
+
 from dataclasses import dataclass
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from .experiments import grid
 from .figures5 import rod_of
@@ -14,6 +14,7 @@ from .runs import HALF, SCENE, fixed, theorem42, truth
 @dataclass(frozen=True)
 class Sentence:
     """Where it stands, what it says, what is found; whether it is reproduced, and if not, why."""
+
     where: str
     says: str
     found: str
@@ -27,7 +28,9 @@ class Sentence:
 
 def chapter3(forms, frozen):
     """3.4: which form of the equations. `frozen`: {interval: attitude error}."""
-    by_form = {form: [row for row in forms if row.scene == "thesis" and row.form == form] for form in FORMS}
+    by_form = {
+        form: [row for row in forms if row.scene == "thesis" and row.form == form] for form in FORMS
+    }
     rest, body = ([row for row in by_form[form] if row.tol == 1e-8][0] for form in FORMS)
     least, most = min(frozen.values()), max(frozen.values())
     yield Sentence(
@@ -36,35 +39,55 @@ def chapter3(forms, frozen):
         "the interval is lost",
         f"frame turned on so each {min(frozen):g} .. {max(frozen):g}, with exact M and P: {least:.0e} .. {most:.0e} rad at "
         "t = 100; "
-        f"rest frame, tolerance 1e-8: {rest.error:.0e}", least > 10 * rest.error)
+        f"rest frame, tolerance 1e-8: {rest.error:.0e}",
+        least > 10 * rest.error,
+    )
     yield Sentence(
-        "3.4", "The twelve rest-frame equations yield far better results than Kirchhoff's",
+        "3.4",
+        "The twelve rest-frame equations yield far better results than Kirchhoff's",
         f"at tolerance 1e-8 and t = 100 rest frame {rest.error:.0e} rad in {rest.evaluations} evaluations; body "
         f"{body.error:.0e} in "
-        f"{body.evaluations}, {rest.seconds / body.seconds:.1f} times as fast", rest.error < 0.5 * body.error,
+        f"{body.evaluations}, {rest.seconds / body.seconds:.1f} times as fast",
+        rest.error < 0.5 * body.error,
         "only against a frame that is not integrated with the rest; nothing forbids to integrate what the body sees of the "
         "rest "
-        "frame, and then the body's form is the better one")
+        "frame, and then the body's form is the better one",
+    )
 
 
 def chapter4(four):
     per = four.green.evaluations / (len(four.t) - 1)
-    yield Sentence("4.1",
-                   "Numerical discretizations evaluate the equations several times in [t, t + eps]: much more demanding",
-                   f"Extrap takes {per:.1f} evaluations in each 0.2, Bobenko-Suris 1", per > 2)
+    yield Sentence(
+        "4.1",
+        "Numerical discretizations evaluate the equations several times in [t, t + eps]: much more demanding",
+        f"Extrap takes {per:.1f} evaluations in each 0.2, Bobenko-Suris 1",
+        per > 2,
+    )
     body, (n, _, t) = SCENE.body, HALF
     alpha = body.moments[2] / body.moments[0]
-    yield Sentence("4.2.1",
-                   "I3 = 2 C_N\N{SUPERSCRIPT TWO} / (C_N\N{SUPERSCRIPT TWO} + C_T\N{SUPERSCRIPT TWO}) in units with I1 = 1: "
-                   "0.780",
-                   f"{alpha:.4f}", abs(alpha - 2 * n * n / (n * n + t * t)) < 1e-3, "erratum 4: Steiner's share is left out")
+    yield Sentence(
+        "4.2.1",
+        "I3 = 2 C_N\N{SUPERSCRIPT TWO} / (C_N\N{SUPERSCRIPT TWO} + C_T\N{SUPERSCRIPT TWO}) in units with I1 = 1: "
+        "0.780",
+        f"{alpha:.4f}",
+        abs(alpha - 2 * n * n / (n * n + t * t)) < 1e-3,
+        "erratum 4: Steiner's share is left out",
+    )
     lever = body.mass * body.com[2] / body.moments[0]
-    yield Sentence("4.2.1", "p = g / C_T: 1", f"{lever:.4f}", abs(lever - 1) < 1e-3,
-                   "erratum 5: the unit of mass is not the mass")
+    yield Sentence(
+        "4.2.1",
+        "p = g / C_T: 1",
+        f"{lever:.4f}",
+        abs(lever - 1) < 1e-3,
+        "erratum 5: the unit of mass is not the mass",
+    )
     residual = map_residual()
-    yield Sentence("4.2.3",
-                   "Theorem 4.1: m' = m + eps [p, a], a' = (1 + eps m') a (1 + eps m')\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}",
-                   f"kreisel's bobenko_suris does it to {residual:.0e}", residual < 1e-13)
+    yield Sentence(
+        "4.2.3",
+        "Theorem 4.1: m' = m + eps [p, a], a' = (1 + eps m') a (1 + eps m')\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}",
+        f"kreisel's bobenko_suris does it to {residual:.0e}",
+        residual < 1e-13,
+    )
 
 
 def map_residual(eps=0.2):
@@ -75,37 +98,71 @@ def map_residual(eps=0.2):
     path = fixed(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     made = [su2.step_of(m, a, eps, g) for m, a in zip(path.m[:-1], path.apex[:-1])]
-    return max(np.abs(np.array([m for m, _ in made]) - path.m[1:]).max(),
-               np.abs(np.array([a for _, a in made]) - path.apex[1:]).max())
+    return max(
+        np.abs(np.array([m for m, _ in made]) - path.m[1:]).max(),
+        np.abs(np.array([a for _, a in made]) - path.apex[1:]).max(),
+    )
 
 
 def special_tops():
-    for kind, says, ratio in (("kowalewski", "Kowalewski: C_T = C_B / 2, C_N = \N{SQUARE ROOT}3 C_B gives moments 1 : 2 : 2",
-                               2),
-                              ("goryachev_chaplygin",
-                               "Goryachev-Chaplygin: C_T = C_B / 2, C_N = \N{SQUARE ROOT}7 C_B gives 1 : 4 : 4", 4)):
+    for kind, says, ratio in (
+        (
+            "kowalewski",
+            "Kowalewski: C_T = C_B / 2, C_N = \N{SQUARE ROOT}3 C_B gives moments 1 : 2 : 2",
+            2,
+        ),
+        (
+            "goryachev_chaplygin",
+            "Goryachev-Chaplygin: C_T = C_B / 2, C_N = \N{SQUARE ROOT}7 C_B gives 1 : 4 : 4",
+            4,
+        ),
+    ):
         i1, i2, i3 = adjusted(kind).body.moments
-        yield Sentence("5.6.6", says, f"1 : {i2 / i1:.12g} : {i3 / i1:.12g}; the odd axis is N",
-                       abs(i2 / i1 - ratio) + abs(i3 / i1 - ratio) < 1e-12)
+        yield Sentence(
+            "5.6.6",
+            says,
+            f"1 : {i2 / i1:.12g} : {i3 / i1:.12g}; the odd axis is N",
+            abs(i2 / i1 - ratio) + abs(i3 / i1 - ratio) < 1e-12,
+        )
 
 
 def chapter5(k, g, values):
     c_n, c_b, c_t = HALF
     moment = 8 * c_n * c_b * c_t / 3 * (c_b**2 + 4 * c_t**2)
-    yield Sentence("5.6.2", "I_N = M/3 (C_B\N{SUPERSCRIPT TWO} + (2 C_T)\N{SUPERSCRIPT TWO})",
-                   f"{moment:.6f} and {SCENE.body.moments[0]:.6f}",
-                   abs(moment / SCENE.body.moments[0] - 1) < 1e-12)
-    yield Sentence("5.6.5", "[0, 1] with eps = 0.02: N = 50 time points", f"{len(theorem42(SCENE, 0.02, 1.0).t) - 1} steps",
-                   len(theorem42(SCENE, 0.02, 1.0).t) == 51)
+    yield Sentence(
+        "5.6.2",
+        "I_N = M/3 (C_B\N{SUPERSCRIPT TWO} + (2 C_T)\N{SUPERSCRIPT TWO})",
+        f"{moment:.6f} and {SCENE.body.moments[0]:.6f}",
+        abs(moment / SCENE.body.moments[0] - 1) < 1e-12,
+    )
+    yield Sentence(
+        "5.6.5",
+        "[0, 1] with eps = 0.02: N = 50 time points",
+        f"{len(theorem42(SCENE, 0.02, 1.0).t) - 1} steps",
+        len(theorem42(SCENE, 0.02, 1.0).t) == 51,
+    )
     yield from special_tops()
-    said = "; ".join(f"{value:.3g} (C_B = {half:g}, {units})" for (half, units), value in values.items())
-    yield Sentence("5.6.6", "The total value of K was approximately 0.5", said, abs(k.start - 0.5) < 0.1,
-                   "not with the size at startup; the nearest is C_B = 1")
+    said = "; ".join(
+        f"{value:.3g} (C_B = {half:g}, {units})" for (half, units), value in values.items()
+    )
+    yield Sentence(
+        "5.6.6",
+        "The total value of K was approximately 0.5",
+        said,
+        abs(k.start - 0.5) < 0.1,
+        "not with the size at startup; the nearest is C_B = 1",
+    )
     worst = abs(k.change).max() / k.start
-    yield Sentence("5.6.6", "K: a small error (figure 5.5)", f"{worst:.0e} of K by t = 300", worst < 1e-3)
-    yield Sentence("5.6.6", "The integral G shows a similar behaviour",
-                   f"{abs(g.change).max():.0e} of the unit, K {abs(k.change).max():.0e}; "
-                   f"G is {g.start:.1e} at the start", abs(g.change).max() < 1e-3)
+    yield Sentence(
+        "5.6.6", "K: a small error (figure 5.5)", f"{worst:.0e} of K by t = 300", worst < 1e-3
+    )
+    yield Sentence(
+        "5.6.6",
+        "The integral G shows a similar behaviour",
+        f"{abs(g.change).max():.0e} of the unit, K {abs(k.change).max():.0e}; "
+        f"G is {g.start:.1e} at the start",
+        abs(g.change).max() < 1e-3,
+    )
     yield from analogies()
 
 
@@ -120,34 +177,61 @@ def discrete_rod(eps=0.05, end=20.0):
 
 def analogies():
     coarse, fine = discrete_rod()
-    yield Sentence("5.7.1", "Moving the frame by eps to the direction of T gives a discrete elastic rod",
-                   f"its end is off by {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it", 1.5 < coarse / fine < 3)
+    yield Sentence(
+        "5.7.1",
+        "Moving the frame by eps to the direction of T gives a discrete elastic rod",
+        f"its end is off by {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
+        1.5 < coarse / fine < 3,
+    )
     rods = {kind: rod_of(adjusted(kind)) for kind in ("kowalewski", "goryachev_chaplygin")}
     ratios = [rod.stiffness[1] / rod.stiffness[0] for rod in rods.values()]
-    yield Sentence("5.7.2", "The bending energy of the rod is half / quarter about the long axis",
-                   f"{ratios[0]:.12g} and {ratios[1]:.12g}",
-                   abs(ratios[0] - 0.5) + abs(ratios[1] - 0.25) < 1e-12)
+    yield Sentence(
+        "5.7.2",
+        "The bending energy of the rod is half / quarter about the long axis",
+        f"{ratios[0]:.12g} and {ratios[1]:.12g}",
+        abs(ratios[0] - 0.5) + abs(ratios[1] - 0.25) < 1e-12,
+    )
     thick = [rod.section[1] for rod in rods.values()]
-    yield Sentence("5.7.2", "This corresponds to half / quarter the thickness", f"{thick[0]:.4f} and {thick[1]:.4f}",
-                   abs(thick[0] - 0.5) + abs(thick[1] - 0.25) < 1e-3,
-                   "the stiffnesses of a rectangle are as the squares of its sides")
+    yield Sentence(
+        "5.7.2",
+        "This corresponds to half / quarter the thickness",
+        f"{thick[0]:.4f} and {thick[1]:.4f}",
+        abs(thick[0] - 0.5) + abs(thick[1] - 0.25) < 1e-3,
+        "the stiffnesses of a rectangle are as the squares of its sides",
+    )
     path = truth(SCENE, np.linspace(0, 60, 6001)).path
     apex = kr.apex(path)
     nutation = apex.nutation()
-    lows = np.diff([t for t in apex.t[1:-1][(apex.height[1:-1] < apex.height[:-2]) & (apex.height[1:-1] < apex.height[2:])]])
-    yield Sentence("5.7.3", "Two periodic motions: nutation and precession",
-                   f"nutation in {nutation.period:.5f}, each of {len(lows)} within 0.01 of it; the lowest points go round",
-                   bool(np.abs(lows - nutation.period).max() < 0.011))
+    lows = np.diff(
+        [
+            t
+            for t in apex.t[1:-1][
+                (apex.height[1:-1] < apex.height[:-2]) & (apex.height[1:-1] < apex.height[2:])
+            ]
+        ]
+    )
+    yield Sentence(
+        "5.7.3",
+        "Two periodic motions: nutation and precession",
+        f"nutation in {nutation.period:.5f}, each of {len(lows)} within 0.01 of it; the lowest points go round",
+        bool(np.abs(lows - nutation.period).max() < 0.011),
+    )
     rk4, extrap = better_than_rk4()
-    yield Sentence("6.1.1", "Extrap showed a better performance than Runge-Kutta",
-                   f"for 1e-3 rad at t = 100: Extrap {extrap} evaluations, rk4 {rk4}", extrap < rk4)
+    yield Sentence(
+        "6.1.1",
+        "Extrap showed a better performance than Runge-Kutta",
+        f"for 1e-3 rad at t = 100: Extrap {extrap} evaluations, rk4 {rk4}",
+        extrap < rk4,
+    )
 
 
 def better_than_rk4(target=1e-3, end=100.0):
     """Evaluations of each to a frame error below the target."""
     true, found = truth(SCENE, [end]), []
-    for how in ([{"method": "rk4", "step": end / round(500 * 1.1**k)} for k in range(50)],
-                [{"method": "extrap", "tol": 10.0**-k} for k in range(3, 12)]):
+    for how in (
+        [{"method": "rk4", "step": end / round(500 * 1.1**k)} for k in range(50)],
+        [{"method": "extrap", "tol": 10.0**-k} for k in range(3, 12)],
+    ):
         for setting in how:
             path = kr.solve(SCENE, [end], **setting)
             if 0.5 * kr.attitude_error(path.q[-1], true.path.q[-1]) < target:

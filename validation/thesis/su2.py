@@ -1,4 +1,5 @@
 """The thesis' su(2) and SU(2) (3.2), and theorem 4.2 word by word, with its errata to be chosen."""
+
 import numpy as np
 
 from .runs import truth
@@ -43,7 +44,9 @@ def xi(form, m, a, b, c, alpha, eps, second=None):
     """xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b; in the second form the text has 2/c for 2/eps."""
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
-    return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (b + a) / (1 + a @ b)
+    return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (
+        b + a
+    ) / (1 + a @ b)
 
 
 def step_of(m, a, eps, g):

@@ -22,8 +22,8 @@ _PAGE = """# Methods
 Made by `kreisel methods --markdown > METHODS.md`, from the table in the core. What a step costs is
 in steps of {peer} on the same top in the same run (each the least of some rounds; here one was
 {nanoseconds:.0f} ns on the first top). It is a Lagrange top, an asymmetric one, and one held at
-its centre of mass; empty: not for this top, or without steps. An adaptive method steps at a tolerance of {tol:g},
-and so as far as that lets it. `kreisel methods NAME` says more.
+its centre of mass; empty: not for this top, or without steps. An adaptive method steps at a
+tolerance of {tol:g}, and so as far as that lets it. `kreisel methods NAME` says more.
 
 {table}
 """

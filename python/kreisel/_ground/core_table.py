@@ -6,7 +6,7 @@ from typing import TypedDict
 
 import numpy as np
 
-from .. import _core
+import kreisel._core as _core
 from .arguments import Array
 
 

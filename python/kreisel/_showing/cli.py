@@ -29,7 +29,7 @@ from .view import view as viewed
 
 _FILE = click.Path(dir_okay=False, allow_dash=True)
 _SEVERAL = "NUMBER[,...]"
-_REPORT = "validation.report"  # the module whose main(arguments) makes the report
+_REPORT = "validation.report.main"  # the module whose main(arguments) makes the report
 
 
 class _Words(TypedDict):
@@ -205,9 +205,7 @@ def solve(
     metavar="NAME[,...]",
     help="Which; all that apply to the body if left out.",
 )
-@click.option(
-    "--steps", type=_numbers, metavar=_SEVERAL, help="For methods of fixed step."
-)
+@click.option("--steps", type=_numbers, metavar=_SEVERAL, help="For methods of fixed step.")
 @click.option("--tols", type=_numbers, metavar=_SEVERAL, help="For adaptive methods.")
 @click.option(
     "--truth",
@@ -229,9 +227,7 @@ def compare(
 ) -> None:
     """Error against run time, method by method."""
     try:
-        table = compared(
-            scene, _one_or_more(t), methods, steps or (), tols or (), truth, repeats
-        )
+        table = compared(scene, _one_or_more(t), methods, steps or (), tols or (), truth, repeats)
     except Interrupted:
         raise click.Abort() from None
     except (Error, MemoryError, TypeError, ValueError) as error:
@@ -330,17 +326,16 @@ def view(scene: Scene, file: str | None) -> None:
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def report(arguments: tuple[str, ...]) -> None:
     """Accuracy, speed and stability of every method, on the report's scenes or on SCENE.toml files;
-    --help says more. Its machinery is validation/report.py, in the source tree."""
+    --help says more. Its machinery is validation/report/, in the source tree."""
     here = File.cwd()
-    if not (here / "validation" / "report.py").is_file():
+    if not (here / "validation/report/main.py").is_file():
         raise click.ClickException(
             "the report is made in the top folder of the source tree, which has "
-            "validation/report.py; "
-            f"{here} has not. Get the source, and run `make report` there"
+            f"validation/report/main.py; {here} has not. Get the source, and run `make report` there"
         )
     sys.path.insert(0, str(here))
     try:
-        machinery = importlib.import_module("validation.report")
+        machinery = importlib.import_module(_REPORT)
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("validation"):
             raise

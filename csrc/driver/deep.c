@@ -1,0 +1,44 @@
+/* In and out of own units with more digits than a double has, for runs that ask for them. Floor 4;
+ * so top.c for all others. Everything that the user gave is meant to the last bit; what is
+ * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
+ * principal ones, which no rounding separates from the moments. */
+#include "numbers/su2_dd.h"
+#include "top.h"
+
+static quat_dd axes_of(const kr_top *top)
+{
+    return qdd_unit(q_dd(top->axes, q4(0.0, v3(0.0, 0.0, 0.0))));
+}
+
+void kr_deep_lever(kr_top *top, double moment)
+{
+    const kr_body *b = &top->scene.body;
+    int power;
+    const double mass = frexp(b->mass, &power),
+                 unit = top->time_unit * top->time_unit * (ldexp(1.0, power) / moment);
+    const dd weight = two_product(unit * top->scene.gravity, mass);
+    const dd lever[3] = {dd_times(b->com.x, weight), dd_times(b->com.y, weight),
+                         dd_times(b->com.z, weight)};
+    top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
+    top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
+}
+kr_state kr_deep_in(kr_top *top, const kr_state *s)
+{
+    const quat_dd start = q_dd(s->q, q4(0.0, v3(0.0, 0.0, 0.0)));
+    const quat_dd q = qdd_unit(top->turned ? qdd_mul(start, axes_of(top)) : start);
+    const kr_state low = {0.0, qdd_low(q), {0.0, 0.0, 0.0}};
+    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum_unit, s->m)};
+    top->main.low = low;
+    return own;
+}
+void kr_deep_out(kr_top *top, kr_state *s)
+{
+    const kr_state *low = &top->main.low;
+    const quat_dd own = q_dd(s->q, low->q),
+                  q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
+    s->q = qdd_high(q);
+    s->m = v_scale(top->momentum_unit, s->m);
+    top->low.t = 0.0;
+    top->low.q = qdd_low(q);
+    top->low.m = v_scale(top->momentum_unit, low->m);
+}

@@ -1,0 +1,52 @@
+/* The table of methods, and the texts of the status codes. Floor 4. */
+#include "model/body.h"
+#include "method.h"
+
+static const char *const texts[] = {
+#define X(name, what, text) text,
+    KR_STATUS_LIST(X)
+#undef X
+};
+const char *kr_status_text(kr_status s)
+{
+    return (unsigned)s < KR_STATUS_COUNT ? texts[s] : "unknown status";
+}
+const char *kr_version(void) { return KR_VERSION; }
+
+static const kr_method *const methods[] = {
+#define X(id) &kr_method_##id,
+#include "methods.def"
+#undef X
+};
+size_t kr_method_count(void) { return sizeof methods / sizeof *methods; }
+const kr_method *kr_method_at(size_t i) { return i < kr_method_count() ? methods[i] : NULL; }
+const kr_method *kr_method_find(const char *name)
+{
+    for (size_t i = 0; name && i < kr_method_count(); i++)
+        if (strcmp(methods[i]->name, name) == 0) return methods[i];
+    return NULL;
+}
+const char *kr_method_name(const kr_method *m) { return m->name; }
+const char *kr_method_text(const kr_method *m) { return m->text; }
+const char *kr_method_conserves(const kr_method *m) { return m->conserves; }
+const char *kr_method_reference(const kr_method *m) { return m->reference; }
+int kr_method_order(const kr_method *m) { return m->order; }
+unsigned kr_method_flags(const kr_method *m) { return m->flags; }
+
+int kr_method_applies(const kr_method *m, const kr_body *body)
+{
+    if (!m || kr_body_check(body) != KR_OK) return 0;
+    const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
+    const kr_vec3 i = kr_body_working(body).inertia;
+    const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
+    if (m->flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
+    if (m->flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
+    if (m->flags & KR_SYMMETRIC_ONLY) return symmetric;
+    return !(m->flags & KR_EULER_ONLY) || kind == KR_EULER;
+}
+int kr_method_suits(const kr_method *m, const kr_scene *scene)
+{
+    if (!m || kr_scene_check(scene) != KR_OK) return 0;
+    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
+           kr_method_applies(m, &scene->body);
+}

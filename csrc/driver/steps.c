@@ -1,0 +1,136 @@
+/* The driver's lower half: main's steps, and its last good state. Floor 4. Every CHECK steps a
+ * fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
+ * steps misses nothing, and a run that failed is repeated from where it was kept to find its last
+ * good state. An adaptive run is looked at in every step, a dense one looks after itself. */
+#include "top.h"
+
+enum { CHECK = 256 };
+
+static int is_finite(const kr_state *s)
+{
+    return isfinite(q_dot(s->q, s->q) + (fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z)));
+}
+static int is_good(const kr_top *top)
+{
+    kr_state s;
+    top->method->read(&top->main, &s);
+    return is_finite(&s);
+}
+
+static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
+{
+    double *memory = to->work;
+    void *aux = to->aux;
+    *to = *from;
+    to->work = memory;
+    to->aux = aux;
+    memcpy(memory, from->work, work * sizeof(double));
+}
+static void plan_look(kr_top *top)
+{
+    const int64_t limit = top->config.max_steps, next = top->kept_k + CHECK;
+    top->look_at = limit > 0 && limit < next ? limit : next;
+}
+void kr_steps_keep(kr_top *top)
+{
+    if (!(top->method->flags & KR_DENSE)) copy_motion(&top->kept, &top->main, top->method->work);
+    top->kept_k = top->k;
+    plan_look(top);
+}
+static void go_back(kr_top *top)
+{
+    copy_motion(&top->main, &top->kept, top->method->work);
+    top->k = top->kept_k;
+    plan_look(top);
+}
+static kr_status one_step(kr_top *top, double until)
+{
+    const kr_status status = top->method->step(&top->main, until);
+    if (status == KR_OK) top->k++;
+    return status;
+}
+kr_status kr_steps_recover(kr_top *top)
+{
+    const int64_t failed = top->k + 1;
+    kr_status status = KR_OK;
+    int64_t good = top->kept_k;
+    go_back(top);
+    while (top->k < failed && status == KR_OK) {
+        status = one_step(top, 0.0);
+        if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+        if (status == KR_OK) good = top->k;
+    }
+    go_back(top);
+    while (top->k < good) one_step(top, 0.0);
+    return status == KR_OK ? KR_ERR_NOT_FINITE : status;
+}
+int kr_steps_stopped(kr_top *top)
+{
+    return top->config.poll && top->config.poll(top->config.context);
+}
+static kr_status ask_on(kr_top *top)
+{
+    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
+    return top->config.max_steps > 0 && top->k >= top->config.max_steps ? KR_ERR_LIMIT : KR_OK;
+}
+/* See that main is finite, keep it, and ask whether to go on. */
+static kr_status look(kr_top *top)
+{
+    if (!is_good(top)) return kr_steps_recover(top);
+    kr_steps_keep(top);
+    return ask_on(top);
+}
+
+kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s)
+{
+    while (top->k < goal) {
+        const kr_status status = top->k >= top->look_at ? look(top) : KR_OK;
+        if (status != KR_OK) return status;
+        if (one_step(top, 0.0) != KR_OK) return kr_steps_recover(top);
+    }
+    top->method->read(&top->main, s);
+    return KR_OK;
+}
+kr_status kr_steps_adaptive(kr_top *top)
+{
+    kr_status status = look(top);
+    if (status != KR_OK) return status;
+    top->method->read(&top->main, &top->before);
+    top->before_clock = top->main.clock;
+    status = one_step(top, top->forward * INFINITY);
+    if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+    if (status != KR_OK) go_back(top);
+    return status;
+}
+kr_status kr_steps_dense(kr_top *top, double until)
+{
+    kr_status status = KR_OK;
+    if (top->k >= top->look_at) {
+        kr_steps_keep(top);
+        status = ask_on(top);
+    }
+    return status == KR_OK ? one_step(top, until) : status;
+}
+kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
+{
+    const kr_method *method = top->method;
+    kr_motion *side = &top->side;
+    const kr_stats none = {0, 0, 0, 0};
+    kr_status status = top->k >= top->look_at ? look(top) : KR_OK;
+    if (status != KR_OK) return status;
+    copy_motion(side, &top->main, 0);
+    side->step = span;
+    side->clock = 0.0;
+    side->stats = none;
+    status = method->reset(side, from);
+    if (status == KR_OK) status = method->step(side, span);
+    while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span)
+        status = method->step(side, span);
+    top->main.stats.evaluations += side->stats.evaluations;
+    top->main.stats.rejected += side->stats.rejected;
+    top->main.stats.iterations += side->stats.iterations;
+    top->look_at--;
+    if (status != KR_OK) return status;
+    method->read(side, end);
+    return is_finite(end) ? KR_OK : KR_ERR_NOT_FINITE;
+}

@@ -1,0 +1,48 @@
+/* The closed form on the widest instruction set that this processor has. Floor 3. */
+#include "dispatch.h"
+
+const kr_exact_isa *kr_exact_isa_at(int i)
+{
+    static const kr_exact_isa isas[] = {
+#ifdef KR_X86
+        {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_many_avx512},
+        {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_many_avx2},
+#endif
+        {"base", kr_has_base, &kr_exact_one_base, kr_exact_many_base},
+    };
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
+}
+static const kr_exact_isa *here(void)
+{
+    int i = 0;
+    while (!kr_exact_isa_at(i)->runs_here()) i++;
+    return kr_exact_isa_at(i);
+}
+kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan)
+{
+    return plan ? here()->one->plan(scene, 0, plan) : KR_ERR_ARGUMENT;
+}
+kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan)
+{
+    return here()->one->plan(scene, 1, plan);
+}
+kr_state kr_exact_state(const kr_exact *plan, double t) { return here()->one->state(plan, t); }
+void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[])
+{
+    here()->many(plan, n, t, out);
+}
+static const kr_exact_maps *maps_here(void)
+{
+#ifdef KR_X86
+    if (kr_has_avx2()) return &kr_exact_maps_avx2;
+#endif
+    return &kr_exact_maps_base;
+}
+kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
+{
+    return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
+}
+kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
+{
+    return maps_here()->state(map, k);
+}

@@ -1,0 +1,65 @@
+/* From a user's scene to a plan, and back. Floor 3. A state's error must not grow with time, hence
+ * nothing that a rate depends on is rounded on the way into working axes and own units: the
+ * attitude there and mass gravity com are products in double-double, the units powers of two. */
+#ifndef KR_READ_H
+#define KR_READ_H
+#include "phase.h"
+
+static dd dot(const dd a[4], double w, double x, double y, double z)
+{
+    return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
+                  dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
+}
+static void turn_first(dd q[4], kr_quat by) /* q <- q by */
+{
+    const dd a[4] = {q[0], q[1], q[2], q[3]};
+    q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
+    q[1] = dot(a, by.x, by.w, by.z, -by.y);
+    q[2] = dot(a, by.y, -by.z, by.w, by.x);
+    q[3] = dot(a, by.z, by.y, -by.x, by.w);
+}
+static int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
+
+/* The axes of a spherical body follow the centre of mass up to rounding; the rest of the way.
+ * Returns |com|. */
+static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
+{
+    const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
+    /* squares of it may be too large or too small */
+    const double size = v_largest(b->com);
+    const double xyz[3] = {b->com.x, b->com.y, b->com.z};
+    dd com[3], c[3];
+    for (int i = 0; i < 3; i++) com[i] = dd_div(dd_of(xyz[i]), dd_of(size));
+    turned_back(axes, com, c);
+    const dd reach = dd_sqrt(dd_dot(c, c));
+    const double twice = reach.hi + c[2].hi;
+    *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
+    return dd_times(size, reach);
+}
+static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
+{
+    const kr_body *b = &scene->body;
+    const kr_working w = kr_body_working(b);
+    const kr_status status = kr_scene_units(scene, &w, &top->units);
+    const kr_quat q = scene->start.q;
+    dd reach = dd_of(kind == KR_LAGRANGE ? w.com.z : 0.0);
+    kr_quat tilt;
+    if (status != KR_OK) return status;
+    top->inertia = v_scale(1.0 / top->units.moment, w.inertia);
+    top->m = v_scale(top->units.time / top->units.moment, scene->start.m);
+    top->axes = q_unit(q_mul(b->axes, w.axes));
+    top->q[0] = dd_of(q.w), top->q[1] = dd_of(q.x), top->q[2] = dd_of(q.y), top->q[3] = dd_of(q.z);
+    if (!is_one(b->axes)) turn_first(top->q, b->axes);
+    if (!is_one(w.axes)) turn_first(top->q, w.axes);
+    if (w.tilted && kind == KR_LAGRANGE) {
+        reach = tilt_on(b, &w, &tilt);
+        turn_first(top->q, tilt);
+    }
+    int power;
+    const double mass = frexp(b->mass, &power), time = top->units.time;
+    const dd lever = dd_times(mass, dd_times(scene->gravity, reach));
+    top->lever =
+        dd_scale(time, dd_scale(time, dd_scale(ldexp(1.0, power) / top->units.moment, lever)));
+    return KR_OK;
+}
+#endif

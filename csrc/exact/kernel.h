@@ -1,0 +1,167 @@
+/* The state of a plan. Floor 3. One kernel serves one time and many: it has no branch and calls
+ * nothing but sqrt, so that compilers turn a loop over times into vectors, and it gives the same
+ * bits at every width. */
+#ifndef KR_STATE_H
+#define KR_STATE_H
+#include "setup.h"
+
+INLINE uint64_t bits_of(double x)
+{
+    union {
+        double value;
+        uint64_t bits;
+    } r;
+    r.value = x;
+    return r.bits;
+}
+INLINE double of_bits(uint64_t bits)
+{
+    union {
+        double value;
+        uint64_t bits;
+    } r;
+    r.bits = bits;
+    return r.value;
+}
+INLINE double nearest(double x) /* |x| < 2^51 */
+{
+    const double shift = 6755399441055744.0;
+    return (x + shift) - shift;
+}
+/* A phase at time t, in turns: hi is in 0 .. 2, as |start| is no less than 1/2. Its rounding is
+ * kept: it would be half of the error. */
+INLINE dd phase_at(const kr_phase *f, dd t)
+{
+    const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
+    return dd_make(s.hi, ((p.lo + f->more) + (t.hi * f->slow + t.lo * f->fast)) + s.lo);
+}
+INLINE dd phase_plus(dd x, double extra)
+{
+    const dd s = two_sum(x.hi, extra);
+    return dd_make(s.hi, s.lo + x.lo);
+}
+/* The quarter next to x is an integer in the low bits of u; what is left is at most an eighth. */
+INLINE void sincos_turns(dd x, double *s, double *c)
+{
+    const double shift = 1688849860263936.0, u = (x.hi + x.lo) + shift,
+                 y = (x.hi - (u - shift)) + x.lo;
+    const double z = y * y, zz = z * z;
+    const double odd = (-41.341702240399755 + z * 81.6052492760517) +
+                       zz * ((-76.70585973561397 + z * 42.05868917945876) +
+                             zz * (-15.094054064726203 + z * 3.786430011879243));
+    const double even =
+        (-19.739208802178716 + z * 64.93939402266824) +
+        zz * ((-85.45681720664378 + z * 60.24464135269435) +
+              zz * ((-26.426253274804587 + z * 7.903206845861561) + zz * -1.6990328650055457));
+    const double sine = y * 6.283185307179586 + y * (2.4492935982947064e-16 + z * odd),
+                 cosine = 1.0 + z * even;
+    const uint64_t quarter = bits_of(u),
+                   swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
+    *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
+    *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
+}
+INLINE void sinhcosh(dd a, double *s, double *c)
+{
+    const double shift = 6755399441055744.0, up = a.hi * 1.44269504088896340736 + shift,
+                 k = up - shift;
+    const double r = (a.hi - k * 0.693147180369123816490) - (k * 1.90821492927058770002e-10 - a.lo),
+                 rr = r * r;
+    const double odd =
+        r + r * rr *
+                (1.0 / 6 +
+                 rr * (1.0 / 120 +
+                       rr * (1.0 / 5040 + rr * (1.0 / 362880 + rr * (1.0 / 39916800 +
+                                                                     rr * (1.0 / 6227020800.0))))));
+    const double even =
+        1.0 +
+        rr * (0.5 + rr * (1.0 / 24 +
+                          rr * (1.0 / 720 + rr * (1.0 / 40320 + rr * (1.0 / 3628800 +
+                                                                      rr * (1.0 / 479001600.0))))));
+    const uint64_t one = 0x3ff0000000000000u; /* 2^k from k + 1.5 2^52 */
+    const double plus = of_bits((bits_of(up) << 52) + one) * (even + odd);
+    const double minus = of_bits((bits_of(shift - k) << 52) + one) * (even - odd);
+    *s = 0.5 * (plus - minus);
+    *c = 0.5 * (plus + minus);
+}
+INLINE double poly4(const double a[], double s, double ss)
+{
+    return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
+}
+INLINE double poly5(const double a[], double s, double ss)
+{
+    return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
+}
+
+/* alpha, beta, horizontal momentum without their phases; the phases [turns] */
+typedef struct factors {
+    double a_re, a_im, b_re, b_im, h_re, h_im;
+    dd first, second;
+} factors;
+
+INLINE factors theta_factors(const kr_exact *e, int dual, int euler, dd t)
+{
+    const dd x = phase_at(&e->nutation, t);
+    double s, c, sign = 1.0, square, quartic;
+    factors f;
+    f.first = phase_at(&e->first, t), f.second = phase_at(&e->second, t);
+    if (dual) {
+        const double shift = 3377699720527872.0, u = (x.hi + x.lo) + shift,
+                     near = x.hi - (u - shift), y = near + x.lo;
+        const double z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
+        const dd p = two_product(z, e->stretch);
+        sinhcosh(dd_make(-p.hi, -(p.lo + (z * e->stretch_rest + rest * e->stretch))), &s, &c);
+        f.first = phase_plus(f.first, z * e->slope[0]);
+        f.second = phase_plus(f.second, z * e->slope[1]);
+        /* by a period theta1 and theta2 change sign */
+        sign = of_bits(bits_of(1.0) ^ (bits_of(u) << 63));
+        square = -s * s;
+    } else {
+        sincos_turns(x, &s, &c);
+        square = s * s;
+    }
+    quartic = square * square;
+    f.a_re = sign * s * poly4(e->alpha.even, square, quartic);
+    f.a_im = sign * c * poly4(e->alpha.odd, square, quartic);
+    if (dual != euler) {
+        f.b_re = sign * poly5(e->beta.even, square, quartic);
+        f.b_im = sign * s * c * poly5(e->beta.odd, square, quartic);
+    } else {
+        f.b_re = c * poly4(e->beta.even, square, quartic);
+        f.b_im = s * poly4(e->beta.odd, square, quartic);
+    }
+    f.h_re = poly5(e->horizontal.even, square, quartic);
+    f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
+    return f;
+}
+/* The free (Euler's) body's momentum stands, and its alpha and beta turn alike. */
+INLINE kr_state kernel(const kr_exact *e, int dual, int euler, double time, dd span)
+{
+    const factors f = theta_factors(e, dual, euler, span);
+    const double n =
+        1.0 / sqrt((f.a_re * f.a_re + f.a_im * f.a_im) + (f.b_re * f.b_re + f.b_im * f.b_im));
+    double s1, c1, s2, c2;
+    sincos_turns(f.first, &s1, &c1);
+    if (euler)
+        s2 = s1, c2 = c1;
+    else
+        sincos_turns(f.second, &s2, &c2);
+    const kr_quat q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
+                       n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
+    kr_vec3 m = e->constant;
+    if (!euler) {
+        const double re = n * e->momentum * (c1 * c2 - s1 * s2),
+                     im = n * e->momentum * (s1 * c2 + c1 * s2);
+        m.x += f.h_re * re - f.h_im * im;
+        m.y += e->side * (f.h_re * im + f.h_im * re);
+    }
+    const kr_state r = {time, q, m};
+    return r;
+}
+INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
+{
+    return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
+              v3((q.w * f[0].x + q.x * f[1].x) + (q.y * f[2].x + q.z * f[3].x),
+                 (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
+                 (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
+}
+#endif

@@ -1,0 +1,212 @@
+/* The Bobenko-Suris map's curve. Floor 3. m' = m + step torque(a), a' = Cay(step m' / I1) a; with h
+ * = step/2, W = h m'/I1, b = h^2 lever/I1 the constants are l = W.e3, c = W.a, E = |W|^2 (1 + b s)
+ * + b s; s = u + u', X = 2 (1 + c^2)/(1 + E), y = X (1 + b s) = 1 + a.a'. Then
+ *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   N+- = y +- s + i(l y - c s),
+ *     (u' - u)^2 (1 + b s) = P(s), a cubic with roots s1 <= s <= s2 <= s3:
+ * s and u are elliptic functions of a phase that grows by eta a step. Steps so large that 1 + b s <
+ * 0 are the same with both sides' signs changed, hence with b < 0: that of the top seen from
+ * below. */
+#ifndef KR_CURVE_H
+#define KR_CURVE_H
+#include "numbers/dd_functions.h"
+#include "phase.h"
+#include "theta.h"
+
+typedef struct map_link {        /* of the first step */
+    dd l, c, b, energy, x;       /* constants of the map; b and x times `sign` */
+    dd s, climb;                 /* u + u', u' - u */
+    dd w[3], p[4];               /* its momentum; the cubic's coefficients */
+    dd s1, s2, s3, below, above; /* roots; s - s1, s2 - s */
+    double unit, sign;           /* m = unit w; of 1 + b s */
+} map_link;
+typedef struct map_curve {   /* phases with half period pi */
+    dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
+    dd eta, y1, y2;
+    double plus2, minus1, start; /* 1 + u2, 1 - u1, phase of the first link's middle */
+} map_curve;
+
+/* sign (1 + b s) > 0 */
+static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(k->sign), dd_mul(k->b, s)); }
+
+static void cross(const dd a[3], const dd b[3], dd r[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
+    }
+}
+static dd equal_moment(const exact_top *top)
+{
+    return dd_half(two_sum(top->inertia.x, top->inertia.y));
+}
+static map_link map_link_of(const exact_top *top, double step)
+{
+    const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
+    const kr_vec3 m = top->m;
+    dd a[3], sum[3], turn[3], plus, n;
+    map_link k;
+    axis_of(top->q, a, &plus);
+    k.unit = 2.0 * i1.hi / step;
+    k.sign = 1.0;
+    k.b = dd_mul(top->lever, dd_times(0.5 * step, scale));
+    k.w[0] = dd_sub(dd_times(m.x, scale), dd_twice(dd_mul(k.b, a[1])));
+    k.w[1] = dd_add(dd_times(m.y, scale), dd_twice(dd_mul(k.b, a[0])));
+    k.l = k.w[2] = dd_times(m.z, scale);
+    k.c = dd_dot(k.w, a);
+    n = dd_dot(k.w, k.w);
+    cross(k.w, a, turn);
+    for (int i = 0; i < 3; i++) /* a + a' */
+        sum[i] =
+            dd_div(dd_twice(dd_add(a[i], dd_add(dd_mul(k.c, k.w[i]), turn[i]))), dd_add(one, n));
+    k.s = sum[2];
+    cross(k.w, sum, turn);
+    k.climb = turn[2]; /* a' - a = W x (a + a') */
+    k.energy = dd_add(dd_mul(n, map_height(&k, k.s)), dd_mul(k.b, k.s));
+    k.x = dd_div(dd_twice(dd_add(one, dd_square(k.c))), dd_add(one, k.energy));
+    if (k.x.hi < 0.0) k.sign = -1.0, k.b = dd_neg(k.b), k.x = dd_neg(k.x);
+    return k;
+}
+/* P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s) - 2/X (l X (1 + b s) - c s)^2,  D = E - c^2:
+ * so written, nothing of the size 1/h^2 cancels. Times sign. */
+static void fill_cubic(map_link *k)
+{
+    const dd one = dd_of(1.0), cc = dd_square(k->c), d = dd_sub(k->energy, cc),
+             lx = dd_mul(k->l, k->x);
+    const dd level = dd_div(dd_times(4.0, d), dd_add(one, k->energy)),
+             xb = dd_twice(dd_mul(k->x, k->b));
+    const dd e = dd_sub(dd_mul(lx, k->b), k->c), two = dd_div(dd_of(2.0), k->x);
+    k->p[3] = k->b;
+    const dd flat = dd_scale(k->sign, dd_div(d, dd_add(one, cc)));
+    k->p[2] = dd_neg(dd_add(dd_add(flat, dd_mul(k->b, xb)), dd_mul(two, dd_square(e))));
+    k->p[1] = dd_sub(dd_mul(level, k->b),
+                     dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
+    k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
+}
+/* The roots about the first link's s0, in v = s - s0: the lone one by Newton, the two others
+ * without cancellation. */
+static void find_roots(map_link *k)
+{
+    const dd c[3] = {
+        dd_mul(map_height(k, k->s), dd_square(k->climb)),
+        dd_add(dd_mul(dd_add(dd_times(3.0, dd_mul(k->b, k->s)), dd_twice(k->p[2])), k->s), k->p[1]),
+        dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
+    int top;
+    const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
+    if (top || k->b.hi == 0.0) { /* V = b v3; v^2 - B v - C with C = c0 / V >= 0 */
+        const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
+        const dd v3 = polish(dd_of(1.0), scaled, guess), product = dd_div(c[0], v3);
+        const dd b = dd_div(dd_mul(k->b, product), v3);
+        const dd sum = dd_add(b, dd_div(c[1], v3)),
+                 span = dd_sqrt(dd_add(dd_square(sum), dd_times(4.0, product)));
+        k->above = dd_half(dd_add(span, sum));
+        k->below = dd_half(dd_sub(span, sum));
+        if (k->above.hi > k->below.hi)
+            k->below = dd_div(product, k->above);
+        else if (k->below.hi > 0.0)
+            k->above = dd_div(product, k->below);
+        k->s3 = v3; /* b (s3 - s) */
+    } else {
+        const dd v1 = polish(k->b, c, guess / k->b.hi);
+        const dd e1 = dd_add(c[2], dd_mul(k->b, v1)), e0 = dd_div(c[0], dd_neg(v1));
+        const dd root = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(k->b, e0))));
+        const dd big = dd_half(dd_sub(root, e1)); /* b v3; v2 = e0 / (b v3) */
+        k->below = dd_neg(v1);
+        k->s3 = big;
+        k->above = dd_div(e0, big);
+    }
+    k->s1 = dd_sub(k->s, k->below);
+    k->s2 = dd_add(k->s, k->above);
+}
+/* A link given by sn^2 and cn^2 of its phase: s and P(s)/(1 + b s), from the distances to the
+ * roots. */
+static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
+{
+    const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
+    const dd scale = dd_sub(dd_of(1.0), dd_mul(k->b, w));
+    const dd up = dd_div(dd_mul(w, map_height(k, k->s1)), scale),
+             down = dd_div(dd_mul(span, cn2), scale);
+    const dd third = dd_add(dd_sub(k->s3, dd_mul(k->b, k->above)), dd_mul(k->b, down));
+    *s = dd_add(k->s1, up);
+    *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
+}
+/* y +- s + i (l y - c s) */
+static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
+{
+    const dd y = dd_mul(k->x, map_height(k, s));
+    *re = dd_add(y, dd_times(sign, s));
+    *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
+}
+/* The turning height u1 (sign -1) or u2 (+1), where s = u + u' and (u' - u)^2 = P: 1 + sign u by a
+ * sum, 1 - sign u by the product. */
+static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
+{
+    dd s, square, re, im;
+    at_phase(k, sn2, cn2, &s, &square);
+    const dd other = dd_sqrt(square), y = dd_mul(k->x, map_height(k, s));
+    const dd u = dd_half(dd_add(s, dd_times(sign, other))),
+             v = dd_half(dd_sub(s, dd_times(sign, other)));
+    map_linear(k, s, -sign, &re, &im);
+    *far = dd_add(dd_of(1.0), dd_times(sign, u));
+    *near = dd_div(dd_add(dd_square(re), dd_square(im)),
+                   dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
+}
+/* u3 - 1, by the product (1 - u)(1 - u') at the link next to u3. */
+static dd beyond(const map_link *k, dd sn2, dd cn2)
+{
+    dd s, square, re, im;
+    at_phase(k, sn2, cn2, &s, &square);
+    const dd y = dd_mul(k->x, map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
+    map_linear(k, s, -1.0, &re, &im);
+    return dd_div(dd_add(dd_square(re), dd_square(im)),
+                  dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
+}
+static map_curve map_curve_of(map_link *k)
+{
+    fill_cubic(k);
+    find_roots(k);
+    const dd one = dd_of(1.0), least = dd_of(1e-36),
+             span = dd_max(dd_add(k->below, k->above), least);
+    const dd h1 = map_height(k, k->s1), h2 = map_height(k, k->s2),
+             h3 = dd_add(map_height(k, k->s), k->s3);
+    const dd b31 = dd_add(k->s3, dd_mul(k->b, k->below)),
+             b32 = dd_sub(k->s3, dd_mul(k->b, k->above));
+    const dd den = dd_mul(b31, h2);
+    map_curve r;
+    r.k2 = dd_max(dd_div(dd_mul(dd_mul(k->b, span), h3), den), least);
+    r.kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
+    r.mean = elliptic_mean(dd_sqrt(r.kp2), 0, NULL, NULL);
+    r.ratio = dd_div(r.mean, elliptic_mean(dd_sqrt(r.k2), 0, NULL, NULL));
+    const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2), cn = dd_sqrt(cn2),
+             dn = dd_sqrt(dn2);
+    /* sn^2, cn^2, dn^2 of eta/2 */
+    const dd sh = dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn)));
+    const dd ch = dd_div(dd_add(cn, dn), dd_add(one, dn)),
+             dh = dd_div(dd_add(cn, dn), dd_add(one, cn));
+    dd minus1, plus1, plus2, minus2, d, cd, rho;
+    r.eta = dd_mul(dd_mul(r.mean, dd_sqrt(sn2)), dd_rf(cn2, dn2, one));
+    turning_height(k, sh, ch, -1.0, &minus1, &plus1);
+    turning_height(k, dd_div(ch, dh), dd_div(dd_mul(r.kp2, sh), dh), 1.0, &plus2, &minus2);
+    d = dd_max(dd_sub(plus2, plus1), least);
+    cd = dd_sub(dd_mul(d, dh), dd_mul(dd_mul(plus1, r.k2), sh));
+    r.y1 = dd_mul(dd_mul(r.mean, dd_sqrt(plus1)),
+                  dd_rf(cd, dd_add(cd, plus1), dd_add(cd, dd_mul(r.k2, plus1))));
+    rho = dd_div(dd_mul(minus2, dh), dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh)));
+    cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r.k2), r.kp2)), dd_of(0.0));
+    /* y2 near its limit, u3 near 1: a difference that cancels */
+    if (cd.hi < 1e-6 && r.eta.hi < 1.0) {
+        const dd kc = dd_mul(r.k2, ch), gap = beyond(k, dd_div(dh, kc), dd_neg(dd_div(r.kp2, kc)));
+        cd = dd_div(dd_mul(kc, gap), dd_mul(r.kp2, dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh))));
+    }
+    r.y2 = dd_mul(dd_mul(r.mean, dd_sqrt(dd_div(rho, r.kp2))), dd_rf(cd, one, dd_add(one, rho)));
+    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
+    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
+    r.plus2 = plus2.hi;
+    r.minus1 = minus1.hi;
+    const dd low = dd_mul(k->below, h2), high = dd_mul(k->above, h1), all = dd_add(low, high);
+    const double s2 = all.hi > 0.0 ? low.hi / all.hi : 0.0,
+                 c2 = all.hi > 0.0 ? high.hi / all.hi : 1.0;
+    r.start = r.mean.hi * sqrt(s2) * elliptic_rf(c2, c2 + r.kp2.hi * s2, 1.0) *
+              (k->climb.hi < 0.0 ? -1.0 : 1.0);
+    return r;
+}
+#endif

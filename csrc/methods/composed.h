@@ -1,0 +1,42 @@
+/* What the compositions of kicks and free drifts share: splitting.h with the coefficients of
+ * compose.h. Floor 2. They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^order). */
+#ifndef KR_COMPOSED_H
+#define KR_COMPOSED_H
+#include "compose.h"
+#include "splitting.h"
+
+typedef struct composed {
+    splitting s; /* m is ahead by the first kick */
+    composition c;
+} composed;
+enum { COMPOSED_WORK = sizeof(composed) / sizeof(double) };
+
+static inline kr_status composed_begin(kr_motion *motion, const kr_state *start, int row)
+{
+    composed *p = (composed *)motion->work;
+    splitting_begin(&p->s, motion, start);
+    p->c = compose(row);
+    splitting_kick(&p->s, motion, p->c.ahead);
+    return KR_OK;
+}
+static inline kr_status composed_step(kr_motion *motion, double until)
+{
+    composed *p = (composed *)motion->work;
+    splitting s = p->s; /* a copy stays in registers */
+    (void)until;
+    for (int i = 0; i < p->c.stages; i++) {
+        splitting_drift(&s, p->c.drift[i]);
+        splitting_kick(&s, motion, p->c.kick[i]);
+    }
+    s.steps += 1.0;
+    p->s = s;
+    motion->stats.evaluations += p->c.stages;
+    return KR_OK;
+}
+static inline void composed_read(const kr_motion *motion, kr_state *out)
+{
+    const composed *p = (const composed *)motion->work;
+    splitting_read(&p->s, motion, p->c.ahead, out);
+}
+#endif

@@ -1,0 +1,233 @@
+/* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
+ * form. Floor 2. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing errs in even
+ * powers of 1 / n_j; hence, by Aitken and Neville,
+ *     T(j,1) = midpoint with n_j,    T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1)
+ * A step ends at a row j where T(j,j) - T(j,j-1) is within tol in the thesis' norm (4.1.1); the
+ * next aims at the row with the least work per unit of time. Logic and constants are ODEX's. Keeps
+ * nothing. */
+#ifndef KR_EXTRAPOLATION_H
+#define KR_EXTRAPOLATION_H
+#include <float.h>
+#include "method.h"
+
+enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
+
+/* The equations: variables y of a state, their rates, and what they stand for. Attitude and vectors
+ * in space. */
+typedef struct {
+    void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
+    void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
+    kr_vec3 (*velocity)(const kr_motion *motion, const double y[GBS_SIZE]);
+    kr_vec3 (*momentum)(const kr_motion *motion, const double y[GBS_SIZE]);
+    /* of q and -q the one nearer to the last */
+    kr_quat (*attitude)(const double y[GBS_SIZE], kr_quat last);
+} gbs_form;
+
+typedef struct {
+    double h;   /* length of the next step */
+    int target; /* the row it aims at */
+    int first;
+} gbs_control;
+typedef struct {
+    double y[GBS_SIZE];
+    kr_quat q;
+    gbs_control next;
+} gbs_path;
+enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
+typedef struct { /* to make a step of h; rows count from 1, as in the book */
+    kr_motion *motion;
+    const gbs_form *form;
+    const double *y;
+    double rate[GBS_SIZE], speed; /* at y */
+    double tol, h, err;
+    double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j: [k] is T(j, j + 1 - k) */
+    /* of the step that a row suggests; and per unit of time */
+    double length[GBS_ROWS + 1], work[GBS_ROWS + 1];
+    int row; /* the last made */
+} gbs_attempt;
+
+/* evaluations up to this row */
+static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
+static inline int gbs_least(int a, int b) { return a < b ? a : b; }
+static inline double gbs_square(double x) { return x * x; }
+
+/* Root mean square of a difference on the scale 1 + |y|; over tol it is the thesis' norm. */
+static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE],
+                              const double y[GBS_SIZE], const double z[GBS_SIZE])
+{
+    double sum = 0.0;
+    for (int i = 0; i < GBS_SIZE; i++)
+        sum += gbs_square((a[i] - b[i]) / (1.0 + fmax(fabs(y[i]), fabs(z[i]))));
+    return sqrt(sum / GBS_SIZE);
+}
+
+/* T(row, 1). False where a substep changes the rates by more than twice their size: no row will
+ * converge then. */
+static inline int gbs_midpoint(gbs_attempt *a, int row)
+{
+    const int n = 2 * row;
+    const double h = a->h / n;
+    double before[GBS_SIZE], now[GBS_SIZE], rate[GBS_SIZE];
+    for (int i = 0; i < GBS_SIZE; i++) before[i] = a->y[i], now[i] = a->y[i] + h * a->rate[i];
+    for (int k = 1; k < n; k++) {
+        a->form->rates(a->motion, now, rate);
+        if (k == 1 && row <= 2 && gbs_size(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
+        for (int i = 0; i < GBS_SIZE; i++) {
+            const double next = before[i] + 2.0 * h * rate[i];
+            before[i] = now[i];
+            now[i] = next;
+        }
+    }
+    a->form->rates(a->motion, now, rate);
+    for (int i = 0; i < GBS_SIZE; i++)
+        a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
+    return 1;
+}
+static inline void gbs_extrapolate(gbs_attempt *a, int row)
+{
+    for (int k = row; k > 1; k--) {
+        const double divisor = gbs_square((double)row / (k - 1)) - 1.0;
+        const double *better = a->table[k];
+        double *worse = a->table[k - 1];
+        for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
+    }
+}
+/* False where the rows do not converge, or are no numbers. */
+static inline int gbs_add_row(gbs_attempt *a, int row)
+{
+    const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
+    if (!gbs_midpoint(a, row)) return 0;
+    a->row = row;
+    a->work[row] = INFINITY; /* a single row tells nothing of its error */
+    if (row == 1) return 1;
+    gbs_extrapolate(a, row);
+    a->err = gbs_size(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
+    if (!(a->err < 1e15) || (row > 2 && a->err >= fmax(4.0 * last, 1.0))) return 0;
+    a->length[row] =
+        fabs(a->h) / fmin(4.0 / shrink, fmax(shrink, pow(a->err / 0.65, exponent) / 0.94));
+    a->work[row] = gbs_cost(row) / a->length[row];
+    return 1;
+}
+/* The row that meets the tolerance, sought from row `from` to target + 1; given up where the rows
+ * that are left are not expected to reduce the error enough. */
+static inline int gbs_converge(gbs_attempt *a, int from, int target)
+{
+    for (int row = 1; row <= target + 1; row++) {
+        if (!gbs_add_row(a, row)) return GBS_UNSTABLE;
+        if (row < from) continue;
+        if (a->err <= 1.0) return row;
+        if (row == target - 1 && row == from && a->err > gbs_square(target * (target + 1.0)))
+            return GBS_REJECTED;
+        if (row == target && a->err > gbs_square(target + 1.0)) return GBS_REJECTED;
+    }
+    return GBS_REJECTED;
+}
+
+static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
+{
+    const double *work = a->work;
+    const int row = a->row;
+    int best = row;
+    if (row == 2) return rejected ? 2 : 3;
+    if (row <= target) {
+        if (work[row - 1] < 0.8 * work[row]) best = row - 1;
+        if (work[row] < 0.9 * work[row - 1])
+            best = rejected ? row : gbs_least(row + 1, GBS_ROWS - 1);
+    } else {
+        best = row > 3 && work[row - 2] < 0.8 * work[row - 1] ? row - 2 : row - 1;
+        if (work[row] < 0.9 * work[best]) best = gbs_least(row, GBS_ROWS - 1);
+    }
+    return best;
+}
+static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, int rejected)
+{
+    const int row = a->row, best = gbs_best_row(a, target, rejected);
+    gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
+    /* a row not made yet: its work per unit of time is taken for that of the last */
+    if (best > row)
+        next.h *=
+            gbs_cost(row < target && a->work[row] < 0.9 * a->work[row - 1] ? best + 1 : best) /
+            gbs_cost(row);
+    if (rejected) next.h = fmin(next.h, fabs(a->h));
+    return next;
+}
+static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
+{
+    int row = gbs_least(tried.target, a->row);
+    tried.first = 0;
+    if (outcome == GBS_UNSTABLE) {
+        tried.h = 0.5 * fabs(a->h);
+        return tried;
+    }
+    if (row > 2 && a->work[row - 1] < 0.8 * a->work[row]) row--;
+    tried.h = a->length[row];
+    tried.target = row;
+    return tried;
+}
+
+static inline double gbs_tolerance(const kr_motion *motion)
+{
+    return motion->tol > 0.0 ? motion->tol : 1e-10;
+}
+static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, const gbs_form *form)
+{
+    gbs_path *p = (gbs_path *)motion->work;
+    const double row = fmin(0.6 * -log10(gbs_tolerance(motion)) + 1.5, GBS_ROWS - 1);
+    const double h = motion->step != 0.0 ? fabs(motion->step) : 0.1;
+    const gbs_control next = {.h = h, .target = row < 2.0 ? 2 : (int)row, .first = 1};
+    form->begin(motion, start, p->y);
+    p->q = start->q;
+    p->next = next;
+    return KR_OK;
+}
+/* A step may turn the top by more than half a turn, hence q is taken near where its velocity
+ * leads. */
+static inline void gbs_arrive(kr_motion *motion, const gbs_attempt *a, double end)
+{
+    gbs_path *p = (gbs_path *)motion->work;
+    const kr_vec3 w =
+        v_add(a->form->velocity(motion, p->y), a->form->velocity(motion, a->table[1]));
+    p->q = a->form->attitude(a->table[1], q_mul(q_exp(v_scale(0.5 * a->h, w)), p->q));
+    memcpy(p->y, a->table[1], sizeof p->y);
+    motion->clock = end;
+}
+static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form *form)
+{
+    static const double zero[GBS_SIZE];
+    gbs_path *p = (gbs_path *)motion->work;
+    const double forward = motion->step < 0.0 ? -1.0 : 1.0;
+    gbs_attempt a = {.motion = motion, .form = form, .y = p->y, .tol = gbs_tolerance(motion)};
+    gbs_control now = p->next;
+    form->rates(motion, p->y, a.rate);
+    a.speed = gbs_size(a.rate, zero, p->y, p->y);
+    if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
+    if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* no step in doubles can meet it */
+    for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
+        const int lands = forward * (until - motion->clock) <= 1.01 * now.h;
+        const int anywhere = now.target == 2 || (!rejected && (now.first || lands));
+        const double end = lands ? until : motion->clock + forward * now.h;
+        a.h = end - motion->clock;
+        if (a.h == 0.0 || !isfinite(a.h)) return KR_ERR_STEP;
+        const int outcome = gbs_converge(&a,
+                                         anywhere   ? 2
+                                         : rejected ? now.target
+                                                    : now.target - 1,
+                                         now.target);
+        if (outcome > GBS_REJECTED) {
+            gbs_arrive(motion, &a, end);
+            /* a step cut short to land says nothing about the next */
+            if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
+            return KR_OK;
+        }
+        now = gbs_after_failed(&a, now, outcome);
+        motion->stats.rejected++;
+    }
+    return KR_ERR_STEP;
+}
+static inline void gbs_read(const kr_motion *motion, kr_state *s, const gbs_form *form)
+{
+    const gbs_path *p = (const gbs_path *)motion->work;
+    s->q = p->q;
+    s->m = form->momentum(motion, p->y);
+}
+#endif

@@ -1,0 +1,130 @@
+/* Kick and free drift, the parts of H = potential + |m|^2/2I_B + residual, for every method made of
+ * them. Floor 2.
+ *     residual = (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2
+ * (McLachlan 1993, Reich 1994). A kick changes m only, a drift q only. The |m|^2 part is a turn
+ * about m itself and commutes with the others, so a symmetric body (I_N = I_B) drifts without
+ * error, in two turns. A general one takes four, N before and after T, and errs in third order; the
+ * middle moment, which is on B, makes that least. What a sum rounds off is kept for the next (Kahan
+ * 1965): then the energy walks by roundings of the changes, not of the state. */
+#ifndef KR_SPLITTING_H
+#define KR_SPLITTING_H
+#include <float.h>
+#include "method.h"
+
+typedef struct splitting {
+    kr_quat q, low_q;
+    kr_vec3 m, low_m;
+    /* step / I_B, step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
+    double round, n, t;
+    /* of a Lagrange top: half the turn about T, the same in each step */
+    double spin, steps;
+} splitting;
+
+static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
+{
+    const kr_vec3 I = motion->inertia;
+    const splitting fresh = {.q = start->q, .m = start->m, .round = motion->step / I.y};
+    *s = fresh;
+    s->t = 0.5 * motion->step * ((I.y - I.z) / (I.z * I.y));
+    if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
+        s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
+    else if (motion->lever.x == 0.0 && motion->lever.y == 0.0) {
+        /* applied where a state is read (it commutes) */
+        s->spin = s->t * v_dot(start->m, q_axis(start->q));
+        s->t = 0.0;
+    }
+}
+
+/* sum + low, and in low what that leaves out. */
+static inline double splitting_sum(double sum, double change, double *low)
+{
+    const double all = change + *low, next = sum + all;
+    *low = all - (next - sum);
+    return next;
+}
+/* The parts are given in parts of the step. */
+static inline void splitting_push(splitting *s, kr_vec3 change)
+{
+    s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
+    s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
+}
+static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
+{
+    splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
+}
+
+/* The turns about N and T, less one, and the momentum seen from the body, which turns against
+ * them. */
+typedef struct splitting_body {
+    kr_vec3 m;
+    kr_quat r;
+} splitting_body;
+
+static inline splitting_body splitting_see(const splitting *s)
+{
+    const splitting_body b = {.m = q_turn_back(s->q, s->m)};
+    return b;
+}
+/* About axis 0 of the cyclic 0, 1, 2. */
+static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
+                                  double *r1, double *r2)
+{
+    const double y = *m1, z = *m2, a = *w, b = *r0, p = *r1, q = *r2;
+    double c, s;
+    less_one_sinc(half * half, &c, &s);
+    s *= half;
+    const double turn = 2.0 * (s + s * c), back = 2.0 * s * s;
+    *m1 = y + (turn * z - back * y);
+    *m2 = z - (turn * y + back * z);
+    *w = a + (c + (c * a - s * b));
+    *r0 = b + (s + (c * b + s * a));
+    *r1 = p + (c * p + s * q);
+    *r2 = q + (c * q - s * p);
+}
+/* not inline: symmetric bodies do without, faster */
+static void splitting_turn_n(splitting_body *b, double rate)
+{
+    splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
+}
+static inline void splitting_turn_t(splitting_body *b, double rate)
+{
+    splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
+}
+/* Those turns, if any, the turn about m, and |q| = 1 again: by as much as q was off, however far it
+ * turned. */
+static inline void splitting_go(splitting *s, const splitting_body *b, double part)
+{
+    const kr_vec3 turn = v_scale(part * s->round, s->m);
+    double c, sinc;
+    less_one_sinc(0.25 * v_dot(turn, turn), &c, &sinc);
+    kr_quat change = q_mul(q4(c, v_scale(0.5 * sinc, turn)), s->q);
+    if (b) change = q_add(change, q_mul(q_add(s->q, change), b->r));
+    change = q_add(change, q_scale(0.5 - 0.5 * q_dot(s->q, s->q), q_add(s->q, change)));
+    s->q.w = splitting_sum(s->q.w, change.w, &s->low_q.w);
+    s->q.x = splitting_sum(s->q.x, change.x, &s->low_q.x);
+    s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
+    s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
+}
+static inline void splitting_drift(splitting *s, double part)
+{
+    splitting_body b;
+    if (s->t == 0.0 && s->n == 0.0) {
+        splitting_go(s, NULL, part);
+        return;
+    }
+    b = splitting_see(s);
+    if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
+    splitting_turn_t(&b, part * s->t);
+    if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
+    splitting_go(s, &b, part);
+}
+/* The state, with m taken back by a part of a kick. */
+static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
+                                  kr_state *out)
+{
+    double sine, cosine;
+    sin_cos(s->steps * s->spin, &sine, &cosine);
+    out->m = v_axpy(-part * motion->step, motion_torque(motion, s->q), s->m);
+    out->q = q_mul_z(s->q, cosine, sine);
+}
+#endif

@@ -1,0 +1,46 @@
+/* The discrete Moser-Veselov top: a free drift of second order. Floor 2. With M = q* m q and rho =
+ * (r0, r) a unit quaternion,
+ *     h M / 2 = r0 I r + r x I r,    q' = q rho
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Solved for r by Newton's
+ * iteration; m stays, so do the energy of the free body and, where I_N = I_B, <m,T>. */
+#ifndef KR_VESELOV_H
+#define KR_VESELOV_H
+#include "method.h"
+
+enum { VESELOV_MOST = 20 };
+
+/* One step of Newton's for the residual F at r. */
+static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
+{
+    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    kr_vec3 columns[3];
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 e = axes[i], Ie = v_times(I, e);
+        columns[i] = v_add(v_axpy(-v_dot(r, e) / r0, Ir, v_scale(r0, Ie)),
+                           v_add(v_cross(e, Ir), v_cross(r, Ie)));
+    }
+    return v_sub(r, v_solve(columns, F));
+}
+/* *r is the guess before, and the solution after. */
+static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
+                                      kr_vec3 *r)
+{
+    const kr_vec3 b = v_scale(0.5 * motion->step, q_turn_back(*q, m));
+    const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * v_largest(b);
+    kr_vec3 x = *r;
+    for (int i = 0; i < VESELOV_MOST; i++) {
+        const kr_vec3 Ix = v_times(I, x);
+        const double r0 = sqrt(1.0 - v_dot(x, x));
+        const kr_vec3 F = v_sub(v_axpy(r0, Ix, v_cross(x, Ix)), b);
+        motion->stats.iterations++;
+        if (v_largest(F) <= tol) {
+            *r = x;
+            *q = q_renew(q_mul(*q, q4(r0, x)));
+            return KR_OK;
+        }
+        if (!(r0 > 0.0)) break;
+        x = veselov_newton(I, r0, x, Ix, F);
+    }
+    return KR_ERR_CONVERGENCE;
+}
+#endif

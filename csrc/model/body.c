@@ -1,0 +1,207 @@
+/* Bodies: their inertia at the fixed point, its principal axes, and which kind of top they are.
+ * Floor 1. J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are
+ * right for equal moments too. */
+#include "body.h"
+
+/* slack of an inequality between rounded numbers */
+static const double one = 1.0 + KR_KIND_RTOL;
+
+static int moments_are_physical(kr_vec3 i)
+{
+    return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one &&
+           i.y <= (i.z + i.x) * one && i.z <= (i.x + i.y) * one;
+}
+kr_status kr_body_check(const kr_body *b)
+{
+    if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia))
+        return KR_ERR_ARGUMENT;
+    if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_KIND_RTOL)) return KR_ERR_ARGUMENT;
+    return moments_are_physical(b->inertia) ? KR_OK : KR_ERR_BODY;
+}
+static kr_status finish(const kr_body *b, kr_body *out)
+{
+    const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
+    if (status == KR_OK) *out = *b;
+    return status;
+}
+
+static int equal(double a, double b, double rtol)
+{
+    return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
+}
+/* T -> N, T -> B, T -> T, the others in cyclic order */
+static const kr_quat cycles[3] = {
+    {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
+static double at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+
+/* The axis of a body that turns alike about the other two; of a spherical one that on which its
+ * centre of mass lies. */
+static int odd_axis(const kr_body *b, double rtol)
+{
+    int axis = -1;
+    for (int i = 2; i >= 0; i--) {
+        if (!equal(at(b->inertia, (i + 1) % 3), at(b->inertia, (i + 2) % 3), rtol)) continue;
+        if (axis < 0 || fabs(at(b->com, i)) > fabs(at(b->com, axis))) axis = i;
+    }
+    return axis;
+}
+kr_kind kr_body_kind(const kr_body *b, double rtol)
+{
+    const double reach = v_largest(b->com);
+    const int odd = odd_axis(b, rtol);
+    if (reach == 0.0) return KR_EULER;
+    if (odd < 0) return KR_GENERAL;
+    const double pair = at(b->inertia, (odd + 1) % 3), lone = at(b->inertia, odd),
+                 along = fabs(at(b->com, odd));
+    const double across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
+    if (across <= rtol * reach || equal(pair, lone, rtol)) return KR_LAGRANGE;
+    if (along > rtol * reach) return KR_GENERAL;
+    if (equal(pair, 2.0 * lone, rtol)) return KR_KOWALEWSKI;
+    if (equal(pair, 4.0 * lone, rtol)) return KR_GORYACHEV_CHAPLYGIN;
+    return KR_GENERAL;
+}
+
+kr_working kr_body_working(const kr_body *b)
+{
+    const double reach = v_largest(b->com);
+    const kr_vec3 i = b->inertia;
+    const int odd = odd_axis(b, KR_KIND_RTOL);
+    kr_working w = {q_one(), i, b->com, 0};
+    int last = odd;
+    if (odd >= 0 && equal(at(i, odd), at(i, (odd + 1) % 3), KR_KIND_RTOL) && reach > 0.0) {
+        const kr_vec3 a = v_scale(1.0 / reach, b->com);
+        w.axes = q_tilt(v_scale(1.0 / v_length(a), a));
+        w.tilted = 1;
+    } else {
+        if (odd < 0) {
+            const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
+            last = (middle + 1) % 3;
+        }
+        w.axes = cycles[last];
+        w.inertia = v3(at(i, (last + 1) % 3), at(i, (last + 2) % 3), at(i, last));
+    }
+    w.com = q_turn_back(w.axes, b->com);
+    return w;
+}
+
+static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
+{
+    const int q = (p + 1) % 3, r = (p + 2) % 3;
+    if (a[p][q] == 0.0) return;
+    const double theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+    const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
+    const double c = 1.0 / sqrt(t * t + 1.0), s = t * c, apq = a[p][q], apr = a[p][r],
+                 aqr = a[q][r];
+    const double half[3] = {r == 0 ? -s : 0.0, r == 1 ? -s : 0.0, r == 2 ? -s : 0.0};
+    a[p][p] -= t * apq;
+    a[q][q] += t * apq;
+    a[p][q] = a[q][p] = 0.0;
+    a[p][r] = a[r][p] = c * apr - s * aqr;
+    a[q][r] = a[r][q] = s * apr + c * aqr;
+    *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
+}
+static kr_vec3 column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
+
+/* Of the 24 ways to name and direct three axes the one nearest the user's. */
+static kr_quat nearest(kr_quat axes)
+{
+    static const double r = 0.70710678118654752;
+    const kr_quat turns[6] = {q_one(),
+                              q4(r, v3(r, 0, 0)),
+                              q4(r, v3(0, r, 0)),
+                              q4(r, v3(0, 0, r)),
+                              q4(0.5, v3(0.5, 0.5, 0.5)),
+                              q4(0.5, v3(-0.5, -0.5, -0.5))};
+    const kr_quat half_turns[4] = {q_one(), q4(0, v3(1, 0, 0)), q4(0, v3(0, 1, 0)),
+                                   q4(0, v3(0, 0, 1))};
+    kr_quat best = axes;
+    for (int i = 0; i < 24; i++) {
+        const kr_quat q = q_mul(q_mul(axes, turns[i / 4]), half_turns[i % 4]);
+        if (fabs(q.w) > fabs(best.w)) best = q;
+    }
+    return best.w < 0.0 ? q_scale(-1.0, best) : best;
+}
+
+static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
+{
+    return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
+                       j[6] * v.x + j[7] * v.y + j[8] * v.z));
+}
+static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
+{
+    b->axes = axes;
+    b->com = q_turn_back(axes, com);
+    b->inertia = v3(tensor_element(j, column(axes, 0), column(axes, 0)),
+                    tensor_element(j, column(axes, 1), column(axes, 1)),
+                    tensor_element(j, column(axes, 2), column(axes, 2)));
+}
+/* Two equal moments leave two of the axes free: then the turn from the user's axes is made as small
+ * as it can be. */
+static kr_quat least_turn(const kr_body *b)
+{
+    const kr_quat axes = b->axes;
+    const int odd = odd_axis(b, KR_KIND_RTOL);
+    if (odd < 0) return axes;
+    if (equal(b->inertia.x, b->inertia.y, KR_KIND_RTOL) &&
+        equal(b->inertia.y, b->inertia.z, KR_KIND_RTOL))
+        return q_one();
+    const kr_vec3 a = column(axes, odd);
+    const kr_kind kind = kr_body_kind(b, KR_KIND_RTOL);
+    if (kind == KR_LAGRANGE || kind == KR_EULER) return q_tilt(a.z < 0.0 ? v_scale(-1.0, a) : a);
+    return q_mul(q_mul(cycles[odd], q_tilt(q_turn_back(cycles[odd], a))), q_conj(cycles[odd]));
+}
+
+kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *out)
+{
+    kr_body b = {mass, {0.0, 0.0, 0.0}, com, {1.0, 0.0, 0.0, 0.0}};
+    double a[9], d[3][3], size = 0.0;
+    int exponent;
+    if (!inertia) return KR_ERR_ARGUMENT;
+    for (int i = 0; i < 9; i++)
+        size = fmax(size, isfinite(inertia[i]) ? fabs(inertia[i]) : INFINITY);
+    if (!(size < INFINITY)) return KR_ERR_ARGUMENT;
+    frexp(size, &exponent);
+    for (int i = 0; i < 9; i++) {
+        const double element = inertia[i], mirrored = inertia[3 * (i % 3) + i / 3];
+        if (fabs(element - mirrored) > KR_KIND_RTOL * size) return KR_ERR_ARGUMENT;
+        d[i / 3][i % 3] = a[i] = ldexp(0.5 * element + 0.5 * mirrored, -exponent);
+    }
+    b.inertia = v3(inertia[0], inertia[4], inertia[8]);
+    if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
+        /* converges quadratically: six are plenty */
+        for (int sweep = 0; sweep < 16; sweep++)
+            for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
+        take_axes(&b, nearest(b.axes), a, com);
+        take_axes(&b, least_turn(&b), a, com);
+        b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
+                       ldexp(b.inertia.z, exponent));
+    }
+    return finish(&b, out);
+}
+kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
+                           kr_body *out)
+{
+    const kr_vec3 a = v_sub(com, pivot);
+    const double xx = mass * (a.x * a.x), yy = mass * (a.y * a.y), zz = mass * (a.z * a.z);
+    const double xy = mass * (a.x * a.y), yz = mass * (a.y * a.z), zx = mass * (a.z * a.x);
+    const double steiner[9] = {yy + zz, -xy, -zx, -xy, zz + xx, -yz, -zx, -yz, xx + yy};
+    double j[9];
+    if (!inertia) return KR_ERR_ARGUMENT;
+    for (int i = 0; i < 9; i++) j[i] = inertia[i] + steiner[i];
+    return kr_body_from_tensor(mass, j, a, out);
+}
+kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *out)
+{
+    const double mass = 8.0 * density * half.x * half.y * half.z, third = mass / 3.0;
+    const double xx = third * half.x * half.x, yy = third * half.y * half.y,
+                 zz = third * half.z * half.z;
+    const double j[9] = {yy + zz, 0.0, 0.0, 0.0, zz + xx, 0.0, 0.0, 0.0, xx + yy};
+    if (!(density > 0.0) || !(half.x >= 0.0 && half.y >= 0.0 && half.z >= 0.0))
+        return KR_ERR_ARGUMENT;
+    return kr_body_from_com(mass, j, v3(0.0, 0.0, 0.0), pivot, out);
+}
+kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
+{
+    const kr_body b = {mass, {i1, i1, i3}, {0.0, 0.0, height}, {1.0, 0.0, 0.0, 0.0}};
+    return finish(&b, out);
+}

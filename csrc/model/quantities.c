@@ -1,0 +1,145 @@
+/* The quantities of a state, and what makes a scene. Floor 1. With R the principal axes' attitude,
+ * M = R* m R:
+ *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
+ * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text. */
+#include "body.h"
+#include "resummed.h"
+
+static kr_quat principal(const kr_scene *scene, const kr_state *s)
+{
+    return q_mul(s->q, scene->body.axes);
+}
+static kr_vec3 over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
+
+kr_scene kr_scene_default(void)
+{
+    kr_scene s = {.gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
+    kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &s.body);
+    return s;
+}
+kr_status kr_scene_check(const kr_scene *s)
+{
+    const kr_status status = s ? kr_body_check(&s->body) : KR_ERR_ARGUMENT;
+    if (status != KR_OK) return status;
+    if (!isfinite(s->gravity) || !isfinite(s->start.t) || !v_finite(s->start.m))
+        return KR_ERR_ARGUMENT;
+    return fabs(q_dot(s->start.q, s->start.q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
+}
+static double power_of_two(double x) /* x or somewhat more; 1 for zero */
+{
+    int exponent = 0;
+    frexp(x, &exponent);
+    return ldexp(1.0, exponent);
+}
+kr_status kr_scene_units(const kr_scene *s, const kr_working *w, kr_units *units)
+{
+    const kr_body *b = &s->body;
+    const double moment = power_of_two(v_largest(w->inertia)), mass = power_of_two(b->mass);
+    const kr_vec3 lever = v_scale(mass / moment, v_scale(s->gravity * (b->mass / mass), w->com));
+    const double rate = fmax(v_largest(s->start.m) / moment, sqrt(v_largest(lever)));
+    if (!isfinite(rate)) return KR_ERR_ARGUMENT;
+    units->moment = moment;
+    units->time = 1.0 / power_of_two(rate);
+    units->lever = lever;
+    return KR_OK;
+}
+
+kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
+{
+    const kr_quat q = principal(scene, s);
+    return q_turn(q, over(q_turn_back(q, s->m), scene->body.inertia));
+}
+kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 a = q_turn(principal(scene, s), scene->body.com);
+    return v_scale(scene->body.mass * scene->gravity, v3(-a.y, a.x, 0.0));
+}
+kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
+{
+    const double reach = v_largest(scene->body.com);
+    const kr_vec3 a = reach > 0.0 ? v_scale(1.0 / reach, scene->body.com) : v3(0.0, 0.0, 1.0);
+    return q_turn(principal(scene, s), v_scale(1.0 / v_length(a), a));
+}
+double kr_state_nutation(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 a = kr_state_apex(scene, s);
+    return atan2(sqrt(a.x * a.x + a.y * a.y), a.z);
+}
+void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
+{
+    const kr_quat q = principal(scene, s);
+    frame[0] = q_turn(q, v3(1.0, 0.0, 0.0));
+    frame[1] = q_turn(q, v3(0.0, 1.0, 0.0));
+    frame[2] = q_turn(q, v3(0.0, 0.0, 1.0));
+}
+double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 m = q_turn_back(principal(scene, s), s->m);
+    return 0.5 * v_dot(m, over(m, scene->body.inertia));
+}
+double kr_state_potential(const kr_scene *scene, const kr_state *s)
+{
+    return scene->body.mass * scene->gravity *
+           v_dot(scene->body.com, q_vertical(principal(scene, s)));
+}
+double kr_state_vertical(const kr_scene *scene, const kr_state *s)
+{
+    (void)scene;
+    return s->m.z;
+}
+double kr_state_axial(const kr_scene *scene, const kr_state *s)
+{
+    return v_dot(s->m, kr_state_apex(scene, s));
+}
+
+/* M/I1 and mass gravity |com| / I1 times the vertical, both along (-com, odd axis x -com, odd
+ * axis). */
+static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
+{
+    const kr_working w = kr_body_working(&scene->body);
+    const kr_quat q = q_mul(principal(scene, s), w.axes);
+    const kr_vec3 M = q_turn_back(q, s->m), P = q_vertical(q);
+    const double i1 = w.inertia.x, reach = v_length(w.com);
+    const kr_vec3 axis1 = v_scale(-1.0 / reach, w.com), axis2 = v3(-axis1.y, axis1.x, 0.0);
+    *m = v_scale(1.0 / i1, v3(v_dot(axis1, M), v_dot(axis2, M), M.z));
+    *p = v_scale(scene->body.mass * scene->gravity * reach / i1,
+                 v3(v_dot(axis1, P), v_dot(axis2, P), P.z));
+}
+double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
+{
+    kr_vec3 m, p;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KOWALEWSKI) return NAN;
+    fourth_integral_frame(scene, s, &m, &p);
+    const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
+    return re * re + im * im;
+}
+double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
+{
+    kr_vec3 m, p;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_GORYACHEV_CHAPLYGIN) return NAN;
+    fourth_integral_frame(scene, s, &m, &p);
+    /* the text's 2 p is mass gravity |com| / I1 here */
+    return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
+}
+double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
+{
+    const double i1 = kr_body_working(&scene->body).inertia.x;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) +
+           0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
+}
+double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step)
+{
+    const kr_working w = kr_body_working(&scene->body);
+    const double i1 = w.inertia.x, c = kr_state_axial(scene, s);
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    const kr_vec3 a = q_axis(q_mul(principal(scene, s), w.axes));
+    const resummed r =
+        resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
+    return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;
+}
+double kr_attitude_error(kr_quat a, kr_quat b)
+{
+    const kr_quat d = q_mul(q_conj(a), b);
+    return 2.0 * atan2(v_length(q_vec(d)), fabs(d.w));
+}

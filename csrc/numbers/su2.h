@@ -1,0 +1,128 @@
+/* Vectors and unit quaternions (SU(2)), by value. Floor 0. q turns v into q v q*. In the thesis'
+ * su(2) a vector is half a quaternion, and its Phi^-1 is q (DESIGN: conventions). */
+#ifndef KR_SU2_H
+#define KR_SU2_H
+#include "kreisel.h"
+#include "trig.h"
+
+static inline kr_vec3 v3(double x, double y, double z)
+{
+    kr_vec3 v;
+    v.x = x, v.y = y, v.z = z;
+    return v;
+}
+static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
+static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
+static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
+static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
+static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
+{
+    return v3(s * a.x + b.x, s * a.y + b.y, s * a.z + b.z);
+}
+static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
+static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
+static inline int v_finite(kr_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
+static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
+{
+    return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b) /* x c[0] + y c[1] + z c[2] = b */
+{
+    const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);
+    return v_scale(1.0 / v_dot(c[0], yz), v3(v_dot(b, yz), v_dot(b, zx), v_dot(b, xy)));
+}
+
+static inline kr_quat q4(double w, kr_vec3 v)
+{
+    kr_quat q;
+    q.w = w, q.x = v.x, q.y = v.y, q.z = v.z;
+    return q;
+}
+static inline kr_quat q_one(void) { return q4(1.0, v3(0.0, 0.0, 0.0)); }
+static inline kr_vec3 q_vec(kr_quat q) { return v3(q.x, q.y, q.z); }
+static inline kr_quat q_conj(kr_quat q) { return q4(q.w, v3(-q.x, -q.y, -q.z)); }
+static inline kr_quat q_scale(double s, kr_quat q) { return q4(s * q.w, v_scale(s, q_vec(q))); }
+static inline kr_quat q_add(kr_quat a, kr_quat b)
+{
+    return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
+}
+static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
+static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
+/* Of unit length again where only rounding has changed it: a step of Newton's, and no root. Added
+ * as a correction, for a factor near 1 would be rounded itself, and not evenly: over 1e6 steps the
+ * energy would drift by 1e-12. */
+static inline kr_quat q_renew(kr_quat q)
+{
+    const double e = 0.5 - 0.5 * q_dot(q, q);
+    return q4(q.w + e * q.w, v_axpy(e, q_vec(q), q_vec(q)));
+}
+static inline kr_quat q_mul(kr_quat a, kr_quat b)
+{
+    return q4(a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+              v3(a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+                 a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z,
+                 a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
+}
+
+static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v) /* q v q* */
+{
+    const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
+    return v_add(v, v_axpy(q.w, s, v_cross(u, s)));
+}
+static inline kr_vec3 q_turn_back(kr_quat q, kr_vec3 v) { return q_turn(q_conj(q), v); }
+/* q e3 q*: the third body axis in space */
+static inline kr_vec3 q_axis(kr_quat q)
+{
+    return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
+              (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
+}
+static inline kr_vec3 q_first_axis(kr_quat q) /* q e1 q* */
+{
+    return v3((q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y + q.w * q.z),
+              2.0 * (q.x * q.z - q.w * q.y));
+}
+/* q* e3 q: the vertical seen from the body */
+static inline kr_vec3 q_vertical(kr_quat q)
+{
+    return v3(2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
+              (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
+}
+
+/* the turn by the rotation vector r */
+static inline kr_quat q_exp(kr_vec3 r)
+{
+    double c, s;
+    cos_sinc(0.25 * v_dot(r, r), &c, &s);
+    return q4(c, v_scale(0.5 * s, r));
+}
+/* q (c + s i): first a turn about the first axis */
+static inline kr_quat q_mul_x(kr_quat q, double c, double s)
+{
+    return q4(c * q.w - s * q.x, v3(c * q.x + s * q.w, c * q.y + s * q.z, c * q.z - s * q.y));
+}
+/* q (c + s k): first a turn about the third axis */
+static inline kr_quat q_mul_z(kr_quat q, double c, double s)
+{
+    return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
+}
+
+/* The shortest turn from the third axis to the unit vector a; about the first axis if a points the
+ * other way. */
+static inline kr_quat q_tilt(kr_vec3 a)
+{
+    if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
+    return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
+}
+/* The quaternion of an orthonormal frame given by its columns, from its largest component (Shepperd
+ * 1978). */
+static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
+{
+    const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,
+                 z = 1.0 - n.x - b.y + t.z;
+    if (w >= x && w >= y && w >= z) return q_unit(q4(w, v3(b.z - t.y, t.x - n.z, n.y - b.x)));
+    if (x >= y && x >= z) return q_unit(q4(b.z - t.y, v3(x, n.y + b.x, n.z + t.x)));
+    if (y >= z) return q_unit(q4(t.x - n.z, v3(n.y + b.x, y, b.z + t.y)));
+    return q_unit(q4(n.y - b.x, v3(n.z + t.x, b.z + t.y, z)));
+}
+#endif

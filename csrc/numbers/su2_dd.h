@@ -1,0 +1,74 @@
+/* Vectors and quaternions in double-double. Floor 0. */
+#ifndef KR_SU2_DD_H
+#define KR_SU2_DD_H
+#include "dd.h"
+#include "su2.h"
+
+typedef struct vec_dd {
+    dd x, y, z;
+} vec_dd;
+typedef struct quat_dd {
+    dd w;
+    vec_dd v;
+} quat_dd;
+
+static inline vec_dd v_dd(kr_vec3 hi, kr_vec3 lo)
+{
+    const vec_dd v = {two_sum(hi.x, lo.x), two_sum(hi.y, lo.y), two_sum(hi.z, lo.z)};
+    return v;
+}
+static inline kr_vec3 vdd_high(vec_dd a) { return v3(a.x.hi, a.y.hi, a.z.hi); }
+static inline kr_vec3 vdd_low(vec_dd a) { return v3(a.x.lo, a.y.lo, a.z.lo); }
+static inline vec_dd vdd_add(vec_dd a, vec_dd b)
+{
+    const vec_dd v = {dd_add(a.x, b.x), dd_add(a.y, b.y), dd_add(a.z, b.z)};
+    return v;
+}
+static inline vec_dd vdd_scale(dd s, vec_dd a)
+{
+    const vec_dd v = {dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
+    return v;
+}
+static inline dd vdd_dot(vec_dd a, vec_dd b)
+{
+    return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));
+}
+static inline vec_dd vdd_cross(vec_dd a, vec_dd b)
+{
+    const vec_dd v = {dd_sub(dd_mul(a.y, b.z), dd_mul(a.z, b.y)),
+                      dd_sub(dd_mul(a.z, b.x), dd_mul(a.x, b.z)),
+                      dd_sub(dd_mul(a.x, b.y), dd_mul(a.y, b.x))};
+    return v;
+}
+
+static inline quat_dd q_dd(kr_quat hi, kr_quat lo)
+{
+    const quat_dd q = {two_sum(hi.w, lo.w), v_dd(q_vec(hi), q_vec(lo))};
+    return q;
+}
+static inline kr_quat qdd_high(quat_dd q) { return q4(q.w.hi, vdd_high(q.v)); }
+static inline kr_quat qdd_low(quat_dd q) { return q4(q.w.lo, vdd_low(q.v)); }
+static inline quat_dd qdd_conj(quat_dd q)
+{
+    const quat_dd c = {q.w, {dd_neg(q.v.x), dd_neg(q.v.y), dd_neg(q.v.z)}};
+    return c;
+}
+static inline quat_dd qdd_mul(quat_dd a, quat_dd b)
+{
+    const quat_dd q = {
+        dd_sub(dd_mul(a.w, b.w), vdd_dot(a.v, b.v)),
+        vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
+    return q;
+}
+static inline quat_dd qdd_unit(quat_dd q)
+{
+    const dd s = dd_div(dd_of(1.0), dd_sqrt(dd_add(dd_mul(q.w, q.w), vdd_dot(q.v, q.v))));
+    const quat_dd u = {dd_mul(s, q.w), vdd_scale(s, q.v)};
+    return u;
+}
+static inline vec_dd qdd_turn(quat_dd q, vec_dd v) /* q v q*, for a unit q */
+{
+    const quat_dd pure = {dd_of(0.0), v};
+    return qdd_mul(qdd_mul(q, pure), qdd_conj(q)).v;
+}
+#endif

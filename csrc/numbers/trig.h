@@ -1,0 +1,93 @@
+/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. Floor 0.
+ * Why not libm's: its last bit differs between libraries, and with it every state computed from it.
+ * With these the same scene gives the same bits from every compiler and every libm, and in
+ * WebAssembly. Power series; no table, no fma. */
+#ifndef KR_TRIG_H
+#define KR_TRIG_H
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2: no root and no division, and nothing special at
+ * zero. */
+static inline void less_one_sinc_small(double z, double *c, double *s)
+{
+    const double z2 = z * z, z4 = z2 * z2;
+    *c = (z2 * (1.0 / 24 - z * (1.0 / 720)) - z * (1.0 / 2)) +
+         z4 * (((1.0 / 40320 - z * (1.0 / 3628800)) +
+                z2 * (1.0 / 479001600 - z * (1.0 / 87178291200.0))) +
+               z4 * (1.0 / 20922789888000.0));
+    *s = ((1.0 - z * (1.0 / 6)) + z2 * (1.0 / 120 - z * (1.0 / 5040))) +
+         z4 * (((1.0 / 362880 - z * (1.0 / 39916800)) +
+                z2 * (1.0 / 6227020800.0 - z * (1.0 / 1307674368000.0))) +
+               z4 * (1.0 / 355687428096000.0));
+}
+static inline void cos_sinc_small(double z, double *c, double *s)
+{
+    less_one_sinc_small(z, c, s);
+    *c += 1.0;
+}
+
+/* Any x. Beyond 2^19 the angle is reduced by the double next to 2 pi, which costs less than the
+ * rounding of x itself. */
+static inline void sin_cos(double x, double *sine, double *cosine)
+{
+    /* 1.5 2^52: adding it leaves an integer in the low bits */
+    const double to_integer = 6755399441055744.0;
+    double turns, r, s, c;
+    uint64_t quadrant;
+    if (!(fabs(x) < 524288.0)) x = fmod(x, 6.283185307179586);
+    turns = x * 0.63661977236758138 + to_integer;
+    memcpy(&quadrant, &turns, sizeof quadrant);
+    turns -= to_integer;
+    /* pi/2 in parts of 33 bits (fdlibm's), so that their products with the quadrant's number are
+     * exact */
+    r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
+        turns * 2.02226624879595063154e-21;
+    cos_sinc_small(r * r, &c, &s);
+    s *= r;
+    *sine = quadrant & 1 ? c : s;
+    *cosine = quadrant & 1 ? s : c;
+    if (quadrant & 2) *sine = -*sine;
+    if ((quadrant + 1) & 2) *cosine = -*cosine;
+}
+
+/* cos(x) and sin(x)/x for any z = x^2. */
+static inline void cos_sinc(double z, double *c, double *s)
+{
+    if (z <= 0.61) {
+        cos_sinc_small(z, c, s);
+    } else {
+        const double x = sqrt(z);
+        sin_cos(x, s, c);
+        *s /= x;
+    }
+}
+
+/* cos(x) - 1 and sin(x)/x for any z = x^2: of a small turn the change alone, which loses no digit
+ * to the one. */
+static inline void less_one_sinc(double z, double *c, double *s)
+{
+    if (z <= 0.61) {
+        less_one_sinc_small(z, c, s);
+    } else {
+        cos_sinc(z, c, s);
+        *c -= 1.0;
+    }
+}
+
+static inline double arc_tangent(double x)
+{
+    const double a = fabs(x), inverse = 1.0 / a;
+    double t = a > 1.0 ? inverse : a, sum = 0.0, z;
+    int k;
+    /* twice the half angle's tangent: |t| < 0.2 */
+    t = t / (1.0 + sqrt(1.0 + t * t));
+    t = t / (1.0 + sqrt(1.0 + t * t));
+    z = t * t;
+    for (k = 21; k > 1; k -= 2) sum = z * (1.0 / k - sum);
+    t = 4.0 * (t - t * sum);
+    if (a > 1.0) t = 1.5707963267948966 - t;
+    return x < 0.0 ? -t : t;
+}
+#endif

@@ -1,0 +1,61 @@
+/* The coefficients of the compositions meet the sum rules of their orders. */
+#include "check.h"
+#include "methods/compose.h"
+
+static double power_sum(const composition *c, int power)
+{
+    double sum = 0.0;
+    for (int i = 0; i < c->stages; i++) sum += pow(c->drift[i], power);
+    return sum;
+}
+/* Whole, and the same from either end. */
+static void palindrome(const composition *c)
+{
+    const int last = c->stages - 1;
+    double kicks = c->ahead + (c->kick[last] - c->ahead);
+    for (int i = 0; i < last; i++) {
+        kicks += c->kick[i];
+        IS(c->kick[i] == c->kick[last - 1 - i]);
+    }
+    for (int i = 0; i <= last; i++) IS(c->drift[i] == c->drift[last - i]);
+    NEAR(kicks, 1.0, 4e-16);
+    NEAR(power_sum(c, 1), 1.0, 4e-16);
+}
+/* Of symmetric steps of order 2: the odd powers below the order add up to nothing, and that of the
+ * order does not. */
+static void of_strang(int row, int stages, int order)
+{
+    const composition c = compose(row);
+    IS(c.stages == stages);
+    palindrome(&c);
+    for (int power = 3; power < order; power += 2) NEAR(power_sum(&c, power), 0.0, 2e-15);
+    IS(fabs(power_sum(&c, order + 1)) > 1e-4);
+    for (int i = 0; i + 1 < stages; i++)
+        NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
+}
+/* Kicks b_i at times c_i = a_1 + ... + a_i: the quadrature of order 6 is the least that order 6
+ * asks for. */
+static void of_nystrom(void)
+{
+    const composition c = compose(BLANES_MOAN6);
+    IS(c.stages == 15 && c.ahead == 0.0 && c.kick[14] == 0.0);
+    palindrome(&c);
+    for (int power = 0; power < 6; power++) {
+        double sum = 0.0, time = 0.0;
+        for (int i = 0; i < c.stages; i++) {
+            time += c.drift[i];
+            sum += c.kick[i] * pow(time, power);
+        }
+        NEAR(sum, 1.0 / (power + 1), 1e-14);
+    }
+}
+
+int main(void)
+{
+    of_strang(SUZUKI4, 5, 4);
+    of_strang(KAHAN_LI6, 9, 6);
+    of_strang(KAHAN_LI8, 17, 8);
+    of_nystrom();
+    NEAR(compose(SUZUKI4).drift[0], 1.0 / (4.0 - cbrt(4.0)), 1e-16);
+    return check_result();
+}

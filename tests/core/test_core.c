@@ -1,0 +1,189 @@
+/* Floors 0 and 1: quaternions, trigonometry, bodies, quantities. */
+#include "model/body.h"
+#include "check.h"
+
+static uint64_t seed = 1;
+static double uniform(double low, double high) /* splitmix64 */
+{
+    uint64_t z = seed += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return low + (high - low) * (double)((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
+}
+static kr_vec3 random_vec(double size)
+{
+    return v3(uniform(-size, size), uniform(-size, size), uniform(-size, size));
+}
+static kr_quat random_quat(void)
+{
+    kr_quat q = q4(uniform(-1, 1), random_vec(1));
+    return q_unit(q);
+}
+
+static void trigonometry(void)
+{
+    double s, c, worst = 0.0, worst_norm = 0.0, worst_tangent = 0.0;
+    for (int i = 0; i < 200000; i++) {
+        const double x = uniform(-1, 1) * pow(10.0, uniform(-9, 5));
+        sin_cos(x, &s, &c);
+        worst = fmax(worst, fmax(fabs(s - sin(x)) / fmax(fabs(sin(x)), 1e-3),
+                                 fabs(c - cos(x)) / fmax(fabs(cos(x)), 1e-3)));
+        worst_norm = fmax(worst_norm, fabs(s * s + c * c - 1.0));
+        worst_tangent = fmax(worst_tangent, fabs(arc_tangent(x) - atan(x)) / fabs(atan(x)));
+    }
+    NEAR(worst, 0.0, 6e-16);
+    NEAR(worst_norm, 0.0, 6e-16);
+    NEAR(worst_tangent, 0.0, 1e-15);
+    for (double x = 1e6; x < 1e300; x *= 1e7) { /* as good as the rounding of x */
+        sin_cos(x, &s, &c);
+        NEAR(s * s + c * c, 1.0, 6e-16);
+        NEAR(atan2(s * cos(x) - c * sin(x), c * cos(x) + s * sin(x)), 0.0,
+             x < 1e9 ? 1.2e-16 * x : 4.0);
+    }
+    for (double z = 0.0; z < 400.0; z += 0.01) {
+        cos_sinc(z, &c, &s);
+        NEAR(c, cos(sqrt(z)), 3e-16 * (1.0 + sqrt(z)));
+        NEAR(s, z > 0.0 ? sin(sqrt(z)) / sqrt(z) : 1.0, 3e-16);
+    }
+    sin_cos(INFINITY, &s, &c);
+    IS(isnan(s) && isnan(c));
+    IS(isnan(arc_tangent(NAN)));
+    NEAR(arc_tangent(INFINITY), 1.5707963267948966, 0.0);
+}
+static void quaternions(void)
+{
+    for (int i = 0; i < 1000; i++) {
+        const kr_quat p = random_quat(), q = random_quat();
+        const kr_vec3 v = random_vec(3), r = random_vec(4), a = v_scale(1.0 / v_length(v), v);
+        const kr_vec3 w = q_turn(q_mul(p, q), v), u = q_turn(p, q_turn(q, v)),
+                      t = q_turn(q_tilt(a), v3(0, 0, 1));
+        NEAR(v_length(v_sub(w, u)), 0.0, 1e-14);
+        NEAR(v_length(v_sub(q_turn_back(q, q_turn(q, v)), v)), 0.0, 1e-14);
+        NEAR(v_length(v_sub(q_axis(q), q_turn(q, v3(0, 0, 1)))), 0.0, 1e-15);
+        NEAR(v_length(v_sub(q_vertical(q), q_turn_back(q, v3(0, 0, 1)))), 0.0, 1e-15);
+        NEAR(v_length(v_sub(t, a)), 0.0, 1e-15);
+        NEAR(v_length(v_sub(q_turn(q_exp(r), r), r)), 0.0, 1e-14);
+        NEAR(v_dot(q_turn(q_exp(v_cross(v, r)), v), v) / v_dot(v, v), cos(v_length(v_cross(v, r))),
+             1e-13);
+        const kr_quat f =
+            q_of_frame(q_turn(q, v3(1, 0, 0)), q_turn(q, v3(0, 1, 0)), q_turn(q, v3(0, 0, 1)));
+        NEAR(kr_attitude_error(f, q), 0.0, 2e-15);
+        NEAR(kr_attitude_error(q_mul(q_exp(v_scale(1e-9, a)), q), q), 1e-9, 1e-15);
+    }
+    NEAR(kr_attitude_error(q_one(), q_scale(-1.0, q_one())), 0.0, 0.0);
+    /* e3 turns e1 to e2 */
+    NEAR(q_turn(q_exp(v3(0, 0, 1.5707963267948966)), v3(1, 0, 0)).y, 1.0, 1e-15);
+}
+
+/* J of a body in the frame in which it was described: axes diag(inertia) axes^t. */
+static double described(const kr_body *b, int i, int j)
+{
+    const kr_vec3 u = q_turn_back(b->axes, v3(i == 0, i == 1, i == 2)),
+                  w = q_turn_back(b->axes, v3(j == 0, j == 1, j == 2));
+    return v_dot(u, v_times(b->inertia, w));
+}
+static void tensors(void)
+{
+    for (int trial = 0; trial < 3000; trial++) {
+        const double scale = ldexp(1.0, (int)uniform(-120, 120));
+        const int equal = trial % 4; /* none, two, nearly two, three */
+        const double a = uniform(1, 2), b = equal == 0   ? uniform(1, 2)
+                                            : equal == 2 ? a * (1 + 1e-9)
+                                                         : a;
+        kr_body made = {2.0,
+                        {scale * a, scale * b, scale * (equal == 3 ? a : uniform(0.9, 1.9))},
+                        {0, 0, 0},
+                        {1, 0, 0, 0}},
+                found;
+        const kr_vec3 com = random_vec(1);
+        double j[9];
+        made.axes = random_quat();
+        for (int i = 0; i < 9; i++) j[i] = i / 3 <= i % 3 ? described(&made, i / 3, i % 3) : 0.0;
+        j[3] = j[1], j[6] = j[2], j[7] = j[5];
+        IS(kr_body_from_tensor(2.0, j, com, &found) == KR_OK);
+        for (int i = 0; i < 9; i++)
+            NEAR(described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
+        NEAR(v_length(v_sub(q_turn(found.axes, found.com), com)), 0.0, 2e-15);
+        /* nearest: no turn above 120 degrees, 90 with an axis free */
+        IS(found.axes.w >= (equal == 0 ? 0.5 : 0.7) - 1e-12);
+    }
+}
+static void bodies(void)
+{
+    const double diagonal[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.5},
+                 about_com[9] = {0.234375, 0, 0, 0, 0.46875, 0, 0, 0, 0.234375};
+    kr_body b;
+    IS(kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0, 0, -1.0), &b) == KR_OK);
+    NEAR(b.mass, 5.12, 1e-15);
+    NEAR(b.inertia.x, 5.12 / 3 * (0.64 + 4.0), 1e-14);
+    NEAR(b.inertia.z, 5.12 / 3 * 1.28, 1e-14);
+    IS(b.com.z == 1.0 && b.axes.w == 1.0 && kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+    IS(kr_body_cuboid(1.0, v3(sqrt(3.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_KOWALEWSKI);
+    IS(kr_body_cuboid(1.0, v3(sqrt(7.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_GORYACHEV_CHAPLYGIN);
+    IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0.1, -0.2, -1.0), &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_GENERAL);
+    NEAR(described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
+    NEAR(described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
+    IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0, 0, 0), &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_EULER);
+    IS(kr_body_from_com(15.0, about_com, v3(0, 1, 0), v3(0, 0, 0), &b) == KR_OK);
+    IS(b.inertia.x == 15.234375 && b.inertia.y == 0.46875 && b.axes.w == 1.0 &&
+       kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+    NEAR(v_length(v_sub(kr_body_working(&b).com, v3(0, 0, 1))), 0.0, 0.0);
+    IS(kr_body_from_tensor(1.0, diagonal, v3(0.3, 0, 0), &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_GENERAL);
+    IS(kr_body_symmetric(1.0, 1.0, 1.0, 0.0, &b) == KR_OK && kr_body_kind(&b, 1e-12) == KR_EULER);
+    b.com = v3(0.3, -0.4, 1.2);
+    IS(kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+    NEAR(v_length(v_sub(kr_body_working(&b).com, v3(0, 0, 1.3))), 0.0, 1e-15);
+    IS(kr_body_symmetric(1.0, 1.0, 2.0, 1.0, &b) == KR_OK); /* a plate */
+    IS(kr_body_symmetric(1.0, 1.0, 2.0 * (1 + 1e-11), 1.0, &b) == KR_ERR_BODY);
+    IS(kr_body_symmetric(1.0, 1.0, 0.0, 1.0, &b) == KR_ERR_BODY); /* a massless axis */
+    IS(kr_body_symmetric(-1.0, 1.0, 1.0, 1.0, &b) == KR_ERR_ARGUMENT);
+    IS(kr_body_symmetric(1.0, NAN, 1.0, 1.0, &b) == KR_ERR_ARGUMENT);
+    IS(kr_body_cuboid(1.0, v3(0.0, 0.0, 1.0), v3(0, 0, -1.0), &b) != KR_OK);
+    IS(kr_body_cuboid(0.0, v3(1.0, 1.0, 1.0), v3(0, 0, -1.0), &b) == KR_ERR_ARGUMENT);
+    IS(kr_body_cuboid(1.0, v3(-1.0, 1.0, 1.0), v3(0, 0, -1.0), &b) == KR_ERR_ARGUMENT);
+    IS(kr_body_from_tensor(1.0, NULL, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT);
+}
+
+static void quantities(void)
+{
+    const kr_scene thesis = kr_scene_default();
+    kr_scene s = thesis;
+    kr_vec3 frame[3];
+    IS(kr_scene_check(&s) == KR_OK);
+    for (int i = 0; i < 200; i++) {
+        s.start.q = random_quat();
+        s.start.m = random_vec(3);
+        const kr_vec3 w = kr_state_velocity(&s, &s.start);
+        kr_state_frame(&s, &s.start, frame);
+        NEAR(0.5 * v_dot(w, s.start.m), kr_state_kinetic(&s, &s.start), 1e-15 * 100);
+        NEAR(kr_state_potential(&s, &s.start), s.body.mass * frame[2].z, 1e-14);
+        NEAR(v_length(v_sub(kr_state_torque(&s, &s.start),
+                            v_scale(s.body.mass, v_cross(v3(0, 0, 1), frame[2])))),
+             0.0, 1e-14);
+        NEAR(v_length(v_sub(kr_state_apex(&s, &s.start), frame[2])), 0.0, 1e-15);
+        NEAR(kr_state_axial(&s, &s.start), v_dot(s.start.m, frame[2]), 1e-14);
+    }
+    IS(isnan(kr_state_kowalewski(&thesis, &thesis.start)) &&
+       isnan(kr_state_goryachev_chaplygin(&thesis, &thesis.start)));
+    s = thesis;
+    kr_body_cuboid(1.0, v3(sqrt(3.0) * 0.8, 0.8, 0.4), v3(0, 0, -0.4), &s.body);
+    /* DESIGN: the thesis' body made a Kowalewski top */
+    NEAR(kr_state_kowalewski(&s, &s.start), 1.5255, 5e-5);
+    s.start.q.w = 1.1;
+    IS(kr_scene_check(&s) == KR_ERR_ATTITUDE);
+}
+
+int main(void)
+{
+    trigonometry();
+    quaternions();
+    tensors();
+    bodies();
+    quantities();
+    return check_result();
+}

@@ -1,0 +1,184 @@
+/* digits=: what 20 and 30 promise, against heyoka in 128 bit (validation/truth/reference.json), and
+ * how the low words travel. */
+#include <string.h>
+#include "check.h"
+#include "numbers/su2_dd.h"
+
+typedef struct {
+    kr_state high, low;
+} deep;
+
+static const kr_method *taylor(void) { return kr_method_find("taylor"); }
+static deep run_to(const kr_scene *s, int digits, double t)
+{
+    const kr_config config = {.digits = digits, .step = t < s->start.t ? -1.0 : 1.0};
+    deep end;
+    kr_top *top = NULL;
+    IS(kr_top_create(s, taylor(), config, &top) == KR_OK);
+    IS(kr_top_record_low(top, 1, &t, &end.high, &end.low, NULL) == KR_OK);
+    const kr_state high = kr_top_state(top), low = kr_top_low(top);
+    IS(memcmp(&high, &end.high, sizeof high) == 0 && memcmp(&low, &end.low, sizeof low) == 0);
+    kr_top_free(top);
+    return end;
+}
+static double apart(deep a, deep b) /* half the angle, and the difference of m */
+{
+    const quat_dd d = qdd_mul(qdd_conj(q_dd(a.high.q, a.low.q)), q_dd(b.high.q, b.low.q));
+    const vec_dd m = v_dd(a.high.m, a.low.m),
+                 n = v_dd(v_scale(-1.0, b.high.m), v_scale(-1.0, b.low.m));
+    return v_length(vdd_high(d.v)) + v_length(vdd_high(vdd_add(m, n)));
+}
+static kr_scene tilted(void)
+{
+    kr_scene s = kr_scene_default();
+    const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
+    const kr_vec3 com = {0.25, -0.5, 0.75};
+    IS(kr_body_from_tensor(2.0, tensor, com, &s.body) == KR_OK);
+    s.gravity = 9.81;
+    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
+    return s;
+}
+
+/* The attitude at t = 100 to 34 digits, in two words. */
+static void truth(void)
+{
+    kr_scene s = kr_scene_default();
+    const kr_body body = {1.0,
+                          {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
+                          {0.0, 0.0, 0x1.47ae147ae147cp+2},
+                          {1, 0, 0, 0}};
+    s.body = body;
+    const deep want = {
+        {100.0,
+         {0x1.596bdbe6c4be4p-1, 0x1.7d1de20e97b5bp-3, -0x1.cd594600f1a57p-4, -0x1.6924a07d8f6b3p-1},
+         {0, 0, 0}},
+        {0.0,
+         {-0x1.58579de3fe5fap-55, -0x1.3d76fad57a73fp-57, 0x1.85d5a6faa81fcp-58,
+          0x1.ebb7d3eb07125p-59},
+         {0, 0, 0}},
+    };
+    deep twenty = run_to(&s, 20, 100), thirty = run_to(&s, 30, 100);
+    twenty.high.m = twenty.low.m = thirty.high.m = thirty.low.m = v3(0, 0, 0);
+    NEAR(apart(twenty, want), 0.0, 2e-16);
+    NEAR(apart(thirty, want), 0.0, 3e-29);
+    IS(apart(twenty, want) > 1e-20);
+}
+static void truth_of_asymmetric(void)
+{
+    kr_scene s = kr_scene_default();
+    const kr_body body = {1.0,
+                          {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
+                          {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
+                          {1, 0, 0, 0}};
+    const deep want = {
+        {30.0,
+         {0x1.2955932a0ceb4p-1, -0x1.843051ea62496p-4, -0x1.87212b636e44ap-1, 0x1.0f4a0522e92d1p-2},
+         {0, 0, 0}},
+        {0.0,
+         {-0x1.bf467b072c22cp-55, -0x1.15de6d0a52be1p-59, 0x1.a3e1c6570dfe9p-55,
+          -0x1.eca201dc222e0p-56},
+         {0, 0, 0}}};
+    s.body = body;
+    s.start.q = q4(0x1.2acb3a9f5a815p-4,
+                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
+    deep thirty = run_to(&s, 30, 30);
+    thirty.high.m = thirty.low.m = v3(0, 0, 0);
+    NEAR(apart(thirty, want), 0.0, 1e-27);
+}
+/* Errors fall with the digits; there and back; the vertical momentum. */
+static void accuracy(void)
+{
+    kr_scene s = tilted();
+    const kr_state start = s.start;
+    const deep plain = run_to(&s, 16, 5), twenty = run_to(&s, 20, 5), thirty = run_to(&s, 30, 5);
+    IS(v_length(plain.low.m) == 0.0 && plain.low.q.w == 0.0);
+    NEAR(apart(plain, thirty), 1e-13, 0.9999e-13);
+    NEAR(apart(twenty, thirty), 1e-17, 0.9999e-17);
+    const dd turned = dd_sub(v_dd(thirty.high.m, thirty.low.m).z, dd_of(start.m.z));
+    NEAR(turned.hi, 0.0, 1e-28);
+    s.start = thirty.high;
+    const deep back = run_to(&s, 30, 0), begin = {start, {0.0, {0, 0, 0, 0}, {0, 0, 0}}};
+    NEAR(apart(back, begin), 0.0, 1e-14); /* begun without its low words */
+    IS(apart(back, begin) > 1e-18);
+}
+/* A start that is no whole number of steps from anything: the time between is taken exactly. */
+static void exact_time(void)
+{
+    kr_scene s = tilted(), late = s;
+    const double t = 10.3;
+    late.start.t = 0.1;
+    const dd span = two_sum(t, -late.start.t);
+    const deep a = run_to(&late, 30, t), b = run_to(&s, 30, span.hi);
+    const kr_vec3 w = kr_state_velocity(&s, &b.high), torque = kr_state_torque(&s, &b.high);
+    const kr_quat rate = q_scale(0.5, q_mul(q4(0, w), b.high.q));
+    const quat_dd moved = {
+        dd_add(q_dd(b.high.q, b.low.q).w, dd_of(span.lo * rate.w)),
+        vdd_add(q_dd(b.high.q, b.low.q).v, v_dd(v_scale(span.lo, q_vec(rate)), v3(0, 0, 0)))};
+    const vec_dd pushed =
+        vdd_add(v_dd(b.high.m, b.low.m), v_dd(v_scale(span.lo, torque), v3(0, 0, 0)));
+    const deep want = {{t, qdd_high(moved), vdd_high(pushed)},
+                       {0, qdd_low(moved), vdd_low(pushed)}};
+    IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
+    NEAR(apart(a, want), 0.0, 1e-28);
+}
+/* Mass, length and time in other powers of two: the same bits, low words and all. */
+static void scaling(void)
+{
+    const kr_scene s = tilted();
+    kr_scene big = s;
+    const double kg = 0x1p20, m = 0x1p-30, sec = 0x1p12;
+    big.body.mass *= kg;
+    big.body.inertia = v_scale(kg * m * m, s.body.inertia);
+    big.body.com = v_scale(m, s.body.com);
+    big.gravity = s.gravity * m / (sec * sec);
+    big.start.m = v_scale(kg * m * m / sec, s.start.m);
+    for (int digits = 16; digits <= 30; digits += 7) {
+        const deep a = run_to(&s, digits, 5.003), b = run_to(&big, digits, 5.003 * sec);
+        const kr_vec3 high = v_scale(sec / (kg * m * m), b.high.m),
+                      low = v_scale(sec / (kg * m * m), b.low.m);
+        IS(memcmp(&a.high.q, &b.high.q, sizeof a.high.q) == 0 &&
+           memcmp(&a.low.q, &b.low.q, sizeof a.low.q) == 0);
+        IS(memcmp(&a.high.m, &high, sizeof high) == 0 && memcmp(&a.low.m, &low, sizeof low) == 0);
+    }
+}
+static void stepping(void)
+{
+    const kr_scene s = tilted();
+    const kr_config config = {.digits = 30};
+    kr_top *top = NULL;
+    IS(kr_top_create(&s, taylor(), config, &top) == KR_OK);
+    for (int i = 0; i < 20; i++) {
+        IS(kr_top_step(top) == KR_OK);
+        const deep here = {kr_top_state(top), kr_top_low(top)}, there = run_to(&s, 30, here.high.t);
+        /* the end of a step, in the user's time, is rounded */
+        NEAR(apart(here, there), 0.0, 1e-15);
+        IS(here.low.q.w != 0.0);
+    }
+    kr_top_free(top);
+}
+static void words(void)
+{
+    const kr_scene s = tilted();
+    kr_top *top = NULL;
+    static const kr_config wrong[] = {{.digits = -1}, {.digits = 31}, {.digits = 20, .tol = 1e-9}};
+    const kr_config fine = {.digits = 20};
+    for (int i = 0; i < 3; i++) IS(kr_top_create(&s, taylor(), wrong[i], &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, kr_method_find("extrap"), fine, &top) == KR_ERR_ARGUMENT && top == NULL);
+    const int same[][2] = {{0, 16}, {1, 16}, {17, 20}, {21, 30}};
+    for (int i = 0; i < 4; i++) {
+        const deep a = run_to(&s, same[i][0], 3), b = run_to(&s, same[i][1], 3);
+        IS(memcmp(&a, &b, sizeof a) == 0);
+    }
+}
+
+int main(void)
+{
+    truth();
+    truth_of_asymmetric();
+    accuracy();
+    exact_time();
+    scaling();
+    stepping();
+    words();
+    return check_result();
+}

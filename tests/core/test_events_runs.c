@@ -1,0 +1,273 @@
+/* Runs that stop at events: what they find, that they leave the path alone, what is refused,
+ * failures. */
+#include "events.h"
+#include "taylor/taylor.h"
+
+static void nutation_of_lagrange_tops(void)
+{
+    for (int i = 0; i < 20; i++) {
+        kr_scene s = scene_of(0);
+        kr_exact plan;
+        kr_event e = {.terms = &height, .count = 1, .extremum = 1, .direction = 1};
+        double t[MANY];
+        s.start.q = q_unit(q4(uniform(), v3(uniform(), uniform(), uniform())));
+        s.start.m = v3(8.0 * uniform() - 4.0, 8.0 * uniform() - 4.0, 8.0 * uniform() - 4.0);
+        IS(kr_exact_plan(&s, &plan) == KR_OK);
+        kr_top *top = make(&s, (kr_config){.step = i % 2 ? -1.0 : 0.0}, &e, 1);
+        const int n = seek_all(top, (i % 2 ? -12.5 : 12.5) * plan.period, t, NULL);
+        IS(n == 12 || n == 13);
+        for (int k = 1; k < n; k++) NEAR(fabs(t[k] - t[k - 1]), plan.period, 1e-12 * plan.period);
+        kr_top_free(top);
+    }
+}
+
+static void path_is_the_same(void)
+{
+    const kr_term precession[] = {{1.0, KR_VERTICAL_X, KR_BODY_VELOCITY_X},
+                                  {1.0, KR_VERTICAL_Y, KR_BODY_VELOCITY_Y},
+                                  {1.0, KR_VERTICAL_Z, KR_BODY_VELOCITY_Z},
+                                  {-1.0, KR_APEX_Z, KR_SPIN}};
+    for (int digits = 16; digits <= 30; digits += 7) {
+        const kr_scene s = scene_of(1);
+        kr_event e[2] = {{.terms = precession, .count = 4},
+                         {.terms = &height, .count = 1, .extremum = 1}};
+        const kr_config config = {.digits = digits};
+        kr_top *watched = make(&s, config, e, 2), *plain = make(&s, config, NULL, 0);
+        kr_hit hit = {-1, 0};
+        int found = 0;
+        for (int i = 1; i <= 200; i++) {
+            const double t = 0.1 * i;
+            while (kr_top_seek(watched, t, &hit) == KR_OK && hit.which >= 0) found++;
+            IS(hit.which == -1 && kr_top_advance(plain, t) == KR_OK);
+            const kr_state a[2] = {kr_top_state(watched), kr_top_low(watched)};
+            const kr_state b[2] = {kr_top_state(plain), kr_top_low(plain)};
+            IS(memcmp(a, b, sizeof a) == 0);
+        }
+        IS(found > 5 && kr_top_stats(watched).steps == kr_top_stats(plain).steps);
+        kr_top_free(watched);
+        kr_top_free(plain);
+    }
+}
+
+/* A height that the apex has where a step ends, to the last bits and just beside them: passed once,
+ * there. */
+static void at_the_border(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_top *top = make(&s, (kr_config){0}, NULL, 0);
+    for (int k = 0; k < 60; k++) {
+        IS(kr_top_step(top) == KR_OK);
+        const kr_state border = kr_top_state(top);
+        const double level = kr_terms_value(&s, &border, 1, &height);
+        for (int off = -20; off <= 20; off++) {
+            const kr_term g[] = {height, {-(level + off * 0x1p-54), KR_ONE, KR_ONE}};
+            kr_event e = {.terms = g, .count = 2};
+            double t[MANY];
+            int here = 0;
+            kr_top *other = make(&s, (kr_config){0}, &e, 1);
+            const int n = seek_all(other, border.t + 0.5, t, NULL);
+            for (int i = 0; i < n; i++) here += fabs(t[i] - border.t) < 1e-7;
+            IS(here == 1);
+            kr_top_free(other);
+        }
+    }
+    kr_top_free(top);
+}
+
+static void two_in_one_step(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_event top_most = {.terms = &height, .count = 1, .extremum = 1, .direction = -1};
+    double at[MANY], t[MANY];
+    kr_hit hits[MANY];
+    kr_top *top = make(&s, (kr_config){0}, &top_most, 1);
+    const int n = seek_all(top, 40.0, at, NULL);
+    IS(n > 5);
+    kr_top_free(top);
+    for (int i = 0; i < n; i++) {
+        const double steps[] = {1e-2, 1e-4, 1e-6};
+        kr_top *to = make(&s, (kr_config){0}, NULL, 0);
+        IS(kr_top_advance(to, at[i]) == KR_OK);
+        const kr_piece piece = to->method->piece(&to->main);
+        const double length = (piece.end - piece.begin) * to->time_unit;
+        const kr_state peak = kr_top_state(to);
+        for (int k = 0; k < 3; k++) {
+            const double aside = 0.5 * steps[k] * length;
+            IS(kr_top_reset(to, &s.start) == KR_OK && kr_top_advance(to, at[i] - aside) == KR_OK);
+            const kr_state before = kr_top_state(to);
+            const kr_term g[] = {height,
+                                 {-kr_terms_value(&s, &before, 1, &height), KR_ONE, KR_ONE}};
+            kr_event e = {.terms = g, .count = 2};
+            kr_top *other = make(&s, (kr_config){0}, &e, 1);
+            const int m = seek_all(other, at[i] + length, t, hits);
+            int up = 0, down = 0;
+            for (int j = 0; j < m; j++) {
+                up += fabs(t[j] - peak.t) < 2.0 * aside && hits[j].direction == 1;
+                down += fabs(t[j] - peak.t) < 2.0 * aside && hits[j].direction == -1;
+            }
+            IS(up == 1 && down == 1);
+            kr_top_free(other);
+        }
+        kr_top_free(to);
+    }
+}
+
+/* One that starts late, and one that is told again to watch, where an event is: each found once. */
+static void starts(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_scene late = s;
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &height, .count = 1, .extremum = 1}};
+    double t[MANY], u[MANY];
+    late.start.t = 12345.6789;
+    kr_top *top = make(&s, (kr_config){0}, e, 1), *other = make(&late, (kr_config){0}, e + 1, 1);
+    const int n = seek_all(top, 30.0, t, NULL);
+    IS(n > 5 && seek_all(other, late.start.t + 30.0, u, NULL) == n);
+    /* the rounding of the late times */
+    for (int i = 0; i < n; i++) NEAR(u[i] - late.start.t, t[i], 4e-12);
+    IS(kr_top_reset(top, &s.start) == KR_OK && seek_all(top, 30.0, u, NULL) == n);
+    IS(memcmp(t, u, (size_t)n * sizeof *t) == 0);
+    IS(kr_top_reset(top, &s.start) == KR_OK);
+    for (int i = 0; i < n; i++) {
+        kr_hit hit;
+        IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.which == 0);
+        NEAR(kr_top_state(top).t, t[i], 1e-13);
+        IS(kr_top_watch(top, 1, e) == KR_OK);
+    }
+    kr_scene on = s;
+    on.start = kr_top_state(top);
+    on.start.q = q_unit(on.start.q);
+    kr_top *again = make(&on, (kr_config){0}, e, 1);
+    kr_hit hit;
+    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.which == 0 &&
+       kr_top_state(again).t > t[n - 1] + 0.1);
+    kr_top_free(top);
+    kr_top_free(other);
+    kr_top_free(again);
+}
+static void both_at_once(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_event e[3] = {
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+    double t[MANY];
+    kr_hit hits[MANY];
+    int above = 0;
+    kr_top *top = make(&s, (kr_config){0}, e, 3);
+    const int n = seek_all(top, 20.0, t, hits);
+    for (int i = 0; i < n; i++) {
+        if (hits[i].which == 0) IS(hits[i + 1].which == 1 && t[i + 1] == t[i]);
+        above += hits[i].which == 2;
+    }
+    IS(above > 0 && above < n / 3);
+    kr_top_free(top);
+}
+static void kernels_agree(void)
+{
+    const kr_term g[] = {{1.0, KR_M_X, KR_APEX_Y}, {-1.0, KR_M_Y, KR_APEX_X}};
+    const kr_scene s = scene_of(2);
+    double first[MANY], t[MANY];
+    int n = 0;
+    for (int i = 0; kr_taylor_isa(i) != NULL; i++) {
+        kr_event e = {.terms = g, .count = 2};
+        kr_top *top = make(&s, (kr_config){0}, &e, 1);
+        if (kr_taylor_isa(i)->runs_here()) {
+            kr_taylor_use(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
+            const int m = seek_all(top, 10.0, n ? t : first, NULL);
+            IS(m > 3 && (!n || m == n));
+            for (int k = 0; n && k < n; k++) NEAR(t[k], first[k], 1e-11);
+            n = m;
+        }
+        kr_top_free(top);
+    }
+}
+/* Units of length, mass and time by powers of two. */
+static void scaling(void)
+{
+    const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
+                 momentum = mass * length * length / time;
+    const kr_scene s = scene_of(1);
+    kr_scene big = s;
+    big.body.mass *= mass;
+    big.body.inertia = v_scale(mass * length * length, s.body.inertia);
+    big.body.com = v_scale(length, s.body.com);
+    big.gravity *= length / (time * time);
+    big.start.m = v_scale(momentum, s.start.m);
+    const kr_term g[] = {{1.0, KR_M_X, KR_BODY_VELOCITY_Y}, {0.3, KR_SPIN, KR_ONE}};
+    const kr_term h[] = {{1.0 / momentum * time, KR_M_X, KR_BODY_VELOCITY_Y},
+                         {0.3 * time, KR_SPIN, KR_ONE}};
+    kr_event e = {.terms = g, .count = 2}, f = {.terms = h, .count = 2};
+    double t[MANY], u[MANY];
+    kr_top *top = make(&s, (kr_config){0}, &e, 1), *other = make(&big, (kr_config){0}, &f, 1);
+    const int n = seek_all(top, 20.0, t, NULL);
+    IS(n > 3 && seek_all(other, 20.0 * time, u, NULL) == n);
+    for (int i = 0; i < n; i++) IS(u[i] == time * t[i]);
+    kr_top_free(top);
+    kr_top_free(other);
+}
+
+static void refusals(void)
+{
+    const kr_scene s = scene_of(0);
+    const kr_term nothing = {0.0, KR_APEX_Z, KR_ONE}, bad = {NAN, KR_APEX_Z, KR_ONE};
+    const kr_term odd = {1.0, KR_QUANTITY_COUNT, KR_ONE};
+    const kr_term vast[2] = {{1e308, KR_M_X, KR_ONE}, {1e308, KR_M_Y, KR_ONE}};
+    kr_event good = {.terms = &height, .count = 1},
+             wrong[] = {{.terms = NULL, .count = 1},
+                        {.terms = &height, .count = 0},
+                        {.terms = &nothing, .count = 1},
+                        {.terms = &bad, .count = 1},
+                        {.terms = &odd, .count = 1},
+                        {.terms = vast, .count = 2},
+                        {.terms = &height, .count = 1, .direction = 2},
+                        {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
+    kr_hit hit = {7, 7};
+    kr_top *top = make(&s, (kr_config){0}, &good, 1), *rk4 = NULL;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
+    IS(top->watched == 1 && top->events == &good);
+    IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT &&
+       kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, 1.0, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(top, NAN, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, -1.0, &hit) == KR_ERR_TIME);
+    IS(hit.which == 7 && kr_top_watch(top, 0, NULL) == KR_OK);
+    IS(kr_top_seek(top, 50.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(top).t == 50.0);
+    kr_top_free(top);
+    IS(kr_top_create(&s, kr_method_find("rk4"), (kr_config){.step = 0.1}, &rk4) == KR_OK);
+    IS(kr_top_watch(rk4, 1, &good) == KR_ERR_METHOD && kr_top_watch(rk4, 0, NULL) == KR_OK);
+    IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(rk4).t == 1.0);
+    kr_top_free(rk4);
+}
+static void failures(void)
+{
+    const kr_scene s = scene_of(0);
+    const kr_term still = {1.0, KR_M_Z, KR_ONE};
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &still, .count = 1, .extremum = 1}};
+    kr_hit hit = {7, 7};
+    kr_top *top = make(&s, (kr_config){.max_steps = 3}, e, 2);
+    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
+    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 &&
+       kr_top_stats(top).steps == 3);
+    kr_top_free(top);
+}
+
+int main(void)
+{
+    nutation_of_lagrange_tops();
+    path_is_the_same();
+    at_the_border();
+    two_in_one_step();
+    starts();
+    both_at_once();
+    kernels_agree();
+    scaling();
+    refusals();
+    failures();
+    return check_result();
+}

@@ -1,0 +1,290 @@
+/* The closed form: against truths by quadrature, against stepping, its integrals, scaling, frames,
+ * batches, rates; and the k-th state of the Bobenko-Suris map against the map. */
+#include <string.h>
+#include "check.h"
+#include "exact/dispatch.h"
+#include "exact_truth.h"
+#include "numbers/su2.h"
+
+static uint64_t seed = 7;
+static double uniform(double low, double high) /* splitmix64 */
+{
+    uint64_t z = seed += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return low + (high - low) * (double)((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
+}
+static kr_vec3 random_vec(double size)
+{
+    return v3(uniform(-size, size), uniform(-size, size), uniform(-size, size));
+}
+static kr_quat random_quat(void) { return q_unit(q4(uniform(-1, 1), random_vec(1))); }
+
+static kr_scene top_of(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
+{
+    const kr_scene s = {{1.0, {i1, i1, i3}, {0.0, 0.0, fabs(lever)}, {1, 0, 0, 0}},
+                        lever < 0.0 ? -1.0 : 1.0,
+                        {0.0, q, m}};
+    return s;
+}
+static kr_scene random_top(int number)
+{
+    const double i1 = pow(10.0, uniform(-1, 1)), size = pow(10.0, uniform(-3, 3)),
+                 near = pow(10.0, uniform(-9, 0));
+    kr_quat q = random_quat();
+    if (number % 2)
+        q = q_mul(number % 4 == 1 ? q_one() : q4(0.0, v3(1, 0, 0)),
+                  q_exp(v_scale(near, random_vec(1))));
+    return top_of(i1, i1 * pow(10.0, uniform(-2, 0.3)),
+                  (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
+}
+static kr_exact plan_of(const kr_scene *s)
+{
+    kr_exact plan = {0};
+    IS(kr_exact_plan(s, &plan) == KR_OK);
+    return plan;
+}
+static kr_state stepped(const kr_scene *s, const char *method, double step, double t)
+{
+    const kr_config config = {.step = step, .tol = strcmp(method, "extrap") == 0 ? 1e-13 : 0.0};
+    kr_top *top = NULL;
+    IS(kr_top_create(s, kr_method_find(method), config, &top) == KR_OK &&
+       kr_top_advance(top, t) == KR_OK);
+    const kr_state r = top ? kr_top_state(top) : s->start;
+    kr_top_free(top);
+    return r;
+}
+static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
+static double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m)) / (1.0 + v_length(b.m));
+}
+
+/* The largest |m| that the top's energy allows. */
+static double scale_of(const kr_scene *s)
+{
+    const double lever = fabs(s->gravity) * s->body.mass * v_length(s->body.com),
+                 largest = v_largest(s->body.inertia);
+    return sqrt(2.0 * largest * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
+}
+
+static void truths(void)
+{
+    for (size_t i = 0; i < sizeof exact_truths / sizeof *exact_truths; i++) {
+        const exact_truth *c = &exact_truths[i];
+        kr_scene s = top_of(1.0, 1.0, c->lever, c->q, c->m);
+        s.body.inertia = c->inertia;
+        const kr_exact plan = plan_of(&s);
+        const kr_state end = kr_exact_state(&plan, c->t);
+        const kr_quat d = q_mul(q_conj(c->at.q), end.q);
+        if (!(2.0 * v_length(q_vec(d)) + v_length(v_sub(end.m, c->at.m)) / scale_of(&s) <= 7e-15))
+            printf("%s at t = %g:\n", c->name, c->t);
+        /* 1e-15 of it is the truth's rounding to doubles */
+        NEAR(2.0 * v_length(q_vec(d)), 0.0, 4e-15);
+        IS(d.w > 0.0);
+        NEAR(v_length(v_sub(end.m, c->at.m)) / scale_of(&s), 0.0, 3e-15);
+    }
+}
+static void integrals(void)
+{
+    double worst = 0.0, worst_energy = 0.0, worst_norm = 0.0, worst_start = 0.0, worst_m = 0.0;
+    for (int i = 0; i < 20000; i++) {
+        const kr_scene s = random_top(i);
+        const kr_exact plan = plan_of(&s);
+        const double scale = scale_of(&s),
+                     energy = kr_state_kinetic(&s, &s.start) + kr_state_potential(&s, &s.start);
+        const double most = kr_state_kinetic(&s, &s.start) + 2.0 * s.body.com.z;
+        const kr_state first = kr_exact_state(&plan, 0.0);
+        worst_start = fmax(worst_start, kr_attitude_error(first.q, s.start.q));
+        worst_m = fmax(worst_m, v_length(v_sub(first.m, s.start.m)) / scale);
+        for (int k = 0; k < 3; k++) {
+            const kr_state e = kr_exact_state(&plan, pow(10.0, uniform(-2, 6)));
+            const double now = kr_state_kinetic(&s, &e) + kr_state_potential(&s, &e);
+            worst =
+                fmax(worst, fabs(kr_state_axial(&s, &e) - kr_state_axial(&s, &s.start)) / scale);
+            worst_energy = fmax(worst_energy, fabs(now - energy) / most);
+            worst_norm = fmax(worst_norm, fabs(q_dot(e.q, e.q) - 1.0));
+            IS(e.m.z == s.start.m.z);
+        }
+    }
+    NEAR(worst, 0.0, 1e-14);
+    NEAR(worst_energy, 0.0, 1e-14);
+    NEAR(worst_norm, 0.0, 2e-15);
+    NEAR(worst_start, 0.0, 5e-15);
+    NEAR(worst_m, 0.0, 5e-15);
+}
+/* Without torque m stands, and the kinetic energy. */
+static void free_bodies(void)
+{
+    double worst = 0.0;
+    for (int i = 0; i < 4000; i++) {
+        const double small = pow(10, uniform(-3, 0));
+        const kr_vec3 part = v3(small, pow(10, uniform(-3, 0)), i % 3 ? 1.0 : small);
+        kr_scene s = {{2.0,
+                       {part.y + part.z, part.z + part.x, part.x + part.y},
+                       {0.1, 0.2, -0.3},
+                       {1, 0, 0, 0}},
+                      0.0,
+                      {0.0, {1, 0, 0, 0}, {0, 0, 0}}};
+        s.start.q = random_quat(), s.start.m = random_vec(3.0);
+        if (i % 5 == 0) s.body.com = v3(0, 0, 0), s.gravity = 2.0;
+        /* about a principal axis */
+        if (i % 7 == 0) s.start.m = q_turn(s.start.q, v3(0, i % 14 ? 1.0 : -1.0, 0));
+        const kr_exact plan = plan_of(&s);
+        const kr_state e = kr_exact_state(&plan, pow(10.0, uniform(-2, 6)));
+        IS(memcmp(&e.m, &s.start.m, sizeof e.m) == 0);
+        worst = fmax(worst, fabs(kr_state_kinetic(&s, &e) / kr_state_kinetic(&s, &s.start) - 1.0));
+        if (i < 200 && fmin(part.x, part.y) > 0.1)
+            NEAR(distance(kr_exact_state(&plan, 3.0), stepped(&s, "extrap", 0.0, 3.0)), 0.0, 1e-9);
+    }
+    NEAR(worst, 0.0, 3e-14);
+}
+/* Nothing nutates: sleeping (stable, critical, unstable) and hanging tops turn about the vertical;
+ * rest; a ball. */
+static void stillness(void)
+{
+    const double i1 = 7.9, i3 = 2.2, critical = 2.0 * sqrt(5.0 * i1);
+    for (int i = 0; i < 8; i++) {
+        const double m = critical * (i % 4) * 0.5, lever = i < 4 ? 5.0 : -5.0;
+        const kr_quat q = i % 2 ? q4(0.6, v3(0, 0, 0.8)) : q4(0.0, v3(0.6, -0.8, 0.0));
+        const kr_scene s = top_of(i1, i3, lever, q, v3(0, 0, m));
+        const kr_exact plan = plan_of(&s);
+        const kr_state e = kr_exact_state(&plan, 7.0);
+        NEAR(kr_attitude_error(e.q, q_mul(q_exp(v3(0, 0, m / i3 * 7.0)), q)), 0.0, 1e-14);
+        IS(e.m.x == 0.0 && e.m.y == 0.0 && e.m.z == m && plan.period == INFINITY &&
+           plan.precession == 0.0);
+        NEAR(plan.spin, (i % 2 ? m : -m) / i3, 1e-15 * m);
+    }
+    kr_scene s = top_of(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
+    kr_exact plan = plan_of(&s);
+    NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 1e-15);
+    s.start.m = v3(0.0, 3.0, 0.0), plan = plan_of(&s);
+    NEAR(kr_attitude_error(kr_exact_state(&plan, 10.0).q, q_mul(q_exp(v3(0, 15.0, 0)), s.start.q)),
+         0.0, 2e-15);
+    NEAR(plan.precession, 1.5, 1e-15);
+    /* hangs at rest */
+    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), plan = plan_of(&s);
+    NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 0.0);
+    IS(isnan(kr_exact_state(&plan, NAN).q.w) && isnan(kr_exact_state(&plan, INFINITY).q.w));
+}
+static void scaling(void)
+{
+    for (int i = 0; i < 2000; i++) {
+        const int mass = (int)uniform(-60, 60), length = (int)uniform(-60, 60),
+                  time = (int)uniform(-60, 60);
+        const kr_scene s = random_top(i);
+        kr_scene big = s;
+        big.body.mass = ldexp(s.body.mass, mass);
+        big.body.inertia = v_scale(ldexp(1.0, mass + 2 * length), s.body.inertia);
+        big.body.com = v_scale(ldexp(1.0, length), s.body.com);
+        big.gravity = i % 9 ? ldexp(s.gravity, length - 2 * time) : 0.0;
+        big.start.m = v_scale(ldexp(1.0, mass + 2 * length - time), s.start.m);
+        kr_scene small = s;
+        small.gravity = i % 9 ? s.gravity : 0.0;
+        const kr_exact a = plan_of(&small), b = plan_of(&big);
+        kr_exact_map c, d;
+        const double t = pow(10.0, uniform(-2, 6)), h = 1e-3 / (1.0 + v_length(s.start.m));
+        kr_state y = kr_exact_state(&b, ldexp(t, time)), x = kr_exact_state(&a, t);
+        y.t = x.t, y.m = v_scale(ldexp(1.0, time - mass - 2 * length), y.m);
+        IS(same(x, y) && a.period == ldexp(b.period, -time) && a.spin == ldexp(b.spin, time));
+        if (kr_exact_map_plan(&small, h, &c) != KR_OK ||
+            kr_exact_map_plan(&big, ldexp(h, time), &d) != KR_OK)
+            continue;
+        x = kr_exact_map_state(&c, 1000 + i), y = kr_exact_map_state(&d, 1000 + i);
+        y.t = x.t, y.m = v_scale(ldexp(1.0, time - mass - 2 * length), y.m);
+        IS(same(x, y));
+    }
+}
+/* The axis along N and B, a frame of description that is turned, a spherical body with its centre
+ * of mass anywhere, a start that is not at zero. */
+static void frames(void)
+{
+    const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
+                               q4(0.6, v3(0.0, 0.8, 0.0))};
+    const kr_scene s = top_of(2.0, 1.5, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
+    const kr_exact plain = plan_of(&s);
+    for (int i = 0; i < 5; i++) {
+        kr_scene other = s;
+        const kr_quat turn = cycles[i % 3];
+        other.start.q = q_mul(s.start.q, q_conj(turn));
+        other.start.t = 0.25;
+        if (i > 2)
+            other.body.axes = turn;
+        else if (i == 0)
+            other.body.inertia = v3(1.5, 2, 2), other.body.com = v3(3, 0, 0);
+        else if (i == 1)
+            other.body.inertia = v3(2, 1.5, 2), other.body.com = v3(0, 3, 0);
+        else
+            other.body.axes = turn;
+        const kr_exact plan = plan_of(&other);
+        kr_state a = kr_exact_state(&plain, 1e5), b = kr_exact_state(&plan, 1e5 + 0.25);
+        b.q = q_mul(b.q, turn);
+        NEAR(distance(a, b), 0.0, i == 2 ? 1e-10 : 3e-15); /* i = 2: its q is rounded */
+    }
+    kr_scene ball = top_of(2.0, 2.0, 13.0, q_one(), v3(1, 2, 3)), tilted = ball;
+    tilted.body.com = v3(3, 4, 12);
+    tilted.start.q = q_conj(q_tilt(v3(3.0 / 13, 4.0 / 13, 12.0 / 13)));
+    const kr_exact a = plan_of(&ball), b = plan_of(&tilted);
+    const kr_quat there = q_mul(kr_exact_state(&b, 100.0).q, q_conj(tilted.start.q));
+    NEAR(kr_attitude_error(kr_exact_state(&a, 100.0).q, there), 0.0, 1e-13);
+    NEAR(distance(kr_exact_state(&b, 5.0), stepped(&tilted, "extrap", 0.0, 5.0)), 0.0, 1e-9);
+}
+static void batches(void)
+{
+    enum { N = 150 };
+    double t[N];
+    kr_state out[N + 1], guard = {-1.0, {0, 0, 0, 0}, {0, 0, 0}};
+    for (int i = 0; i < 300; i++) {
+        kr_scene s = random_top(i);
+        if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
+        if (i % 5 == 0) s.body.axes = random_quat(), s.start.t = 1.1;
+        const kr_exact plan = plan_of(&s);
+        const size_t n = (size_t)(i % N);
+        for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
+        out[n] = guard;
+        kr_exact_states(&plan, n, t, out);
+        for (size_t k = 0; k < n; k++) IS(same(out[k], kr_exact_state(&plan, t[k])));
+        IS(same(out[n], guard));
+    }
+}
+/* The same bits from every instruction set: plans, single states, batches, the map. */
+static void sets(void)
+{
+    enum { N = 70 };
+    double t[N];
+    kr_state base[N], out[N];
+    for (int i = 0; i < 2000; i++) {
+        kr_scene s = random_top(i);
+        if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
+        for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
+        kr_exact a = {0}, b = {0};
+        kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
+        const kr_status made = kr_exact_one_base.plan(&s, 0, &a),
+                        mapped = kr_exact_maps_base.plan(&s, 1e-3, &c);
+        IS(kr_exact_map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
+        IS(mapped != KR_OK ||
+           same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
+        kr_exact_many_base(&a, N, t, base);
+        for (int j = 0; kr_exact_isa_at(j); j++) {
+            const kr_exact_isa *set = kr_exact_isa_at(j);
+            if (!set->runs_here()) continue;
+            IS(made == KR_OK && set->one->plan(&s, 0, &b) == KR_OK &&
+               memcmp(&b, &a, sizeof a) == 0);
+            set->many(&a, N, t, out);
+            for (int k = 0; k < N; k++)
+                IS(same(out[k], base[k]) && same(set->one->state(&a, t[k]), base[k]));
+        }
+    }
+}
+int main(void)
+{
+    truths();
+    integrals();
+    free_bodies();
+    stillness();
+    scaling();
+    frames();
+    batches();
+    sets();
+    return check_result();
+}

@@ -1,0 +1,202 @@
+/* The rates of the closed form; the k-th state of the Bobenko-Suris map against the map; the
+ * method; refusals. */
+#include <string.h>
+#include "check.h"
+#include "numbers/su2.h"
+
+static const double pi = 3.14159265358979323846;
+
+static kr_scene thesis(kr_quat q, kr_vec3 m, double gravity)
+{
+    kr_scene s = kr_scene_default();
+    s.start.q = q, s.start.m = m, s.gravity = gravity;
+    return s;
+}
+static kr_scene scene(int i)
+{
+    switch (i) {
+    case 0:
+        return kr_scene_default();
+    case 1:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 30), 1.0);
+    case 2:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.3, -3), -2.0);
+    case 3:
+        return thesis(q_exp(v3(1e-7, 0, 0)), v3(0.3, 0.2, 4), 1.0);
+    case 4:
+        return thesis(q_exp(v3(pi - 1e-6, 0, 0)), v3(3, -2, 5), 1.0);
+    case 5:
+        return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 1.5, 0), 1.0);
+    case 6:
+        return thesis(q_exp(v3(0, 1.1, 0)), v3(0, 40, 0), 1.0);
+    case 7:
+        return thesis(q_exp(v3(0.6, -0.4, 0.3)), v3(1, 2, 3), 0.0);
+    case 8:
+        return thesis(q_one(), v3(0, 0, 9), 1.0);
+    default:
+        return thesis(q4(0.0, v3(0.6, 0.8, 0.0)), v3(3, 1, 9), -1.0);
+    }
+}
+enum { SCENES = 10 };
+static double fold(double angle) { return angle - 2.0 * pi * rint(angle / (2.0 * pi)); }
+static double azimuth(const kr_scene *s, kr_state e)
+{
+    const kr_vec3 a = kr_state_apex(s, &e);
+    return atan2(a.y, a.x);
+}
+static double twist(kr_quat q) { return atan2(q.z, q.w) - atan2(q.y, q.x); }
+
+/* After a period the axis is at its height again, and further by what the mean rates say; whole
+ * turns are counted. */
+static void rates(void)
+{
+    enum { PARTS = 4000 };
+    for (int i = 0; i < SCENES; i++) {
+        const kr_scene s = scene(i);
+        kr_exact plan;
+        IS(kr_exact_plan(&s, &plan) == KR_OK);
+        /* planar: a zero on the way */
+        if (s.gravity == 0.0 || plan.period == INFINITY || i == 5 || i == 6) continue;
+        kr_state last = kr_exact_state(&plan, 0.3), e = last;
+        double turned = 0.0, spun = 0.0;
+        const double height = kr_state_apex(&s, &e).z;
+        for (int k = 1; k <= PARTS; k++, last = e) {
+            e = kr_exact_state(&plan, 0.3 + plan.period * k / PARTS);
+            turned += fold(azimuth(&s, e) - azimuth(&s, last));
+            spun += fold(twist(e.q) - twist(last.q));
+        }
+        NEAR(kr_state_apex(&s, &e).z, height, 1e-13);
+        if (i == 0 || i == 9) continue; /* through a pole: the mean of either way round */
+        NEAR(turned / plan.period, plan.precession, 1e-12 * (1.0 + fabs(plan.precession)));
+        NEAR(spun / plan.period, plan.spin, 1e-12 * (1.0 + fabs(plan.spin)));
+    }
+}
+static void map(void)
+{
+    const double steps[] = {0.1, -0.1, 0.02, 1.0};
+    for (int i = 0; i < 4 * SCENES; i++) {
+        const kr_scene s = scene(i / 4);
+        const kr_config config = {.step = steps[i % 4]};
+        kr_exact_map closed;
+        kr_top *top = NULL;
+        IS(kr_exact_map_plan(&s, config.step, &closed) == KR_OK);
+        IS(kr_top_create(&s, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
+        for (int k = 0; k <= 100; k += k < 5 ? 1 : 19) {
+            IS(kr_top_advance(top, k * config.step) == KR_OK);
+            const kr_state a = kr_top_state(top), b = kr_exact_map_state(&closed, k);
+            NEAR(kr_attitude_error(a.q, b.q), 0.0, 2e-11);
+            NEAR(v_length(v_sub(a.m, b.m)), 0.0, 2e-11 * (1.0 + v_length(b.m)));
+            IS(a.t == b.t);
+        }
+        kr_top_free(top);
+    }
+}
+/* Far away the map's integrals, and one more step of it, which multiplies roundings where it is
+ * large. */
+static void far_away(kr_scene s, double step, double within)
+{
+    const kr_config config = {.step = step};
+    kr_exact_map closed;
+    IS(kr_exact_map_plan(&s, config.step, &closed) == KR_OK);
+    const double energy = kr_state_modified_energy(&s, &s.start, config.step),
+                 axial = kr_state_axial(&s, &s.start);
+    const double most = fabs(energy) + kr_state_kinetic(&s, &s.start), size = v_length(s.start.m);
+    for (int64_t k = 1; k < 1000000000000; k *= -7) {
+        const kr_state e = kr_exact_map_state(&closed, k);
+        NEAR(kr_state_modified_energy(&s, &e, config.step), energy, 1e-14 * most);
+        NEAR(kr_state_axial(&s, &e), axial, 1e-14 * size);
+        kr_scene here = s;
+        here.start = e;
+        kr_top *top = NULL;
+        IS(kr_top_create(&here, kr_method_find("bobenko_suris"), config, &top) == KR_OK &&
+           kr_top_step(top) == KR_OK);
+        NEAR(kr_attitude_error(kr_top_state(top).q, kr_exact_map_state(&closed, k + 1).q), 0.0,
+             within);
+        kr_top_free(top);
+    }
+}
+/* The map's rates: measured along it; and they tend to the top's with the step. */
+static void map_rates(void)
+{
+    for (int i = 1; i < 3; i++) {
+        const kr_scene s = scene(i);
+        kr_exact plan;
+        kr_exact_map closed;
+        double off[2] = {0.0, 0.0};
+        IS(kr_exact_plan(&s, &plan) == KR_OK);
+        for (int j = 0; j < 2; j++) {
+            const double h = j ? 0.005 : 0.01;
+            IS(kr_exact_map_plan(&s, h, &closed) == KR_OK);
+            double turned = 0.0;
+            for (int k = 0; k < 30000; k++)
+                turned += fold(azimuth(&s, kr_exact_map_state(&closed, k + 1)) -
+                               azimuth(&s, kr_exact_map_state(&closed, k)));
+            NEAR(turned / (30000 * h), closed.curve.precession, 8.0 / (30000 * h));
+            off[j] = fabs(1.0 / closed.curve.period - 1.0 / plan.period);
+            NEAR(closed.curve.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
+            NEAR(closed.curve.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
+        }
+        /* of first order, or of second from starts like the thesis' */
+        NEAR(off[0] / off[1], 2.0, 2.2);
+    }
+}
+static void method(void)
+{
+    const kr_method *exact = kr_method_find("exact");
+    const kr_config config = {.step = 0.0}, back = {.step = -1.0};
+    const kr_scene s = scene(2);
+    kr_exact plan;
+    kr_top *top = NULL;
+    IS(exact && kr_method_order(exact) == 0 && kr_exact_plan(&s, &plan) == KR_OK);
+    IS(kr_top_create(&s, exact, config, &top) == KR_OK && kr_top_advance(top, 1e6) == KR_OK);
+    const kr_state a = kr_top_state(top), b = kr_exact_state(&plan, 1e6);
+    NEAR(kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m)), 0.0, 2e-15);
+    IS(kr_top_stats(top).steps == 1 && kr_top_step(top) == KR_OK && kr_top_state(top).t > 1e6);
+    kr_top_free(top);
+    IS(kr_top_create(&s, exact, back, &top) == KR_OK && kr_top_advance(top, -50.0) == KR_OK);
+    NEAR(kr_attitude_error(kr_top_state(top).q, kr_exact_state(&plan, -50.0).q), 0.0, 1e-15);
+    kr_top_free(top);
+}
+static void refusals(void)
+{
+    const kr_config config = {.step = 0.0};
+    const kr_method *exact = kr_method_find("exact");
+    kr_scene s = kr_scene_default(), bad = s;
+    kr_exact plan = {.period = 5.0};
+    kr_exact_map closed = {.step = 7.0};
+    kr_top *top = NULL;
+    IS(kr_exact_plan(NULL, &plan) == KR_ERR_ARGUMENT && kr_exact_plan(&s, NULL) == KR_ERR_ARGUMENT);
+    bad.start.q.w = 1.1;
+    IS(kr_exact_plan(&bad, &plan) == KR_ERR_ATTITUDE && plan.period == 5.0);
+    bad = s, bad.start.m.x = INFINITY;
+    IS(kr_exact_plan(&bad, &plan) == KR_ERR_ARGUMENT);
+    bad = s, bad.body.inertia.x *= 1.1;
+    IS(kr_exact_plan(&bad, &plan) == KR_ERR_METHOD &&
+       kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_METHOD);
+    IS(kr_top_create(&bad, exact, config, &top) == KR_ERR_METHOD && !kr_method_suits(exact, &bad));
+    bad.gravity = 0.0; /* any free body has a closed form */
+    IS(kr_exact_plan(&bad, &plan) == KR_OK && kr_method_suits(exact, &bad) &&
+       !kr_method_applies(exact, &bad.body));
+    IS(kr_top_create(&bad, exact, config, &top) == KR_OK);
+    kr_top_free(top);
+    bad = s, bad.body.inertia = v3(1e-30, 1e-30, 1e-30), bad.start.m.x = 1e300;
+    IS(kr_exact_plan(&bad, &plan) == KR_ERR_ARGUMENT);
+    IS(kr_exact_map_plan(&s, 0.0, &closed) == KR_ERR_ARGUMENT &&
+       kr_exact_map_plan(&s, NAN, &closed) == KR_ERR_ARGUMENT);
+    /* next to the separatrix */
+    bad = thesis(q_exp(v3(1e-14, 0, 0)), v3(0, 0, 0), 1.0);
+    IS(kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_STEP_SIZE && closed.step == 7.0);
+}
+int main(void)
+{
+    rates();
+    map();
+    far_away(scene(1), 0.1, 2e-15);
+    /* hangs: step^2 lever / I1 > 2 */
+    far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);
+    far_away(thesis(q4(0.0, v3(0.6, 0.8, 0)), v3(2, -3, 1), 1.0), -7.0, 5e-14);
+    map_rates();
+    method();
+    refusals();
+    return check_result();
+}

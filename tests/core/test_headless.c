@@ -1,0 +1,176 @@
+/* leave_heading: what does not change under a turn about the vertical comes out as it does with the
+ * heading. */
+#include <string.h>
+#include "check.h"
+#include "numbers/su2.h"
+#include "taylor/taylor.h"
+
+static const kr_method *taylor(void) { return kr_method_find("taylor"); }
+static kr_top *make(const kr_scene *s, kr_config config)
+{
+    kr_top *top = NULL;
+    IS(kr_top_create(s, taylor(), config, &top) == KR_OK && top);
+    return top;
+}
+/* Tilted axes, no two moments equal; the i-th start. */
+static kr_scene scene(int i)
+{
+    kr_scene s = kr_scene_default();
+    const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
+    const kr_vec3 com = {0.25, -0.5, 0.75};
+    IS(kr_body_from_tensor(2.0, tensor, com, &s.body) == KR_OK);
+    s.gravity = 1.0 + i;
+    s.start.q = q_unit(q4(cos(i), v3(sin(2.0 * i), 0.4 * i - 1.0, cos(3.0 * i))));
+    s.start.m = v3(0.5 - 0.2 * i, 0.3 * i, 1.0);
+    return s;
+}
+static double height_error(kr_quat a, kr_quat b) /* of the body axes */
+{
+    return v_length(v_sub(q_vertical(a), q_vertical(b)));
+}
+
+enum { LOOKS = 400 };
+static void invariants(const kr_scene *s, double t_end, double bound)
+{
+    static kr_state whole[LOOKS], some[LOOKS];
+    static double t[LOOKS];
+    const kr_config with = {.step = t_end}, without = {.step = t_end, .leave_heading = 1};
+    kr_top *a = make(s, with), *b = make(s, without);
+    for (int i = 0; i < LOOKS; i++) t[i] = t_end * (i + 1) / LOOKS;
+    IS(kr_top_record(a, LOOKS, t, whole, NULL) == KR_OK &&
+       kr_top_record(b, LOOKS, t, some, NULL) == KR_OK);
+    const double size =
+        kr_state_kinetic(s, &s->start) + s->body.mass * s->gravity * v_length(s->body.com);
+    for (int i = 0; i < LOOKS; i++) {
+        NEAR(q_dot(some[i].q, some[i].q), 1.0, 1e-15);
+        NEAR(height_error(whole[i].q, some[i].q), 0.0, bound);
+        NEAR(kr_state_apex(s, &some[i]).z, kr_state_apex(s, &whole[i]).z, bound);
+        NEAR(kr_state_kinetic(s, &some[i]), kr_state_kinetic(s, &whole[i]), bound * size);
+        NEAR(kr_state_potential(s, &some[i]), kr_state_potential(s, &whole[i]), bound * size);
+        NEAR(kr_state_axial(s, &some[i]), kr_state_axial(s, &whole[i]),
+             bound * v_length(s->start.m) + bound * size);
+        NEAR(kr_state_vertical(s, &some[i]), s->start.m.z, bound);
+        NEAR(v_length(some[i].m), v_length(whole[i].m), bound * size);
+    }
+    IS(kr_attitude_error(whole[LOOKS - 1].q, some[LOOKS - 1].q) > 1e-3);
+    kr_top_free(a);
+    kr_top_free(b);
+}
+static void hanging_and_upright(void)
+{
+    for (int i = 0; i < 2; i++) {
+        kr_scene s = kr_scene_default();
+        const kr_config config = {.leave_heading = 1};
+        s.start.q = i ? q4(0, v3(1, 0, 0)) : q_one();
+        s.start.m = v3(0, 0, 3);
+        kr_top *top = make(&s, config);
+        IS(kr_top_advance(top, 20.0) == KR_OK);
+        const kr_state end = kr_top_state(top);
+        NEAR(kr_state_apex(&s, &end).z, kr_state_apex(&s, &s.start).z, 1e-15);
+        NEAR(end.m.z, 3.0, 1e-14);
+        kr_top_free(top);
+    }
+}
+static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
+/* Units, resets and single steps, bit by bit; back to the start. */
+static void driver(void)
+{
+    const kr_config config = {.leave_heading = 1, .tol = 1e-11},
+                    back = {.leave_heading = 1, .step = -1.0};
+    kr_scene s = scene(1), scaled = s;
+    kr_top *top = make(&s, config), *other;
+    IS(kr_top_advance(top, 5.0) == KR_OK);
+    const kr_state end = kr_top_state(top);
+    IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_step(top) == KR_OK &&
+       kr_top_step(top) == KR_OK);
+    IS(kr_top_state(top).t > 0.0 && kr_top_advance(top, 5.0) == KR_OK &&
+       same(kr_top_state(top), end));
+    kr_top_free(top);
+
+    /* lengths times 8, masses times 128, times times 2^-9 */
+    scaled.body.mass = 0x1p7 * s.body.mass;
+    scaled.body.inertia = v_scale(0x1p13, s.body.inertia);
+    scaled.body.com = v_scale(8.0, s.body.com);
+    scaled.gravity = 0x1p21 * s.gravity;
+    scaled.start.m = v_scale(0x1p22, s.start.m);
+    other = make(&scaled, config);
+    IS(kr_top_advance(other, 0x1p-9 * 5.0) == KR_OK);
+    kr_state scaled_end = kr_top_state(other);
+    scaled_end.t = end.t, scaled_end.m = v_scale(0x1p-22, scaled_end.m);
+    IS(same(scaled_end, end));
+    kr_top_free(other);
+
+    const kr_state start = s.start;
+    s.start = end;
+    top = make(&s, back);
+    IS(kr_top_advance(top, 0.0) == KR_OK);
+    NEAR(height_error(kr_top_state(top).q, start.q), 0.0, 1e-8); /* there at 1e-11 a step */
+    kr_top_free(top);
+}
+static void refusals(void)
+{
+    const kr_scene s = kr_scene_default();
+    const kr_config deep = {.leave_heading = 1, .digits = 20},
+                    plain = {.leave_heading = 1, .digits = 16};
+    kr_top *top = NULL;
+    IS(kr_top_create(&s, taylor(), deep, &top) == KR_ERR_ARGUMENT && top == NULL);
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        const kr_config config = {.leave_heading = 1, .step = 0.1};
+        if (method == taylor()) continue;
+        IS(!(kr_method_flags(method) & KR_HEADLESS));
+        IS(kr_top_create(&s, method, config, &top) == KR_ERR_ARGUMENT && top == NULL);
+    }
+    IS(kr_top_create(&s, taylor(), plain, &top) == KR_OK);
+    kr_top_free(top);
+}
+
+/* The kernels: the whole one's P and W up to rounding; among each other bit by bit where there is
+ * fma. */
+static void kernels(void)
+{
+    const kr_series start = {.k = {0, -.28, .84, -.73},
+                             .up = {0, -.02, .68, -.01},
+                             .down = {0, .06, .01, -.64},
+                             .end_x = {0, 0, 0, 0, 0, -.96, 0, -.28},
+                             .end_w = {0, .8, .4, .1}};
+    for (int order = 0; order < KR_ORDERS; order++) {
+        kr_series first = start;
+        const kr_isa *set, *widest = NULL;
+        for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
+            kr_series a = start, b = start;
+            if (!set->runs_here()) continue;
+            set->plain[order].advance(&a, -40.0, 1.0);
+            set->headless[order].advance(&b, -40.0, 1.0);
+            /* of a start without attitude both are the same series */
+            NEAR(b.end, a.end, 1e-14);
+            for (int n = 0; n <= set->plain[order].order; n++)
+                for (int j = 0; j < 4; j++) {
+                    NEAR(b.x[n][4 + j], a.x[n][4 + j], 4e-16);
+                    NEAR(b.w[n][j], a.w[n][j], 4e-16);
+                    IS(b.x[n][j] == 0.0);
+                }
+            for (int n = 0; n < 100; n++) set->headless[order].advance(&b, -40.0, 1.0);
+            if (!widest) widest = set, first = b;
+            if (strcmp(widest->name, "avx512") == 0 && strcmp(set->name, "avx2") == 0)
+                IS(b.end == first.end && memcmp(b.end_x, first.end_x, sizeof b.end_x) == 0);
+            NEAR(b.end, first.end, 1e-12);
+            for (int j = 0; j < 8; j++) NEAR(b.end_x[j], first.end_x[j], 2e-12);
+        }
+    }
+}
+
+int main(void)
+{
+    kr_scene s = kr_scene_default();
+    kernels();
+    invariants(&s, 20.0, 1e-12);
+    for (int i = 0; i < 5; i++) {
+        s = scene(i);
+        invariants(&s, i % 2 ? -10.0 : 10.0, 1e-11);
+    }
+    hanging_and_upright();
+    driver();
+    refusals();
+    return check_result();
+}

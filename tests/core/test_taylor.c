@@ -1,0 +1,259 @@
+/* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens
+ * when it fails. */
+#include <stdlib.h>
+#include <string.h>
+#include "check.h"
+#include "numbers/su2.h"
+#include "taylor/taylor.h"
+
+static const kr_method *taylor(void) { return kr_method_find("taylor"); }
+static kr_scene asymmetric(void) /* that of problems.json */
+{
+    kr_scene s = kr_scene_default();
+    s.body.mass = 1.0;
+    s.body.inertia = v3(0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2);
+    s.body.com = v3(-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5);
+    s.start.q = q4(0x1.2acb3a9f5a815p-4,
+                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
+    return s;
+}
+static kr_top *make(const kr_scene *s, kr_config config)
+{
+    kr_top *top = NULL;
+    IS(kr_top_create(s, taylor(), config, &top) == KR_OK && top);
+    return top;
+}
+static kr_state run_to(const kr_scene *s, double tol, double t)
+{
+    const kr_config config = {.tol = tol, .step = t < s->start.t ? -1.0 : 1.0};
+    kr_top *top = make(s, config);
+    IS(kr_top_advance(top, t) == KR_OK);
+    const kr_state end = kr_top_state(top);
+    kr_top_free(top);
+    return end;
+}
+static int same(const kr_state *a, const kr_state *b) { return memcmp(a, b, sizeof *a) == 0; }
+static double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+}
+static double energy(const kr_scene *s, kr_state a)
+{
+    return kr_state_kinetic(s, &a) + kr_state_potential(s, &a);
+}
+
+static kr_series example(void)
+{
+    kr_series s = {
+        .k = {0, -.28, .84, -.73}, .up = {0, -.02, .68, -.01}, .down = {0, .06, .01, -.64}};
+    const double x[8] = {.6, 0, .8, 0, 0, -.96, 0, -.28}, w[4] = {0, .8, .4, .1};
+    memcpy(s.end_x, x, sizeof x);
+    memcpy(s.end_w, w, sizeof w);
+    return s;
+}
+static kr_quat quat(const double a[4]) { return q4(a[0], v3(a[1], a[2], a[3])); }
+static double off(const double a[4], kr_quat b)
+{
+    const kr_quat d = q4(a[0] - b.w, v_sub(v3(a[1], a[2], a[3]), q_vec(b)));
+    return sqrt(q_dot(d, d));
+}
+static kr_vec3 next(kr_vec3 v) { return v3(v.y, v.z, v.x); }
+static kr_vec3 prev(kr_vec3 v) { return v3(v.z, v.x, v.y); }
+
+/* Every coefficient against the equations at the head of taylor.h. */
+static void coefficients(const kr_isa *set, const kr_kernel *kernel)
+{
+    kr_series pair[2] = {example()}, *s = pair;
+    kernel->advance(s, -2.0 * kernel->order, 1.0);
+    for (int n = 0; n < kernel->order; n++) {
+        kr_quat q = q4(0, v3(0, 0, 0)), P = q;
+        kr_vec3 W = v3(0, 0, 0);
+        for (int j = 0; j <= n; j++) {
+            const kr_vec3 w = q_vec(quat(s->w[j])), p = q_vec(quat(s->x[n - j] + 4));
+            const kr_quat turn = q_mul(quat(s->x[n - j]), q4(0, w));
+            q = q4(q.w + .5 * turn.w, v_axpy(.5, q_vec(turn), q_vec(q)));
+            P = q4(0, v_add(q_vec(P), v_cross(p, w)));
+            W = v_add(W, v_times(next(w), prev(q_vec(quat(s->w[n - j])))));
+        }
+        const kr_vec3 p = q_vec(quat(s->x[n] + 4));
+        W = v_add(v_times(q_vec(quat(s->k)), W), v_add(v_times(q_vec(quat(s->up)), next(p)),
+                                                       v_times(q_vec(quat(s->down)), prev(p))));
+        NEAR(off(s->x[n + 1], q_scale(1.0 / (n + 1), q)), 0.0, 4e-16);
+        NEAR(off(s->x[n + 1] + 4, q_scale(1.0 / (n + 1), P)), 0.0, 4e-16);
+        NEAR(off(s->w[n + 1], q4(0, v_scale(1.0 / (n + 1), W))), 0.0, 4e-16);
+    }
+    double sum = 0.0;
+    for (int n = kernel->order; n >= 0; n--) sum = sum * s->end + s->x[n][0];
+    NEAR(s->end_x[0], sum, 4e-16);
+    s->at = s->end;
+    kernel->look(s);
+    IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
+       memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
+    IS(set->runs_here());
+}
+/* The kernels go the same way up to rounding, those with fma bit by bit. */
+static void kernels(void)
+{
+    for (int order = 0; order < KR_ORDERS; order++) {
+        kr_series first = example();
+        const kr_isa *set, *widest = NULL;
+        for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
+            kr_series s = example();
+            if (!set->runs_here()) continue;
+            for (int n = 0; n < 100; n++) set->plain[order].advance(&s, -40.0, 1.0);
+            if (!widest) widest = set, first = s;
+            if (strcmp(widest->name, "avx512") == 0 && strcmp(set->name, "avx2") == 0)
+                IS(s.end == first.end && memcmp(s.end_x, first.end_x, sizeof s.end_x) == 0);
+            NEAR(s.end, first.end, 1e-12);
+            for (int j = 0; j < 8; j++) NEAR(s.end_x[j], first.end_x[j], 2e-12);
+        }
+        if (strncmp(widest->name, "avx", 3) == 0 && order == KR_ORDER_28)
+            IS(first.end_x[0] == 0x1.f4fae93612feap-5);
+    }
+}
+static void kernels_one_by_one(void)
+{
+    const kr_isa *set;
+    for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
+        if (!set->runs_here()) continue;
+        for (int order = 0; order < KR_ORDERS; order++) coefficients(set, &set->plain[order]);
+        for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(set, &set->deep[depth]);
+    }
+}
+
+/* References with 17 digits, from series of 30; the scenes are those of problems.json, under
+ * `published`. */
+static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q,
+                          kr_vec3 body_momentum)
+{
+    const kr_scene s = {
+        {mass, inertia, com, {1, 0, 0, 0}}, g, {0, q_unit(q), q_turn(q_unit(q), body_momentum)}};
+    return s;
+}
+static void references(void)
+{
+    const kr_scene thesis = kr_scene_default();
+    const kr_quat thesis_100 =
+        q4(0.6746510237884391, v3(0.18609215361626748, -0.11263396592321704, -0.70535756619184153));
+    const kr_scene bruels =
+        published(15, v3(15.234375, 0.46875, 15.234375), v3(0, 1, 0), 9.81, q4(1, v3(0, 0, 0)),
+                  v3(0, 0.46875 * 150, 15.234375 * -4.61538));
+    const kr_quat bruels_2 =
+        q4(0.12294713504153347, v3(-0.49107989255002704, 0.35043003034362097, -0.7879868875504856));
+    const kr_scene gni =
+        published(1, v3(0.5, 0.9, 1.0), v3(0, 0, 1), 1, q4(.4, v3(.2, .4, .8)), v3(.2, 1, .4));
+    const kr_quat gni_100 =
+        q4(0.7464937173085555, v3(-0.4840896264121985, -0.4361930751934588, -0.13468468648003798));
+    const kr_scene simo =
+        published(1, v3(5, 5, 1), v3(0, 0, 20), 1, q_exp(v3(0.05, 0, 0)), v3(0, 0, 50));
+    const kr_quat simo_10 =
+        q4(0.2438016485933486, v3(0.01959979642171687, -0.018724922959298465, -0.969446224080305));
+    NEAR(kr_attitude_error(run_to(&thesis, 0, 100).q, thesis_100), 0.0, 3e-13);
+    NEAR(kr_attitude_error(run_to(&bruels, 0, 2).q, bruels_2), 0.0, 4e-13);
+    NEAR(kr_attitude_error(run_to(&gni, 0, 100).q, gni_100), 0.0, 3e-12);
+    NEAR(kr_attitude_error(run_to(&simo, 0, 10).q, simo_10), 0.0, 1e-12);
+    IS(kr_attitude_error(run_to(&thesis, 1e-9, 100).q, thesis_100) > 1e-12);
+    NEAR(kr_attitude_error(run_to(&thesis, 1e-9, 100).q, thesis_100), 0.0, 1e-7);
+    NEAR(kr_attitude_error(run_to(&thesis, 1e-5, 100).q, thesis_100), 0.0, 1e-3);
+}
+static void against_extrapolation(void)
+{
+    const kr_scene scenes[] = {kr_scene_default(), asymmetric()};
+    for (int i = 0; i < 2; i++) {
+        const kr_config config = {.tol = 1e-13};
+        kr_top *top = NULL;
+        IS(kr_top_create(&scenes[i], kr_method_find("extrap"), config, &top) == KR_OK &&
+           kr_top_advance(top, 10) == KR_OK);
+        NEAR(distance(run_to(&scenes[i], 0, 10), kr_top_state(top)), 0.0, 1e-10);
+        kr_top_free(top);
+    }
+}
+
+enum { LOOKS = 2000 };
+static void dense_output(void)
+{
+    const kr_scene s = asymmetric();
+    const kr_config config = {.tol = 0}, precise = {.digits = 20};
+    static kr_state out[LOOKS + 1], better[LOOKS + 1];
+    static double t[LOOKS + 1];
+    kr_top *top = make(&s, config), *truth = make(&s, precise);
+    for (int i = 0; i <= LOOKS; i++) t[i] = 10.0 * i / LOOKS;
+    IS(kr_top_record(top, LOOKS + 1, t, out, NULL) == KR_OK &&
+       kr_top_record(truth, LOOKS + 1, t, better, NULL) == KR_OK);
+    const kr_state once = run_to(&s, 0, 10);
+    IS(same(&out[LOOKS], &once));
+    NEAR((double)kr_top_stats(top).evaluations, 20, 5);
+    for (int i = 0; i <= LOOKS; i++) {
+        NEAR(distance(out[i], better[i]), 0.0, 1e-12);
+        NEAR(energy(&s, out[i]), energy(&s, s.start), 1e-13);
+    }
+    kr_top_free(top);
+    kr_top_free(truth);
+}
+static void there_and_back(void)
+{
+    kr_scene s = asymmetric();
+    const kr_state start = s.start;
+    s.start = run_to(&s, 0, 10);
+    NEAR(distance(run_to(&s, 0, 0), start), 0.0, 1e-12);
+}
+
+/* Bodies thin as a needle, slow and fast: the energy stays. */
+static void extremes(void)
+{
+    for (double thin = 1e-3; thin > 1e-7; thin *= 0.1)
+        for (double speed = 1e-100; speed < 1e101; speed *= 1e50) {
+            kr_scene s = kr_scene_default();
+            s.body.inertia = v3(1.0, 1.0 - 0.5 * thin, thin);
+            s.body.com = v3(0.3, 0.1, 1.0);
+            s.start.q = q_exp(v3(0.3, 0.8, -0.4));
+            s.start.m = v_scale(speed, q_turn(s.start.q, v3(1.0, -0.5, 0.1 * thin)));
+            s.gravity = speed * speed;
+            const kr_state end = run_to(&s, 0, 3.0 / speed);
+            const double scale = kr_state_kinetic(&s, &end) + s.gravity * v_length(s.body.com);
+            NEAR((energy(&s, end) - energy(&s, s.start)) / scale, 0.0, 1e-9);
+        }
+}
+/* What fails leaves the run where it was. */
+static void fails(double lever, double tol, double clock, kr_status why)
+{
+    kr_motion run = {
+        .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
+    kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start,
+             there = start;
+    run.work = calloc(taylor()->work, sizeof(double));
+    IS(run.work && taylor()->reset(&run, &start) == KR_OK);
+    taylor()->read(&run, &before);
+    for (int i = 0; i < 2; i++) {
+        IS(taylor()->step(&run, INFINITY) == why && run.clock == clock);
+        taylor()->read(&run, &after);
+        taylor()->at(&run, clock, &there);
+        IS(same(&before, &after) && same(&before, &there));
+    }
+    free(run.work);
+}
+static void refusals(void)
+{
+    const kr_scene s = kr_scene_default();
+    const kr_config loose = {.tol = 1.0};
+    kr_top *top = NULL;
+    IS(kr_top_create(&s, taylor(), loose, &top) == KR_ERR_ARGUMENT && top == NULL);
+    fails(NAN, 0, 0, KR_ERR_NOT_FINITE);
+    fails(INFINITY, 0, 0, KR_ERR_NOT_FINITE);
+    fails(1.0, 1e-17, 0, KR_ERR_STEP);
+    fails(1.0, 0, 0x1p60, KR_ERR_STEP);
+    fails(1.0, 0, -0x1p60, KR_ERR_STEP);
+}
+
+int main(void)
+{
+    kernels_one_by_one();
+    kernels();
+    references();
+    against_extrapolation();
+    dense_output();
+    there_and_back();
+    extremes();
+    refusals();
+    return check_result();
+}

@@ -1,0 +1,248 @@
+/* The driver: landing, grids, side runs, limits, interruption, the last good state, own units. */
+#include <stdlib.h>
+#include <string.h>
+#include "check.h"
+#include "numbers/su2.h"
+
+enum { MANY = 700 };
+
+static kr_scene tilted(void)
+{
+    kr_scene s = kr_scene_default();
+    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
+    return s;
+}
+static kr_top *make(const kr_scene *s, const char *name, double step)
+{
+    kr_top *top = NULL;
+    const kr_config config = {.step = step};
+    IS(kr_top_create(s, kr_method_find(name), config, &top) == KR_OK && top);
+    return top;
+}
+static kr_state end(const kr_scene *s, const kr_method *method, kr_config config, double t)
+{
+    kr_top *top = NULL;
+    kr_state state = {0};
+    IS(kr_top_create(s, method, config, &top) == KR_OK && kr_top_advance(top, t) == KR_OK);
+    if (top) state = kr_top_state(top);
+    kr_top_free(top);
+    return state;
+}
+static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
+static double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+}
+
+/* However the way is divided, on the grid or off it: the same bits. */
+static void division(const kr_method *method)
+{
+    const kr_scene s = tilted();
+    const kr_config config = {.step = 0.03125,
+                              .tol = method && kr_method_flags(method) & KR_ADAPTIVE ? 1e-7 : 0.0};
+    const double t[] = {0.0, 0.01, 0.03125, 0.04,    0.05, 0.0625,
+                        1.0, 1.0,  2.3,     2.34375, 20.0, 21.001};
+    enum { N = sizeof t / sizeof *t };
+    kr_state at_once[N];
+    size_t done = 0;
+    kr_top *top = NULL, *steps = NULL;
+    IS(kr_top_create(&s, method, config, &top) == KR_OK &&
+       kr_top_create(&s, method, config, &steps) == KR_OK);
+    IS(kr_top_record(top, N, t, at_once, &done) == KR_OK && done == N);
+    for (int i = 0; i < N; i++) {
+        IS(same(at_once[i], end(&s, method, config, t[i])) && at_once[i].t == t[i]);
+        IS(kr_top_advance(steps, t[i]) == KR_OK && same(at_once[i], kr_top_state(steps)));
+    }
+    IS(same(at_once[0], s.start));
+    IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_advance(top, 21.001) == KR_OK &&
+       same(kr_top_state(top), at_once[N - 1]));
+    IS(kr_top_stats(top).steps > 0 && kr_top_stats(top).evaluations >= kr_top_stats(top).steps);
+    kr_top_free(top);
+    kr_top_free(steps);
+}
+
+/* Mass, length and time in other powers of two: the same bits, scaled. */
+static void scaling(const kr_method *method, int mass, int length, int time)
+{
+    const kr_scene s = tilted();
+    const int clock = kr_method_flags(method) & KR_ABSOLUTE ? 0 : time;
+    const double kg = ldexp(1, mass), m = ldexp(1, length), sec = ldexp(1, clock);
+    const kr_config config = {.step = 0.01}, scaled = {.step = 0.01 * sec};
+    kr_scene big = s;
+    big.body.mass *= kg;
+    big.body.inertia = v_scale(kg * m * m, s.body.inertia);
+    big.body.com = v_scale(m, s.body.com);
+    big.gravity = s.gravity * m / (sec * sec);
+    big.start.m = v_scale(kg * m * m / sec, s.start.m);
+    const kr_state a = end(&s, method, config, 5.003), b = end(&big, method, scaled, 5.003 * sec);
+    kr_state back = b;
+    back.t /= sec;
+    back.m = v_scale(sec / (kg * m * m), b.m);
+    IS(same(a, back));
+}
+
+/* The frame of description does not matter, nor which axis is the odd one. */
+static void frames(const kr_method *method)
+{
+    const kr_scene s = tilted();
+    const kr_config config = {.step = 0.01};
+    const kr_state a = end(&s, method, config, 10.0);
+    const kr_quat turns[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
+                              q_exp(v3(1.0, 0.3, -0.7))};
+    for (int i = 0; i < 3; i++) {
+        kr_scene other = s;
+        other.body.axes = turns[i];
+        other.start.q = q_mul(s.start.q, q_conj(turns[i]));
+        kr_state b = end(&other, method, config, 10.0);
+        b.q = q_mul(b.q, turns[i]);
+        NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_ADAPTIVE ? 1e-6 : 1e-11);
+    }
+    for (int i = 0; i < 2; i++) { /* the same top with its axis along N, along B */
+        kr_scene other = s;
+        const kr_vec3 I = s.body.inertia;
+        other.body.inertia = i == 0 ? v3(I.z, I.x, I.y) : v3(I.y, I.z, I.x);
+        other.body.com = i == 0 ? v3(1, 0, 0) : v3(0, 1, 0);
+        other.start.q = q_mul(s.start.q, q_conj(turns[i]));
+        kr_state b = end(&other, method, config, 10.0);
+        b.q = q_mul(b.q, turns[i]);
+        NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_ADAPTIVE ? 1e-6 : 1e-11);
+    }
+}
+
+static int stop_at(void *context) { return --*(int *)context < 0; }
+
+static void limits(void)
+{
+    const kr_scene s = tilted();
+    const kr_method *rk4 = kr_method_find("rk4"), *map = kr_method_find("bobenko_suris");
+    kr_state out[MANY];
+    double t[MANY];
+    size_t done = 0;
+    kr_top *top = NULL;
+    int left = 1;
+    kr_config config = {.step = 0.01, .max_steps = 300};
+    for (int i = 0; i < MANY; i++) t[i] = i * 0.01;
+    IS(kr_top_create(&s, rk4, config, &top) == KR_OK);
+    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_LIMIT && done == 301 &&
+       kr_top_stats(top).steps == 300);
+    IS(same(kr_top_state(top), out[300]) && kr_top_advance(top, 7.0) == KR_ERR_LIMIT &&
+       same(kr_top_state(top), out[300]));
+    kr_top_free(top);
+    config.max_steps = 0, config.poll = stop_at, config.context = &left;
+    IS(kr_top_create(&s, map, config, &top) == KR_OK);
+    IS(kr_top_advance(top, 7.0) == KR_ERR_INTERRUPTED && kr_top_state(top).t == 512 * 0.01 &&
+       kr_top_stats(top).steps == 512);
+    left = 9;
+    IS(kr_top_advance(top, 7.0) == KR_OK); /* and on from there */
+    const kr_config plain = {.step = 0.01};
+    IS(same(kr_top_state(top), end(&s, map, plain, 7.0)));
+    kr_top_free(top);
+}
+/* A step far beyond stability: the last finite state is kept, wherever in a batch it lies. */
+static void blow_up(void)
+{
+    kr_scene s = tilted();
+    kr_state out[MANY], last;
+    double t[MANY];
+    size_t done = 0;
+    s.start.m = v3(20.0, 30.0, 5.0);
+    for (int i = 0; i < MANY; i++) t[i] = i * 3.0;
+    kr_top *top = make(&s, "rk4", 3.0), *again = make(&s, "rk4", 3.0);
+    const kr_status why = kr_top_record(top, MANY, t, out, &done);
+    IS(why == KR_ERR_NOT_FINITE && done > 1 && done < MANY);
+    last = kr_top_state(top);
+    IS(same(last, out[done - 1]) && isfinite(v_length(last.m)));
+    IS(kr_top_advance(again, 1e4) == KR_ERR_NOT_FINITE && same(kr_top_state(again), last));
+    IS(kr_top_reset(again, &s.start) == KR_OK && kr_top_advance(again, 3.0) == KR_OK &&
+       same(kr_top_state(again), out[1]));
+    kr_top_free(top);
+    kr_top_free(again);
+}
+static void steps_and_ways_back(void)
+{
+    const kr_scene s = tilted();
+    kr_top *top = make(&s, "bobenko_suris2", 0.1);
+    IS(kr_top_advance(top, 0.25) == KR_OK && kr_top_step(top) == KR_OK);
+    NEAR(kr_top_state(top).t, 0.3, 1e-15);
+    IS(kr_top_step(top) == KR_OK && kr_top_stats(top).steps == 4);
+    IS(kr_top_advance(top, 0.1) == KR_ERR_TIME && kr_top_state(top).t == 0.4 &&
+       kr_top_advance(top, NAN) == KR_ERR_ARGUMENT);
+    kr_scene from = s;
+    from.start = kr_top_state(top);
+    kr_top_free(top);
+    top = make(&from, "bobenko_suris2", -0.1);
+    IS(kr_top_advance(top, 0.5) == KR_ERR_TIME && kr_top_advance(top, 0.0) == KR_OK);
+    NEAR(distance(kr_top_state(top), s.start), 0.0, 2e-15);
+    kr_top_free(top);
+    top = make(&s, "extrap", 0.0);
+    IS(kr_top_advance(top, 1e-3) == KR_OK && kr_top_step(top) == KR_OK &&
+       kr_top_state(top).t > 1e-3);
+    kr_top_free(top);
+}
+static void refusals(void)
+{
+    const kr_method *rk4 = kr_method_find("rk4"), *map = kr_method_find("bobenko_suris");
+    const kr_config config = {.step = 0.01};
+    kr_config odd = config;
+    kr_scene s = kr_scene_default(), bad = s;
+    kr_top *top = NULL;
+    IS(kr_method_find("nope") == NULL && kr_method_find(NULL) == NULL &&
+       kr_method_at(1000) == NULL);
+    IS(kr_top_create(NULL, rk4, config, &top) == KR_ERR_ARGUMENT &&
+       kr_top_create(&s, NULL, config, &top) == KR_ERR_ARGUMENT);
+    odd.step = 0.0;
+    IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_ARGUMENT);
+    odd.step = NAN;
+    IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_ARGUMENT);
+    bad.start.m.x = INFINITY;
+    IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
+    bad = s, bad.start.m.x = 1e300, bad.body.inertia = v_scale(1e-30, s.body.inertia);
+    /* a rate beyond all numbers */
+    IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
+    bad = s, bad.body.inertia.x *= 1.1;
+    IS(kr_top_create(&bad, map, config, &top) == KR_ERR_METHOD &&
+       !kr_method_applies(map, &bad.body));
+    bad = s, bad.start.t = 1e17;
+    IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_STEP);
+    IS(top == NULL && kr_top_advance(NULL, 1.0) == KR_ERR_ARGUMENT &&
+       kr_top_step(NULL) == KR_ERR_ARGUMENT);
+    kr_top_free(NULL);
+    top = make(&s, "rk4", 1e-300);
+    IS(kr_top_advance(top, 1.0) == KR_ERR_STEP && kr_top_state(top).t == 0.0);
+    kr_top_free(top);
+    for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
+}
+/* Nothing moves and nothing pulls; a free body; one that hangs at rest. */
+static void stillness(void)
+{
+    kr_scene s = kr_scene_default();
+    s.start.m = v3(0, 0, 0);
+    s.gravity = 0.0;
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_config config = {.step = 0.1};
+        if (!kr_method_applies(kr_method_at(i), &s.body)) continue;
+        const kr_state a = end(&s, kr_method_at(i), config, 30.0);
+        NEAR(distance(a, s.start), 0.0, 0.0);
+    }
+}
+
+int main(void)
+{
+    const kr_scene thesis = tilted();
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        if (!kr_method_applies(method, &thesis.body)) continue;
+        division(method);
+        frames(method);
+        scaling(method, 3, -5, 7);
+        scaling(method, -80, -30, -20);
+        scaling(method, 100, 40, 12);
+        scaling(method, 0, -300, 0);
+    }
+    limits();
+    blow_up();
+    steps_and_ways_back();
+    refusals();
+    stillness();
+    return check_result();
+}

@@ -1,0 +1,262 @@
+"""The house stands: floors, names, sizes, no warnings, no global state."""
+
+import ast
+import re
+from fnmatch import fnmatch
+
+import pytest
+from toolbox import CSRC, ROOT, VERSION, c_tests, core_sources, installed, need, need_gsl, run
+
+FLOORS = [  # an #include points downwards, or to a header of the same folder
+    "kreisel.h",
+    "numbers/*",
+    "model/*",
+    "method.h methods.def",
+    "methods/* exact/* taylor/* gsl/*",
+    "driver/*",
+    "events/* page/*",
+]
+WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
+SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
+PYTHON = sorted(
+    file for folder in ("python", "tests", "validation") for file in (ROOT / folder).rglob("*.py")
+)
+BINDING = sorted((ROOT / "python").glob("*.[ch]pp"))
+PAGE = sorted(
+    file for file in (ROOT / "python/viewer").iterdir() if file.is_file() and file.suffix != ".py"
+)
+C = sorted(
+    file for folder in ("csrc", "tests", "validation") for file in (ROOT / folder).rglob("*.[ch]")
+)
+
+
+def name(file):
+    return file.relative_to(ROOT).as_posix()
+
+
+def floor(file):
+    floors = [
+        i
+        for i, patterns in enumerate(FLOORS)
+        if any(fnmatch(file.relative_to(CSRC), p) for p in patterns.split())
+    ]
+    assert len(floors) == 1, f"{name(file)} needs one floor in FLOORS, has {floors}"
+    return floors[0]
+
+
+def includes(file):
+    for target in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.MULTILINE):
+        beside = (file.parent / target).resolve()
+        yield beside if beside.exists() else CSRC / target
+
+
+@pytest.mark.parametrize("file", SOURCES, ids=name)
+def test_includes_point_downwards(file):
+    here = floor(file)
+    for target in includes(file):
+        there = floor(target)
+        beside = there == here and target.parent == file.parent
+        assert there < here or beside, f"floor {here} includes {name(target)} of floor {there}"
+        assert target.suffix != ".c", f"includes {name(target)}, which is no header"
+
+
+def test_python_sees_the_public_header_only():
+    for file in BINDING:
+        assert set(includes(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
+
+
+def symbols(library, *options):
+    """(name, type, section) of each, as nm tells."""
+    rows = [
+        line.split("|")
+        for line in run("nm", "-f", "sysv", *options, library).splitlines()
+        if "|" in line
+    ]
+    return {(row[0].strip(), row[2].strip(), row[6].strip()) for row in rows}
+
+
+@pytest.fixture(scope="module")
+def static():
+    need("cmake", "gcc", "nm")
+    return installed() / "lib/libkreisel.a"
+
+
+def test_shared_library_exports_the_public_header(static):
+    header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
+    public = set(re.findall(r"\b(kr_\w+)\(", header))
+    exported = {
+        symbol
+        for symbol, _, _ in symbols(static.with_name("libkreisel.so"), "-D", "--defined-only")
+    }
+    assert exported == public and len(public) > 20
+
+
+def test_prefix(static):
+    assert {
+        s for s, _, _ in symbols(static, "-g", "--defined-only") if not s.startswith("kr_")
+    } == set()
+
+
+def test_no_global_state(static):
+    writable = re.compile(r"\.t?(data|bss)(?!\.rel\.ro)")  # tables of pointers are in .data.rel.ro
+    assert {
+        s for s, _, section in symbols(static, "--defined-only") if writable.match(section)
+    } == set()
+
+
+def test_no_printing_no_aborting_one_allocation(static):
+    used = {symbol for symbol, _, _ in symbols(static, "-u")}
+    forbidden = {
+        "abort",
+        "exit",
+        "__assert_fail",
+        "stderr",
+        "stdout",
+        "printf",
+        "fprintf",
+        "puts",
+        "malloc",
+        "realloc",
+    }
+    assert used & forbidden == set()
+    text = "".join(file.read_text() for file in core_sources())
+    assert len(re.findall(r"\bcalloc\(", text)) == 1
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_no_warnings(compiler, tmp_path):
+    need(compiler)
+    flags = [
+        "-std=c99",
+        "-O2",
+        "-c",
+        "-ffp-contract=off",
+        "-Wmissing-prototypes",
+        *WARNINGS,
+        f"-I{CSRC}",
+    ]
+    run(compiler, *flags, *core_sources(), CSRC / "page/wasm.c", *c_tests(), cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "options", ["-DKR_PLAIN", "-mavx2 -mfma", "-mavx2 -mfma -mavx512f -mavx512vl -mavx512dq"]
+)
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_no_warnings_in_kernels(compiler, options, tmp_path):
+    need(compiler)
+    flags = ["-std=c99", "-O3", "-c", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS]
+    run(
+        compiler,
+        *flags,
+        *options.split(),
+        f"-I{CSRC}",
+        *CSRC.glob("taylor/kernel*.c"),
+        cwd=tmp_path,
+    )
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+def test_no_warnings_with_gsl(compiler, tmp_path):
+    need(compiler)
+    need_gsl()
+    flags = [
+        "-std=c99",
+        "-O2",
+        "-c",
+        "-ffp-contract=off",
+        "-Wmissing-prototypes",
+        *WARNINGS,
+        f"-I{CSRC}",
+    ]
+    gsl = run("pkg-config", "--cflags", "gsl").split()
+    run(
+        compiler,
+        *flags,
+        "-DKREISEL_GSL",
+        *gsl,
+        *core_sources(),
+        *CSRC.glob("gsl/*.c"),
+        *c_tests(),
+        cwd=tmp_path,
+    )
+
+
+@pytest.mark.parametrize("compiler", ["gcc", "clang"])
+@pytest.mark.parametrize("language", [("c", "c99"), ("c++", "c++17")], ids=["c99", "c++17"])
+def test_header_has_no_warnings(compiler, language, tmp_path):
+    need(compiler)
+    file = tmp_path / "user.c"
+    file.write_text("#include <kreisel.h>\nint main(void) { return 0; }\n")
+    run(
+        compiler,
+        f"-x{language[0]}",
+        f"-std={language[1]}",
+        *WARNINGS,
+        "-fsyntax-only",
+        f"-I{CSRC}",
+        file,
+    )
+
+
+def test_methods_def_names_the_files():
+    text = (CSRC / "methods.def").read_text()
+    gsl = "".join(re.findall(r"^#ifdef KREISEL_GSL\n(.*?)^#endif", text, re.DOTALL | re.MULTILINE))
+    ids = re.findall(r"^X\((\w+)\)$", text, re.MULTILINE)
+    of_gsl = re.findall(r"^X\((\w+)\)$", gsl, re.MULTILINE)
+    own = [CSRC / "taylor/taylor.c", CSRC / "exact/exact.c", *CSRC.glob("methods/*.c")]
+    assert len(ids) == len(set(ids)) and sorted(set(ids) - set(of_gsl)) == sorted(
+        file.stem for file in own
+    )
+    for file in [*own, *CSRC.glob("gsl/*.c")]:
+        defined = re.findall(
+            r'^const kr_method kr_method_(\w+) = \{\s*\.name = "(\w+)"', file.read_text(), re.M
+        )
+        expected = of_gsl if file.parent.name == "gsl" else [file.stem]
+        assert sorted(defined) == sorted((i, i) for i in expected), name(file)
+
+
+@pytest.mark.parametrize("file", [*C, *PYTHON, *BINDING], ids=name)
+def test_files_can_be_read_at_one_sitting(file):
+    assert len(file.read_text().splitlines()) <= 250
+
+
+def functions(file):
+    """(name, lines) of each function."""
+    text = file.read_text()
+    if file.suffix == ".py":
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.FunctionDef):
+                yield node.name, node.end_lineno - node.lineno + 1
+    for head, body in re.findall(r"^(\S.*)\n\{\n([^\0]*?)^\}", text, re.MULTILINE):
+        yield head, body.count("\n") + 3
+
+
+@pytest.mark.parametrize("file", [*C, *PYTHON], ids=name)
+def test_functions_are_short(file):
+    assert {head: lines for head, lines in functions(file) if lines > 40} == {}
+
+
+def test_one_version():
+    assert f"\nversion: {VERSION}\n" in (ROOT / "CITATION.cff").read_text()
+    assert re.search(r"^## (\S+)", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)[1] == VERSION
+
+
+def test_no_one_machine():
+    here = r"(?<![\w.])/(work|root|home|Users)/|pypi\.org|python[h]osted|npm[j]s"
+    top = [
+        file
+        for file in ROOT.iterdir()
+        if file.is_file()
+        and file.name != ".git"
+        and file.suffix in {"", ".txt", ".toml", ".md", ".cff"}
+    ]
+    files = [
+        *SOURCES,
+        *C,
+        *PYTHON,
+        *PAGE,
+        *top,
+        *(ROOT / ".ci").iterdir(),
+        *(ROOT / "cmake").iterdir(),
+    ]
+    assert [name(file) for file in files if re.search(here, file.read_text())] == []

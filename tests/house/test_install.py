@@ -1,0 +1,40 @@
+"""The library, installed, serves a user's program in C and C++, found by CMake and by pkg-config."""
+
+import pytest
+from toolbox import ROOT, VERSION, compile_and_run, installed, need, need_gsl, run
+
+HERE = ROOT / "tests/house/install"
+
+
+@pytest.fixture(params=["OFF", "ON"], ids=["without_gsl", "with_gsl"])
+def prefix(request):
+    need("cmake", "gcc")
+    if request.param == "ON":
+        need_gsl()
+    return installed(request.param)
+
+
+def test_find_package(prefix, tmp_path):
+    run("cmake", "-S", HERE, "-B", tmp_path, f"-Dkreisel_ROOT={prefix}", f"-Dversion={VERSION}")
+    run("cmake", "--build", tmp_path)
+    assert run(tmp_path / "with_shared") == VERSION + "\n"
+    assert run(tmp_path / "with_static") == VERSION + "\n"
+
+
+def test_find_package_refuses_another_version(prefix, tmp_path):
+    with pytest.raises(pytest.fail.Exception, match="compatible with requested"):
+        run("cmake", "-S", HERE, "-B", tmp_path, f"-Dkreisel_ROOT={prefix}", "-Dversion=99.0")
+
+
+@pytest.mark.parametrize("linking", ["shared", "static"])
+@pytest.mark.parametrize(
+    "language", [("gcc", "-std=c99"), ("g++", "-std=c++17", "-xc++")], ids=["c", "c++"]
+)
+def test_pkg_config(prefix, language, linking, tmp_path):
+    compiler, *options = language
+    source = tmp_path / "main.c"
+    source.write_text((HERE / "main.c").read_text())
+    out = compile_and_run(
+        source, prefix, *options, compiler=compiler, linking=linking, to=tmp_path / "a.out"
+    )
+    assert out == VERSION + "\n"

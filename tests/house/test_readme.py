@@ -1,0 +1,61 @@
+"""What README.md shows, works."""
+
+import re
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+from toolbox import ROOT, compile_and_run, installed, need, run
+
+
+def blocks(*languages):
+    found = re.findall(
+        r"^```(\w+)\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE
+    )
+    return [text for language, text in found if language in languages]
+
+
+def commands(name):
+    """The words after `name`, wherever a line of the shell begins with it."""
+    lines = re.split(r"\n|&&", "\n".join(blocks("sh", "bash", "console")))
+    words = [shlex.split(line.strip().removeprefix("$ "), comments=True) for line in lines]
+    return [
+        w[1]
+        for w in words
+        if len(w) > 1 and Path(w[0]).name == name and re.fullmatch("[a-z]+", w[1])
+    ]
+
+
+def test_python_blocks_run_one_after_the_other(tmp_path):
+    assert blocks("python")
+    program = tmp_path / "readme.py"
+    program.write_text("\n".join(blocks("python")))
+    run(sys.executable, "-W", "error", program, cwd=tmp_path, MPLBACKEND="agg")
+
+
+def test_c_blocks_compile_and_run(tmp_path):
+    need("cmake", "gcc")
+    assert blocks("c")
+    for i, text in enumerate(blocks("c")):
+        source = tmp_path / f"block{i}.c"
+        source.write_text(text)
+        compile_and_run(
+            source, installed(), "-std=c99", libraries=["-lm"], to=source.with_suffix("")
+        )
+
+
+def test_make_targets_exist():
+    targets = re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), re.MULTILINE)
+    assert commands("make") and set(commands("make")) <= set(targets)
+
+
+def test_commands_answer():
+    for command in set(commands("kreisel")):
+        run(Path(sys.executable).parent / "kreisel", command, "--help")
+
+
+def test_is_what_the_package_shows():
+    assert (
+        tomllib.loads((ROOT / "pyproject.toml").read_text())["project"].get("readme") == "README.md"
+    )

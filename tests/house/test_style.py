@@ -1,0 +1,32 @@
+"""Form is left to tools: clang-format, ruff and mypy find nothing to change."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from toolbox import ROOT, run
+
+TOOLS = Path(sys.executable).parent
+PYTHON = ["python", "validation", "tests", ".ci/requirements"]
+
+
+def sources(*endings):
+    """The files that git tracks or would track."""
+    command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *endings]
+    names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return [ROOT / name for name in names.splitlines() if (ROOT / name).is_file()]
+
+
+def test_clang_format_is_content():
+    files = sources("*.c", "*.h", "*.cpp", "*.hpp")
+    assert len(files) > 100
+    run(TOOLS / "clang-format", "--dry-run", "--Werror", *files)
+
+
+def test_ruff_is_content():
+    run(TOOLS / "ruff", "format", "--check", *PYTHON)
+    run(TOOLS / "ruff", "check", *PYTHON)
+
+
+def test_mypy_is_content():
+    run(TOOLS / "mypy", "--strict", "python/kreisel")

@@ -1,0 +1,91 @@
+"""What the tests of the house share: running commands, asking for tools, an installed copy of the library."""
+
+import functools
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CSRC = ROOT / "csrc"
+VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())[1]
+
+
+def run(*command, cwd=ROOT, **environment):
+    """The command's standard output; its failure fails the test, with all that it said."""
+    done = subprocess.run(
+        [str(word) for word in command],
+        cwd=cwd,
+        env=os.environ | environment,
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode:
+        pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
+    return done.stdout
+
+
+def need(*tools):
+    """Skips the test where a tool is missing; fails it where CI=true."""
+    missing = [tool for tool in tools if not shutil.which(tool)]
+    if missing:
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
+            f"needs {', '.join(missing)}"
+        )
+
+
+def need_gsl():
+    need("pkg-config")
+    if subprocess.run(["pkg-config", "--exists", "gsl"]).returncode:
+        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)("needs GSL")
+
+
+def core_sources():
+    """What the library is made of, the adapters to GSL and the page's own file apart."""
+    return sorted(
+        file for file in CSRC.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
+    )
+
+
+def c_tests():
+    return sorted((ROOT / "tests").rglob("*.c"))
+
+
+@functools.cache
+def installed(gsl="OFF"):
+    """The folder into which the library was installed just now, as a user would."""
+    build, prefix = ROOT / f"build/installed-gsl-{gsl}", ROOT / f"build/prefix-gsl-{gsl}"
+    shutil.rmtree(prefix, ignore_errors=True)
+    options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
+    run("cmake", "-S", ROOT, "-B", build, *options, f"--install-prefix={prefix}")
+    run("cmake", "--build", build, "--parallel", os.cpu_count())
+    run("cmake", "--install", build)
+    return prefix
+
+
+def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):
+    """Builds a program as pkg-config says; what it prints."""
+    need(compiler, "pkg-config")
+    static = ["-static"] if linking == "static" else []
+    pc = {"PKG_CONFIG_PATH": f"{prefix / 'lib/pkgconfig'}:{os.environ.get('PKG_CONFIG_PATH', '')}"}
+    flags = shlex.split(
+        run("pkg-config", *("--" + s[1:] for s in static), "--cflags", "--libs", "kreisel", **pc)
+    )
+    warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+    run(
+        compiler,
+        *options,
+        *warnings,
+        source,
+        *static,
+        *flags,
+        *libraries,
+        f"-Wl,-rpath,{prefix / 'lib'}",
+        "-o",
+        to,
+    )
+    return run(to)

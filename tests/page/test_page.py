@@ -1,0 +1,256 @@
+"""The page, without a network: it computes what Python does, and can be taken along."""
+
+import csv
+import gzip
+import io
+import json
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import clock, scene, scene_in_python, visit
+from kreisel._showing.view import _PAGE
+from toolbox import need
+
+EXACT = [
+    "bobenko_suris",
+    "bobenko_suris2",
+    "strang",
+    "rk4",
+]  # + - * / sqrt alone: the same bits everywhere
+
+
+# The file
+
+
+def test_one_small_file_with_its_licences():
+    if not _PAGE.exists():
+        need("npm")
+    text = _PAGE.read_text(encoding="utf-8")
+    size = len(text.encode())
+    assert 400_000 < size <= 900_000 and len(gzip.compress(text.encode(), 9)) <= 250_000
+    for words in (
+        "three.js authors",
+        "Leon Sorokin",
+        "musl as a whole",
+        "Zig contributors",
+        "Google LLC",
+        "the kreisel authors",
+    ):
+        assert words in text, words
+
+
+def test_starts_by_itself(browser):
+    page = visit(browser)
+    page.wait_for_function(
+        "kreisel.page.clock > 200000 && !document.getElementById('charts').hidden"
+    )
+    assert (
+        page.get_by_text("drag me").is_visible()
+        and page.get_by_role("button", name="Stop").is_visible()
+    )
+    assert page.evaluate("kreisel.view.tops[0].line.geometry.instanceCount") > 10
+    assert page.troubles == []
+    page.context.close()
+
+
+def test_waits_where_motion_is_not_wanted(page):
+    page.wait_for_timeout(900)
+    assert clock(page) == 0 and page.get_by_role("button", name="Start").is_visible()
+
+
+# The numbers
+
+
+@pytest.mark.parametrize("preset", range(8))
+def test_states_are_those_of_python_bit_for_bit(page, preset):
+    page.evaluate(f"kreisel.page.load({{...kreisel.presets[{preset}], eps: [0.01, 0.07]}})")
+    given = scene(page)
+    for method in EXACT:
+        if not kr.methods[method].applies_to(scene_in_python(given).body):
+            continue
+        page.evaluate(
+            "name => kreisel.page.edit((s) => (s.methods = s.methods.map(() => name)))", method
+        )
+        page.evaluate("kreisel.advance(21)")
+        states = page.evaluate("kreisel.states()")
+        for i, state in enumerate(states):
+            top = scene_in_python(given, second=bool(i > 1 and given["second"]))
+            expected = kr.solve(top, 21, method, step=(0.01, 0.07)[i % 2], every=300).states[-1]
+            assert state == expected.tolist(), (method, i)
+
+
+@pytest.mark.parametrize("preset", [0, 2, 4])
+def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
+    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    top = scene_in_python(scene(page))
+    names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
+    assert len(names) >= 9
+    for name in names:
+        page.evaluate(
+            "name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name
+        )
+        expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
+        assert page.evaluate("kreisel.states()[0]") == expected.tolist(), name
+
+
+def test_adaptive_methods_agree_with_python(page):
+    page.evaluate("kreisel.page.edit((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
+    page.evaluate("kreisel.advance(20)")
+    expected = kr.solve(scene_in_python(scene(page)), [20.0], "extrap", tol=1e-10).states[0]
+    assert page.evaluate("kreisel.states()[0]") == pytest.approx(expected.tolist(), abs=1e-7)
+
+
+def test_extrap_begins_anew_at_each_eps(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(4)")
+    state, now = page.evaluate("kreisel.states()[3]"), scene_in_python(scene(page))
+    for _ in range(20):
+        now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
+    expected = [*now.attitude, *now.momentum]
+    assert state[1:] == pytest.approx(
+        expected, abs=1e-9
+    )  # its logarithms and powers are not the same bits
+    assert 1e-9 < page.evaluate("kreisel.stage.measure(3)[4]") < 1e-3
+
+
+def test_one_big_advance_equals_many_small(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(30)")
+    once = page.evaluate("kreisel.states()")
+    page.evaluate("""kreisel.page.reset(); for (let t = 0, i = 0; t < 30; i++) {
+        t = Math.min(30, t + ((i * 7919) % 97) / 300); kreisel.advance(t); }""")
+    assert page.evaluate("kreisel.states()") == once
+
+
+def test_compares_at_common_multiples_only(page):
+    page.evaluate(
+        "kreisel.page.load({...kreisel.presets[1], eps: [0.03, 0.2]}); kreisel.advance(30)"
+    )
+    assert page.evaluate("kreisel.stage.common()") == 600000
+    times = np.array(page.evaluate("Array.from(kreisel.stage.time())"))
+    assert np.abs(times - 0.6 * np.arange(51)).max() < 1e-9
+    assert 1e-4 < max(page.evaluate("kreisel.stage.record(1, 4)")) < 0.3
+    page.evaluate("kreisel.advance(30.03)")
+    assert np.isnan(page.evaluate("kreisel.stage.measure(1)[4]"))
+
+
+@pytest.mark.parametrize("preset", range(8))
+def test_presets_keep_their_integrals(page, preset):
+    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}]); kreisel.advance(50)")
+    given, tops = scene(page), page.evaluate("kreisel.page.tops")
+    for i, top in enumerate(tops):
+        energy, vertical, axial, fourth = (
+            np.array(page.evaluate(f"kreisel.stage.record({i}, {what})"), float)
+            for what in range(4)
+        )
+        size = np.abs(energy).max() + np.abs(vertical).max()
+        coarse = 0.2 if top["eps"] > 0.1 else 0.01
+        kept = 1e-4 if top["method"] == "extrap" else 1e-6
+        assert np.ptp(energy) <= coarse * size and np.ptp(vertical) <= kept * size, top["method"]
+        if page.evaluate("kreisel.page.kind") == "lagrange":
+            assert np.ptp(axial) <= kept * size
+        if given["chart"] == "fourth":
+            assert np.ptp(fourth) <= 1e-3 * max(1, np.abs(fourth).max())
+        assert given["about"]
+
+
+def test_sleeping_top_sleeps_and_the_other_falls(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[5])")
+    lowest = [1.0, 1.0]
+    for t in range(1, 31):
+        page.evaluate(f"kreisel.advance({t})")
+        for i, (_, w, x, y, z, *_) in enumerate(page.evaluate("kreisel.states()")):
+            lowest[i] = min(lowest[i], 1 - 2 * (x * x + y * y))
+    assert lowest[0] > 0.95 and lowest[1] < 0.8
+
+
+def test_steady_precession_is_level(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[6])")
+    heights = []
+    for t in range(31):
+        page.evaluate(f"kreisel.advance({t})")
+        (_, w, x, y, z, *_) = page.evaluate("kreisel.states()[0]")
+        heights.append(1 - 2 * (x * x + y * y))
+    assert heights == pytest.approx([0.6] * 31, abs=1e-3)
+
+
+# What can be taken along
+
+
+def taken(page, name):
+    with page.expect_download() as download:
+        page.get_by_role("button", name=name, exact=True).click()
+    return download.value.path()
+
+
+def test_files(page, browser, tmp_path):
+    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2)")
+    given = scene(page)
+    rows = list(csv.reader(io.StringIO(taken(page, "CSV").read_text())))
+    assert len(rows) == 12 and len(rows[0]) == 1 + 4 * 5 and float(rows[-1][0]) == 2
+    assert json.loads(taken(page, "JSON").read_text()) == given
+    assert kr.Scene.from_toml(taken(page, "TOML")) == scene_in_python(given)
+    assert taken(page, "Picture").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "top.html").write_bytes(taken(page, "This page").read_bytes())
+    other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
+    other.evaluate("kreisel.advance(2)")
+    assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate(
+        "kreisel.states()"
+    )
+    page.get_by_role("button", name="Link").click()
+    link = page.url
+    page.evaluate("history.replaceState(null, '', '#')")
+    other.goto("about:blank")
+    other.goto(link)
+    other.wait_for_function("window.kreisel")
+    assert scene(other) == given and other.troubles == []
+    other.context.close()
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "garbage",
+        "{}x",
+        '{"methods":[]}',
+        '{"methods":["none"]}',
+        '{"eps":7}',
+        '{"show":{"opacity":"x"}}',
+        "[1]",
+        "7",
+    ],
+)
+def test_a_bad_link_says_so(browser, link):
+    page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
+    assert "cannot be shown" in page.locator("#words").inner_text()
+    assert scene(page)["name"] == "Lagrange's top" and page.troubles == []
+    page.context.close()
+
+
+def test_python_snippet_runs(page):
+    words = page.get_by_label("The same in Python").input_value()
+    names = {}
+    exec(words, names)
+    assert names["scene"] == scene_in_python(scene(page)) and names["path"].step == 0.01
+
+
+def test_picture_is_not_blank(page):
+    page.evaluate("kreisel.view.dirty = true; kreisel.view.render()")
+    colours = page.evaluate("""(() => { const c = document.createElement('canvas'); [c.width, c.height] = [160, 100];
+        const x = c.getContext('2d'); x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
+        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size; })()""")
+    assert colours > 200
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(390, 780), (800, 460), (1280, 800)], ids=str)
+def test_sizes(browser, size, theme):
+    page = visit(browser, size=size, color_scheme=theme, reduced_motion="reduce")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.get_by_role("button", name="Start").bounding_box()["y"] < size[1] - 40
+    panel = page.locator("#panel").bounding_box()
+    for handle in ("tip", "face"):
+        x, y = page.evaluate(f"kreisel.at('{handle}')")
+        assert 0 < x < size[0] and 0 < y < size[1]
+        assert not (x > panel["x"] and y > panel["y"]), handle
+    assert page.troubles == []
+    page.context.close()

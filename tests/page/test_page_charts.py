@@ -1,0 +1,198 @@
+"""The page's charts, its table of integrals and the momentum it shows: the present, as Python has it."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import clock, scene, scene_in_python
+
+AXES = ("first", "second", "vertical")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small(shared):
+    """A small window is drawn fast."""
+    shared.set_viewport_size({"width": 720, "height": 420})
+
+
+def drawn(page, chart=0):
+    """The lines of a chart: times, and the values of each top."""
+    return np.array(
+        page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
+    )
+
+
+def run_to(page, t):
+    """On, until the charts show it."""
+    page.evaluate(f"kreisel.advance({t})")
+    page.wait_for_function("kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
+
+
+def labels(page):
+    """What stands at the chart's upright axis."""
+    return page.evaluate("""async () => {
+        const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
+        own.fillText = function (text, ...where) {
+            if (this.textAlign === 'right') seen.push(text);
+            return write.call(this, text, ...where);
+        };
+        kreisel.charts.plots[0].redraw();
+        await new Promise(requestAnimationFrame);
+        own.fillText = write;
+        return seen.filter(Boolean);
+    }""")
+
+
+def fields(page):
+    return [page.get_by_label(f"Momentum, {axis} component") for axis in AXES]
+
+
+def show(page, m):
+    written = [float(f"{x:.6g}") for x in m]
+    page.wait_for_function(
+        """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")].every((e, k) => +e.value === m[k])""",
+        arg=written,
+    )
+
+
+# Charts
+
+
+@pytest.mark.parametrize("preset, t", [(0, 8), (1, 30), (2, 100)])
+def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
+    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    run_to(page, t)
+    before, box = drawn(page), page.get_by_role("checkbox", name="log")
+    assert (before[1:] < 0).any()
+    box.check()
+    sizes, powers = drawn(page), [float(label) for label in labels(page)]
+    box.uncheck()
+    assert np.nanmin(sizes[1:]) > 0 and np.nanmax(sizes[1:]) == np.nanmax(np.abs(before[1:]))
+    assert 2 <= len(powers) <= 5 and np.log10(powers) == pytest.approx(
+        np.round(np.log10(powers)), abs=1e-9
+    )
+    assert drawn(page) == pytest.approx(before, nan_ok=True)
+
+
+def test_zoom_of_both_charts_stays_while_time_goes_on(page):
+    page.evaluate("kreisel.page.load(kreisel.presets[1])")
+    run_to(page, 30)
+    spans = "kreisel.charts.plots.map(({scales: {x}}) => [x.min, x.max])"
+    whole = page.evaluate(spans)
+    chart = page.get_by_role("img", name="Change of the integral over time").locator(".u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    left, right, y = box["x"] + 0.25 * box["width"], box["x"] + 0.75 * box["width"], box["y"] + 40
+    page.mouse.move(left, y)
+    page.mouse.down()
+    page.mouse.move((left + right) / 2, y)
+    page.mouse.move(right, y)
+    page.mouse.up()
+    zoomed = page.evaluate(spans)
+    assert zoomed[0] == pytest.approx((7.5, 22.5), abs=0.5) and zoomed[1] == pytest.approx(
+        zoomed[0]
+    )
+    run_to(page, 60)
+    assert page.evaluate(spans) == zoomed
+    page.mouse.dblclick(left, y)
+    assert (
+        page.evaluate(spans) == [[0, pytest.approx(60)]] * 2
+        and whole == [[0, pytest.approx(30)]] * 2
+    )
+
+
+def test_record_is_thinned_but_not_its_extremes(page):
+    run_to(page, 100)
+    _, short = drawn(page)
+    run_to(page, 20000)
+    times, long = drawn(page)
+    assert len(times) <= 2050 and times[-1] > 19900
+    assert (long.min(), long.max()) == pytest.approx((short.min(), short.max()), rel=1e-3)
+    assert (
+        long[2::2].max() < 0.98 * short.min() and long[3::2].min() > 0.98 * short.max()
+    )  # at every time
+
+
+def test_fourth_integral_belongs_to_two_kinds_of_body(page):
+    run_to(page, 1)
+    fourth = page.get_by_label("Quantity in the chart").locator(
+        "option", has_text="Change of K or G"
+    )
+    for t, (shape, has) in enumerate(
+        {"kowalewski": True, "lagrange": False, "goryachev_chaplygin": True}.items(), 2
+    ):
+        page.get_by_label("Shape").select_option(shape)
+        run_to(page, t)
+        assert fourth.is_enabled() == has
+        if has:
+            page.get_by_label("Quantity in the chart").select_option("fourth")
+            assert 0 < np.ptp(drawn(page)[1]) < 1e-2
+            page.get_by_label("Quantity in the chart").select_option("energy")
+
+
+# The table
+
+
+def table(page):
+    """The values now and their changes, (tops, 3 or 4, 2): <m, p>, <m, a>, E, K or G."""
+    rows = page.locator("#integrals tr").evaluate_all(
+        "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
+    )
+    return np.array(
+        [[cell.split("\n") if cell != "–" else ["nan"] * 2 for cell in row] for row in rows], float
+    )
+
+
+def expected(path):
+    """What the table tells of a path in Python."""
+    fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(
+        path.scene.body.kind
+    )
+    lines = [path.scene.gravity * path.vertical_momentum, path.axial_momentum, path.energy]
+    lines += [getattr(path, fourth)] if fourth else []
+    return np.array([(line[-1], line[-1] - line[0]) for line in lines])
+
+
+@pytest.mark.parametrize("preset, fourth", [(0, None), (2, "K"), (3, "G")])
+def test_integrals_are_those_of_python(page, preset, fourth):
+    page.evaluate(
+        f"kreisel.page.load({{...kreisel.presets[{preset}], methods: ['strang', 'rk4'], eps: [0.05]}})"
+    )
+    page.evaluate("kreisel.page.set('gravity', 2.5)")
+    for t in (2, 6):
+        page.evaluate(f"kreisel.advance({t})")
+        show(page, page.evaluate("kreisel.states()[0].slice(5)"))
+        told, top = table(page), scene_in_python(scene(page))
+        assert len(told) == 2
+        for row, method in zip(told, ("strang", "rk4")):
+            path = kr.solve(top, t, method, step=0.05, every=20 * t)
+            now, change = expected(path).T
+            assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
+            assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
+            assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
+    if fourth:
+        assert (
+            page.get_by_role("columnheader", name=fourth, exact=True).is_visible()
+            and abs(told[1, 3, 1]) > 0
+        )
+
+
+# The momentum
+
+
+def test_momentum_shown_is_the_present_one(page):
+    show(page, scene(page)["momentum"])
+    page.evaluate("kreisel.advance(3)")
+    show(page, page.evaluate("kreisel.states()[0].slice(5)"))
+    page.get_by_role("button", name="Reset").click()
+    show(page, scene(page)["momentum"])
+
+
+def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
+    end = kr.solve(scene_in_python(scene(page)), 4, "bobenko_suris", step=0.01, every=400).end
+    page.evaluate("kreisel.advance(3)")
+    second = fields(page)[1]
+    second.fill("2.5")
+    page.evaluate("kreisel.advance(4)")  # while it is typed
+    second.press("Tab")
+    assert clock(page) == 0 and scene(page)["momentum"] == [end.momentum[0], 2.5, end.momentum[2]]
+    assert scene(page)["attitude"] == list(end.attitude)

@@ -1,0 +1,205 @@
+"""The page's controls and keys, by the names that a screen reader says: each changes what it should, nothing else."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import changed, clock, scene, scene_in_python
+
+
+@pytest.mark.parametrize(
+    "role, name, keys, key, expected",
+    [
+        ("slider", "Step ε", "ArrowRight", "eps", lambda eps: eps == [0.011]),
+        ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
+        ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
+        ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
+        ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),
+        ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
+        ("checkbox", "Each with a second step", "Space", "eps", lambda eps: eps == [0.01, 0.2]),
+        ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
+        ("checkbox", "Trace of the apex", "Space", "show", lambda show: not show["trace"]),
+        ("checkbox", "Elastic rod", "Space", "show", lambda show: show["rod"]),
+        ("checkbox", "Principal axes", "Space", "show", lambda show: show["axes"]),
+        ("checkbox", "Floor", "Space", "show", lambda show: not show["floor"]),
+        ("checkbox", "2D view", "Space", "show", lambda show: show["flat"]),
+    ],
+)
+def test_control(page, role, name, keys, key, expected):
+    before = scene(page)
+    page.get_by_role(role, name=name).first.press(keys)
+    assert changed(before, scene(page)) == {key} and expected(scene(page)[key])
+
+
+@pytest.mark.parametrize(
+    "name, value, key, expected",
+    [
+        ("Step ε, number", "0.037", "eps", [0.037]),
+        ("Momentum, first component", "2.5", "momentum", [2.5, -1.862, 1.46]),
+        ("Momentum, second component", "2.5", "momentum", [0.172, 2.5, 1.46]),
+        ("Momentum, vertical component", "2.5", "momentum", [0.172, -1.862, 2.5]),
+        ("Stop at t", "7.004", "stop", 7),
+    ],
+)
+def test_number(page, name, value, key, expected):
+    before = scene(page)
+    field = page.get_by_label(name, exact=True)
+    field.fill(value)
+    field.press("Tab")
+    assert changed(before, scene(page)) == {key} and scene(page)[key] == expected
+
+
+def test_choices(page):
+    page.get_by_label("Beside it").select_option("rk4")
+    page.get_by_label("Method").first.select_option("strang")
+    assert (
+        scene(page)["methods"] == ["strang", "rk4"]
+        and page.evaluate("kreisel.page.tops.length") == 2
+    )
+    page.evaluate("kreisel.advance(1); kreisel.charts.update()")
+    page.get_by_label("Quantity in the chart").select_option("axial")
+    assert scene(page)["chart"] == "axial"
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert page.evaluate("kreisel.page.kind") == "kowalewski"
+    assert page.get_by_label("Method").first.locator("option[value=bobenko_suris]").is_disabled()
+    page.get_by_label("Shape").select_option("goryachev_chaplygin")
+    assert (
+        page.evaluate("kreisel.page.kind") == "goryachev_chaplygin"
+        and scene(page)["momentum"][2] == 0
+    )
+    page.get_by_label("What to look at").select_option(label="5  Dzhanibekov's nut")
+    assert (
+        scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
+    )
+
+
+def test_jump_goes_to_any_time_and_back(page):
+    page.evaluate("kreisel.page.load({...kreisel.presets[1], methods: ['bobenko_suris', 'rk4']})")
+    field = page.get_by_label("Jump to t")
+    for t in (3200, 7):
+        field.fill(str(t))
+        field.press("Tab")
+        page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
+        first, *_, last = (
+            kr.solve(
+                scene_in_python(scene(page)), t, method, step=step, every=round(t / step)
+            ).states[-1]
+            for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
+        )
+        states = page.evaluate("kreisel.states()")
+        assert (states[0], states[3]) == (first.tolist(), last.tolist())
+    assert not page.evaluate("kreisel.page.running")
+    field.fill("-3")
+    field.press("Tab")
+    assert clock(page) == 7000000 and "no time" in page.locator("#words").inner_text()
+    field.fill("1e8")
+    field.press("Tab")
+    page.get_by_role("button", name="Stop").click()
+    assert clock(page) < 1e14 and page.evaluate("kreisel.page.goal") is None
+
+
+def test_looks(page):
+    edge = "kreisel.view.tops[0].cuboid.children[2].scale.x"
+    thin = page.evaluate(edge)
+    page.get_by_role("slider", name="Thickness").press("End")
+    assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
+    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(
+        9.6, rel=1e-6
+    )
+    page.get_by_role("slider", name="Gravity").press("End")
+    up = page.evaluate(
+        "kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()"
+    )
+    assert up == pytest.approx([0, 0, 24 / 14], abs=1e-6)
+    page.get_by_role("slider", name="Gravity").press("Home")
+    assert not page.evaluate("kreisel.view.tops[0].p.visible")
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_sides(page, flat):
+    page.evaluate(
+        f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)"
+    )
+    seen = []
+    for _ in range(3):
+        page.get_by_role("button", name="From the next side").click()
+        camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
+        seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
+    assert (
+        np.abs(np.sort(seen, axis=0) - np.sort([[0, -1, 0], [1, 0, 0], [0, 0, 1]], axis=0)).max()
+        < 2e-3
+    )
+
+
+def test_bad_numbers_change_nothing(page):
+    before = scene(page)
+    field = page.get_by_label("Step ε, number", exact=True)
+    field.fill("-1")
+    field.press("Tab")
+    assert scene(page) == before and "eps cannot be" in page.locator("#words").inner_text()
+
+
+def test_buttons_and_keys(page):
+    page.get_by_role("button", name="Step", exact=True).click()
+    assert clock(page) == 10000
+    page.locator("canvas").first.focus()
+    page.keyboard.press("ArrowRight")
+    assert clock(page) == 20000
+    page.keyboard.press("r")
+    assert clock(page) == 0
+    page.keyboard.press("Space")
+    page.wait_for_function("kreisel.page.clock > 0")
+    page.get_by_role("button", name="Stop").click()
+    assert not page.evaluate("kreisel.page.running")
+    for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
+        before = scene(page)["show"][what]
+        page.keyboard.press("Escape")
+        page.locator("canvas").first.focus()
+        page.keyboard.press(key)
+        assert scene(page)["show"][what] != before
+    page.keyboard.press("3")
+    assert scene(page)["name"] == "Kowalewski"
+    page.keyboard.press("c")
+    assert scene(page)["name"] == "Compare four" and page.evaluate("kreisel.page.tops.length") == 4
+    page.keyboard.press("d")
+    assert not page.locator("#panel").is_visible()
+    page.keyboard.press("d")
+    page.evaluate("document.getElementById('keys').closest('details').open = false")
+    page.keyboard.press("?")
+    assert (
+        page.locator("#keys").is_visible()
+        and "Principal axes" in page.locator("#keys").inner_text()
+    )
+    page.keyboard.press("z")
+    assert scene(page)["name"] == "Kowalewski"
+
+
+def test_stops_at_the_stop_time(page):
+    page.evaluate(
+        "kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)"
+    )
+    assert clock(page) == 500000 and not page.evaluate("kreisel.page.running")
+
+
+def test_toggles_and_table(page):
+    page.evaluate(
+        "kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()"
+    )
+    page.get_by_role("checkbox", name="extrap 0.2").uncheck()
+    assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [
+        True,
+        True,
+        True,
+        True,
+        False,
+    ]
+    page.get_by_role("checkbox", name="extrap 0.2").check()
+    rows = page.locator("#integrals tr").all_inner_texts()
+    assert len(rows) == 4 and all("\t1.4600" in row for row in rows)
+
+
+def test_all_controls_have_names(page):
+    nameless = page.evaluate("""[...document.querySelectorAll('button, input, select, textarea, canvas')]
+        .filter((e) => !e.closest('.uplot') && !e.getAttribute('aria-label') && !e.getAttribute('aria-labelledby'))
+        .filter((e) => !e.labels?.[0]?.textContent.trim() && !(e.tagName === 'BUTTON' && e.textContent.trim()))
+        .map((e) => e.outerHTML)""")
+    assert nameless == []

@@ -1,0 +1,233 @@
+"""Scenes from elsewhere, films, and what the page does where a method fails, or graphics and scripts are missing."""
+
+import base64
+import json
+import shutil
+from urllib.parse import quote
+
+import kreisel as kr
+import pytest
+from browser import clock, scene, visit
+from kreisel._showing.view import _PAGE
+
+BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
+TRACK = {"name": "rk4", "eps": 0.1, "states": ""}
+WRONG = {
+    "version": ["1", None],
+    "name": [7, None, ["a"]],
+    "about": [7, None, {}],
+    "shape": ["round", 1, "toString"],
+    "attitude": [[1, 0, 0], "1000", [1, 0, 0, None], {}],
+    "momentum": ["1", [1, 2], [1, 2, "3"], None],
+    "second": [5, [1, 2], "none"],
+    "gravity": ["1", None, True, [1]],
+    "methods": ["rk4", [], [1], ["rk4", "rk4", "rk4"], None],
+    "eps": [0.01, [], [0], [-1], ["0.01"], [0.1, 0.2, 0.3]],
+    "tol": ["1", 0, -1, None],
+    "ghost": ["yes", 1, None],
+    "distance": ["4", None],
+    "stop": ["x", 0, -3, True],
+    "speed": [-1, "fast"],
+    "chart": ["k", None, 3],
+    "tracks": [
+        7,
+        [7],
+        ["rk4"],
+        [{**TRACK, "name": 7}],
+        [{**TRACK, "eps": "0.1"}],
+        [{**TRACK, "states": None}],
+    ],
+    "body": [
+        "<b>",
+        None,
+        [],
+        {},
+        {**BODY, "half": [1, 1]},
+        {**BODY, "pivot": "0"},
+        {"mass": 1, "inertia": [1, 1, 1]},
+    ],
+}
+IMPOSSIBLE = [
+    {"attitude": [0, 0, 0, 0]},
+    {"body": {**BODY, "half": [-1, 1, 1]}},
+    {"body": {**BODY, "density": 0}},
+    {"eps": [1e300]},
+    {"methods": ["none"]},
+    {"methods": ["constructor"]},
+    {"tracks": [TRACK]},
+    {"tracks": [{**TRACK, "states": "!"}]},
+    {"tracks": [{**TRACK, "states": "AAAA"}]},
+]
+EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small(shared):
+    """A small window is drawn fast."""
+    shared.set_viewport_size({"width": 720, "height": 420})
+
+
+def words(page):
+    return page.locator("#words").inner_text()
+
+
+def follow(page, given):
+    """Another link, in the page that is open; what it says then."""
+    page.evaluate(
+        """(hash) => new Promise((done) => {
+        kreisel.page.say('');
+        history.replaceState(null, '', '#');
+        addEventListener('hashchange', () => setTimeout(done), {once: true});
+        location.hash = hash;
+    })""",
+        "#scene=" + quote(json.dumps(given)),
+    )
+    return words(page)
+
+
+def track(name):
+    path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
+    states = base64.b64encode(path.states.astype("<f8").tobytes()).decode()
+    return {"name": name, "eps": 0.1, "states": states}
+
+
+def colours(page):
+    return page.evaluate("""(() => { const c = document.createElement('canvas'); [c.width, c.height] = [160, 100];
+        const x = c.getContext('2d'); x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
+        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size; })()""")
+
+
+# Links
+
+
+def test_a_link_opens_in_the_open_page(page):
+    page.evaluate("kreisel.advance(3)")
+    given = {
+        "name": "Mine",
+        "about": "To look at.",
+        "momentum": [1, 2, 3],
+        "methods": ["strang", "rk4"],
+        "eps": [0.02],
+    }
+    assert follow(page, given) == ""
+    assert {key: scene(page)[key] for key in given} == given
+    assert page.evaluate("[kreisel.page.clock, kreisel.page.tops.length]") == [0, 2]
+    assert page.get_by_text("To look at.").is_visible()
+    page.evaluate("kreisel.advance(2)")
+    expected = kr.solve(
+        kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3)),
+        2,
+        "rk4",
+        step=0.02,
+        every=100,
+    )
+    assert page.evaluate("kreisel.states()[1]") == expected.states[-1].tolist()
+
+
+@pytest.mark.parametrize("key", WRONG)
+def test_wrong_types_are_refused_in_words(page, key):
+    before = scene(page)
+    for value in WRONG[key]:
+        assert f"{key} cannot be" in follow(page, {key: value}), value
+        assert scene(page) == before
+
+
+def test_impossible_scenes_are_refused_in_words(page):
+    before = scene(page)
+    for given in IMPOSSIBLE:
+        assert "cannot be" in follow(page, given), given
+        assert scene(page) == before
+    page.evaluate("kreisel.advance(1)")
+    assert page.evaluate("kreisel.states()[0][0]") == pytest.approx(1)
+
+
+def test_html_in_a_link_stays_text(page):
+    given = {"name": EVIL, "about": EVIL, "tracks": [track(EVIL)]}
+    assert follow(page, given) == "" and scene(page)["name"] == EVIL
+    page.evaluate("kreisel.advance(0.7)")
+    assert page.get_by_role("checkbox", name=f"{EVIL} 0.1").is_checked()
+    assert page.locator("#about").inner_text() == EVIL
+    follow(page, {"methods": [EVIL]})
+    assert page.locator("#evil, img").count() == 0 and page.evaluate("kreisel.evil === undefined")
+
+
+def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
+    follow(page, {"name": EVIL, "about": EVIL})
+    with page.expect_download() as download:
+        page.get_by_role("button", name="This page").click()
+    (tmp_path / "a.html").write_bytes(download.value.path().read_bytes())
+    other = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    assert (
+        scene(other)["name"] == EVIL
+        and other.locator("#evil, img").count() == 0
+        and other.troubles == []
+    )
+    other.context.close()
+
+
+# Films and pictures
+
+
+def test_a_film_of_what_stands_still_has_bytes(page):
+    if page.evaluate("typeof MediaRecorder === 'undefined'"):
+        pytest.skip("needs MediaRecorder")
+    page.get_by_role("button", name="Video", exact=True).click()
+    for _ in range(5):
+        page.evaluate("new Promise(requestAnimationFrame)")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="End video").click()
+    assert download.value.path().stat().st_size > 1000
+    assert page.get_by_role("button", name="Video", exact=True).is_visible()
+
+
+def test_picture_comes_back_with_the_graphics(browser):
+    page = visit(browser, size=(720, 420), reduced_motion="reduce")
+    page.wait_for_function("!kreisel.view.dirty")
+    before = colours(page)
+    page.evaluate("""new Promise((done) => {
+        const lose = kreisel.view.renderer.getContext().getExtension('WEBGL_lose_context');
+        const on = (type, act) => kreisel.view.canvas.addEventListener(type, act, {once: true});
+        on('webglcontextlost', () => setTimeout(() => lose.restoreContext()));
+        on('webglcontextrestored', () => requestAnimationFrame(done));
+        lose.loseContext();
+    })""")
+    page.evaluate("new Promise(requestAnimationFrame)")
+    assert before > 200 and colours(page) > 200
+    page.context.close()
+
+
+# What may fail or be missing
+
+
+def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
+    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'strang'], eps: [1], gravity: 10});
+        kreisel.page.run(true); kreisel.advance(20)""")
+    assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
+    assert page.evaluate("kreisel.states().map(([t]) => t)") == [1, 20]
+    assert page.get_by_role("button", name="Stop").is_visible()
+
+
+def test_it_stops_when_all_have_failed(page):
+    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'rk4'], eps: [1], gravity: 10});
+        kreisel.page.run(true); kreisel.advance(20)""")
+    assert " stopped: " in words(page) and page.get_by_role("button", name="Start").is_visible()
+    assert clock(page) == 2000000
+
+
+def test_no_graphics_is_told(browser):
+    flags = ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer"]
+    plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
+    page = plain.new_page()
+    page.goto(_PAGE.as_uri())
+    page.wait_for_function("document.getElementById('words').textContent.includes('WebGL')")
+    assert "The page cannot go on" in words(page) and page.locator("#words").is_visible()
+    plain.close()
+
+
+def test_no_scripts_is_told(browser):
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(_PAGE.as_uri())
+    told = page.locator("noscript")
+    assert told.inner_text() == "This page needs JavaScript." and told.is_visible()
+    context.close()

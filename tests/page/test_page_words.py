@@ -1,0 +1,242 @@
+"""What the page says and takes back: refusals, undo, keys, methods that do not suit, the stop time."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import clock, drag, scene, scene_in_python
+
+REFUSED = [
+    *(("Step ε, number", value) for value in ("0", "-1", "", "1e300", "0.0000001")),
+    *(("Step ε₂, number", value) for value in ("0", "-1", "", "1e300")),
+    *((f"{name}, number", "") for name in ("Speed", "Gravity", "Distance", "Thickness")),
+    *(("Jump to t", value) for value in ("-1", "1e300")),
+]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def small(shared):
+    """A small window is drawn fast."""
+    shared.set_viewport_size({"width": 720, "height": 420})
+
+
+def words(page):
+    return page.locator("#words").inner_text()
+
+
+def everything(page):
+    """What a refusal must not change: the scene, the time, the states, and what can be undone."""
+    return page.evaluate(
+        "[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]"
+    )
+
+
+def until(page, t):
+    page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
+
+
+def button(page, name):
+    return page.get_by_role("button", name=name, exact=True)
+
+
+def chosen(page, name):
+    return page.get_by_label(name, exact=True).first.evaluate(
+        "(list) => list.selectedOptions[0].text"
+    )
+
+
+# Refusals
+
+
+@pytest.mark.parametrize("name, value", REFUSED)
+def test_a_refused_number_changes_nothing(page, name, value):
+    page.get_by_role("checkbox", name="Each with a second step").check()
+    page.evaluate("kreisel.page.past = []; kreisel.page.say(''); kreisel.advance(3)")
+    before, field = everything(page), page.get_by_label(name, exact=True)
+    shown = field.input_value()
+    field.fill(value)
+    field.press("Tab")
+    assert everything(page) == before and words(page)
+    assert name == "Jump to t" or field.input_value() == shown
+
+
+def test_an_empty_momentum_changes_nothing(page):
+    page.evaluate("kreisel.page.say(''); kreisel.advance(3)")
+    before, field = everything(page), page.get_by_label("Momentum, first component")
+    field.fill("")
+    field.press("Tab")
+    assert everything(page) == before and words(page)
+    field.fill("1.5")
+    field.press("Tab")
+    assert scene(page)["momentum"][0] == 1.5 and words(page) == ""
+
+
+# Undo
+
+
+def test_undo_of_looks_goes_on(page):
+    page.evaluate("kreisel.advance(3)")
+    before = everything(page)
+    for name in ("Floor", "2D view", "Elastic rod"):
+        box = page.get_by_role("checkbox", name=name)
+        was = box.is_checked()
+        box.set_checked(not was)
+        assert everything(page)[1:3] == before[1:3]
+        button(page, "Undo").click()
+        assert box.is_checked() == was
+    assert everything(page) == before and button(page, "Undo").is_disabled()
+
+
+@pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
+def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
+    page.evaluate("kreisel.advance(3)")
+    before = everything(page)
+    drag(page, kind, by, number=5)
+    assert clock(page) == 0 and scene(page) != before[0]
+    page.keyboard.press("Control+z")
+    until(page, 3)
+    assert everything(page) == before
+
+
+def test_escape_amid_a_drag_takes_it_back(page):
+    page.evaluate("kreisel.advance(3)")
+    before = everything(page)
+    x, y = page.evaluate("kreisel.at('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y + 20)
+    assert scene(page) != before[0]
+    page.keyboard.press("Escape")
+    until(page, 3)
+    page.mouse.move(x + 60, y + 20)
+    page.mouse.up()
+    assert everything(page) == before
+
+
+def test_undo_of_a_choice_gives_the_scene_before_back(page):
+    page.evaluate("kreisel.advance(3)")
+    before = everything(page)
+    page.get_by_label("What to look at").select_option(label="3  Kowalewski")
+    assert scene(page)["name"] == "Kowalewski" and clock(page) == 0
+    button(page, "Undo").click()
+    until(page, 3)
+    assert everything(page) == before and chosen(page, "What to look at") == "1 Lagrange's top"
+
+
+def test_one_undo_for_one_pull_of_a_slider(page):
+    slider = page.get_by_role("slider", name="Gravity")
+    for _ in range(3):
+        slider.evaluate("(e) => (e.stepUp(), e.dispatchEvent(new Event('input', {bubbles: true})))")
+    assert scene(page)["gravity"] == pytest.approx(1.3)
+    button(page, "Undo").click()
+    assert scene(page)["gravity"] == 1
+
+
+# Keys
+
+
+def test_keys_work_after_a_click_on_a_button(page):
+    for name in ("Step", "From the next side"):
+        button(page, name).click()
+        for key, what in {"t": "trace", "e": "rod"}.items():
+            before = scene(page)["show"][what]
+            page.keyboard.press(key)
+            assert scene(page)["show"][what] != before
+    page.keyboard.press("r")
+    assert clock(page) == 0
+
+
+def test_keys_do_nothing_while_a_drag_is_held(page):
+    x, y = page.evaluate("kreisel.at('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y + 20)
+    held = everything(page)
+    for key in ("r", "t", "3", "c", "d", "z", "Space", "ArrowRight", "?", "Control+z"):
+        page.keyboard.press(key)
+    assert everything(page) == held and page.locator("#panel").is_visible()
+    assert button(page, "Start").is_visible() and not page.get_by_role("dialog").is_visible()
+    page.mouse.up()
+    assert scene(page) == held[0]
+    page.keyboard.press("z")
+    assert scene(page)["momentum"] == [0.172, -1.862, 1.46]
+
+
+def test_start_is_called_stop_while_it_runs(page):
+    page.locator("canvas").first.focus()
+    for name, other in (("Start", "Stop"), ("Stop", "Start")):
+        assert button(page, name).is_visible()
+        page.keyboard.press("Space")
+        assert button(page, other).is_visible() and not button(page, name).is_visible()
+    button(page, "Start").click()
+    page.wait_for_function("kreisel.page.clock > 0")
+    button(page, "Stop").click()
+    assert button(page, "Start").is_visible()
+
+
+# Scenes, methods
+
+
+def test_a_changed_scene_is_called_so(page):
+    assert chosen(page, "What to look at") == "1 Lagrange's top"
+    for value in ("1.5", "2.5"):
+        page.get_by_label("Momentum, first component").fill(value)
+        page.keyboard.press("Tab")
+        assert chosen(page, "What to look at") == "Lagrange's top, changed"
+    button(page, "Undo").click()
+    button(page, "Undo").click()
+    assert chosen(page, "What to look at") == "1 Lagrange's top"
+
+
+def test_a_method_that_does_not_suit_is_replaced(page):
+    page.get_by_label("Beside it").select_option("rk4")
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert scene(page)["methods"] == ["strang", "rk4"]
+    assert chosen(
+        page, "Method"
+    ) == "strang" and "bobenko_suris is not for this body: strang instead" in words(page)
+
+
+@pytest.mark.parametrize("method", ["rk4", "extrap", "bobenko_suris4"])
+def test_a_method_is_described(page, method):
+    text = kr.methods[method].text
+    assert page.get_by_text(text).count() == 0
+    page.get_by_label("Method").first.select_option(method)
+    assert page.get_by_text(text).is_visible()
+
+
+def test_tolerance_is_kept_to(page):
+    page.get_by_label("Method").first.select_option("extrap")
+    field, errors = page.get_by_label("Tolerance of adaptive methods"), []
+    exact = kr.solve(scene_in_python(scene(page)), [4.0], "exact").states[0]
+    for tol in ("0.01", "1e-10"):
+        field.fill(tol)
+        field.press("Tab")
+        page.evaluate("kreisel.page.set('eps.0', 0.5); kreisel.advance(4)")
+        errors.append(np.abs(np.subtract(page.evaluate("kreisel.states()[0]"), exact)).max())
+        page.evaluate("kreisel.page.reset()")
+    assert scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
+    field.fill("0")
+    field.press("Tab")
+    assert 0 < scene(page)["tol"] == float(field.input_value())  # none is not to be had
+
+
+# Time
+
+
+def test_stop_time_is_told_and_kept(page):
+    field = page.get_by_label("Stop at t")
+    field.fill("0.5")
+    field.press("Tab")
+    for _ in range(2):
+        button(page, "Start").click()
+        page.evaluate("kreisel.advance(3)")
+        assert clock(page) == 500000 and button(page, "Start").is_visible()
+        assert "The stop time 0.5 is reached" in words(page)
+
+
+def test_advance_keeps_within_its_budget(page):
+    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['extrap'], momentum: [1e4, 0, 1e4]});
+        kreisel.page.advance(1e8, 8)""")
+    assert page.evaluate("kreisel.page.late") and 0 < clock(page) < 1e8
+    page.evaluate("kreisel.page.load(kreisel.presets[0]); kreisel.page.advance(1e6, 1e6)")
+    assert not page.evaluate("kreisel.page.late") and clock(page) == 1e6

@@ -1,0 +1,202 @@
+"""Rods, traces and scaled units: what the analogies of the thesis promise, and what they refuse."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+NAMES = [
+    "thesis",
+    "cusps",
+    "kowalewski",
+    "goryachev_chaplygin",
+    "asymmetric_regular",
+    "dzhanibekov",
+]
+CUBOID = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
+THESIS = kr.Scene(CUBOID, momentum=(0.172, -1.862, 1.46))
+
+
+def path_of(scene, end=20.0, states=4001):
+    return kr.solve(scene, np.linspace(0, end, states), method="extrap", tol=1e-13)
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def path(request):
+    return path_of(getattr(kr.scenes, request.param))
+
+
+def test_the_rod_has_the_lagrangian_of_the_top(path):
+    """Theorem 3.8, with alpha1 = I_B, alpha2 = I_N and the load -mass gravity |com| e3."""
+    rod, size = kr.rod(path), path.kinetic.max()
+    assert rod.elastic == pytest.approx(path.kinetic, abs=1e-14 * size)
+    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
+
+
+def slope(values, t):
+    """By central differences of fourth order, inside."""
+    h = t[1] - t[0]
+    return (8 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12 * h)
+
+
+def test_the_rod_bends_and_twists_as_it_says(path):
+    rod = kr.rod(path)
+    n, b, t = rod.frame.transpose(1, 0, 2)
+    assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
+    bent = slope(t, rod.s)
+    size = np.abs(path.velocity).max()
+    for curve, towards in zip(rod.curvature.T, (n, b)):
+        assert (bent * towards[2:-2]).sum(-1) == pytest.approx(curve[2:-2], abs=2e-6 * size**5)
+    assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(
+        rod.torsion[2:-2], abs=2e-6 * size**5
+    )
+    assert slope(rod.centre, rod.s) == pytest.approx(t[2:-2], abs=2e-8 * size**4), (
+        "the centre line has unit speed along T"
+    )
+
+
+def test_the_centre_line_is_of_fourth_order():
+    fine, coarse = (kr.rod(path_of(kr.scenes.thesis, 20.0, n)).centre[-1] for n in (4001, 126))
+    middle = kr.rod(path_of(kr.scenes.thesis, 20.0, 251)).centre[-1]
+    ratio = np.linalg.norm(coarse - fine) / np.linalg.norm(middle - fine)
+    assert 12 < ratio < 20
+
+
+def test_kinds_of_rods():
+    for name, isotropic, section in [
+        ("thesis", True, (1, 1)),
+        ("kowalewski", False, (1, 0.5**0.5)),
+        ("goryachev_chaplygin", False, (1, 0.5)),
+    ]:
+        rod = kr.rod(kr.solve(getattr(kr.scenes, name), 1.0))
+        assert rod.isotropic == isotropic and rod.section == pytest.approx(section, rel=1e-14)
+    assert kr.rod(kr.solve(kr.scenes.dzhanibekov, 1.0)).load == (0, 0, 0)
+
+
+def test_an_axis_between_equal_moments_is_a_principal_axis_too():
+    """A Kowalewski top with the centre of mass anywhere in the plane of the equal moments."""
+    body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0))
+    path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
+    rod = kr.rod(path)
+    assert rod.frame[:, 2] == pytest.approx(path.apex, abs=1e-14)
+    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
+
+
+def test_no_rod_for_a_centre_of_mass_off_the_axes():
+    with pytest.raises(
+        ValueError, match="no rod belongs to this top: its centre of mass, .*, is on none of them"
+    ):
+        kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
+
+
+def closed_form(scene, n=400):
+    """Lowest and highest height, period and precession, by quadrature of the height's equation
+    I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (l - c u)^2, without its singular ends."""
+    i1, _, i3 = scene.body.moments
+    start = kr.solve(scene, [0.0])
+    c, l, lever = (
+        start.axial_momentum[0],
+        start.vertical_momentum[0],
+        scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com),
+    )
+    h = start.energy[0] - c * c / (2 * i3)
+    cubic = (
+        np.poly1d([-2 * i1 * lever, 2 * i1 * h]) * np.poly1d([-1, 0, 1]) - np.poly1d([-c, l]) ** 2
+    )
+    low, high, beyond = sorted(cubic.roots.real)
+    angle = np.pi * (np.arange(n) + 0.5) / n
+    x = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+    pace = i1 / np.sqrt(2 * i1 * lever * (beyond - x))
+    period = 2 * np.pi * pace.mean()
+    return low, high, period, 2 * np.pi * (pace * (l - c * x) / (i1 * (1 - x * x))).mean() / period
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        kr.scenes.cusps,
+        kr.Scene(CUBOID, momentum=(0.172, -1.862, 8), attitude=(0.9, 0.3, -0.1, 0.3)),
+    ],
+    ids=["cusps", "cuboid"],
+)
+def test_nutation_and_precession_are_those_of_the_closed_form(scene):
+    scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
+    low, high, period, precession = closed_form(scene)
+    for states, accuracy in (50, 1e-4), (400, 1e-7):
+        read = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()
+        assert read == pytest.approx((low, high, period, precession), rel=accuracy, abs=accuracy)
+
+
+def test_the_trace():
+    path = path_of(kr.scenes.cusps, 8.0, 801)
+    trace = kr.apex(path)
+    assert np.array_equal(trace.trace, path.apex)
+    assert slope(trace.trace, trace.t) == pytest.approx(trace.rate[2:-2], abs=1e-6)
+    assert np.cos(trace.tilt) == pytest.approx(trace.height, abs=1e-14)
+    assert np.abs(np.diff(trace.azimuth)).max() < 0.1
+
+
+def test_steady_precession_has_no_nutation():
+    nutation = kr.apex(path_of(kr.scenes.steady_precession, 20.0, 201)).nutation()
+    assert np.isnan(nutation.period) and nutation.precession == pytest.approx(1.0, rel=1e-11)
+
+
+def test_nutation_is_refused():
+    with pytest.raises(ValueError, match="belong to Lagrange tops"):
+        kr.apex(kr.solve(kr.scenes.kowalewski, [0, 1])).nutation()
+    with pytest.raises(ValueError, match="1 lowest points in this path, and two make a nutation"):
+        kr.apex(kr.solve(kr.scenes.thesis, np.linspace(0, 8, 81))).nutation()
+
+
+def test_scaled_units():
+    """Erratum 4 and 5: I1, alpha and the lever as the cuboid has them, not as 4.2.1 prints them."""
+    n, t = 0.8, 1.0
+    units = kr.scaled_units(CUBOID)
+    scaled = units.into(THESIS)
+    assert scaled.body.moments == pytest.approx((1, 1, 2 * n * n / (n * n + 4 * t * t)), rel=1e-15)
+    assert scaled.body.com == (0, 0, 1)
+    assert scaled.body.mass * scaled.gravity == pytest.approx(
+        3 * t * t / (n * n + 4 * t * t), rel=1e-15
+    )
+    back = units.back(scaled)
+    assert back.momentum == pytest.approx(THESIS.momentum, rel=1e-15)
+    assert back.body.inertia == pytest.approx(THESIS.body.inertia, rel=1e-15)
+    assert (back.body.mass, back.gravity) == pytest.approx((THESIS.body.mass, 1.0), rel=1e-15)
+
+
+def test_scaled_units_of_another_size():
+    """Time is not scaled: the same attitudes at the same times."""
+    body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
+    scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
+    scaled = kr.scaled_units(body).into(scene)
+    one, other = (kr.solve(s, 2.0, method="strang", step=0.01) for s in (scene, scaled))
+    assert kr.attitude_error(one.q[-1], other.q[-1]) < 1e-12
+
+
+def test_the_energy_that_bobenko_suris_keeps_in_the_texts_words():
+    scaled = kr.scaled_units(CUBOID).into(THESIS)
+    step = 0.2
+    path = kr.solve(scaled, 100, method="bobenko_suris", step=step, every=1)
+    p = np.array((0, 0, scaled.body.mass * scaled.gravity))
+    text = (path.m**2).sum(-1) / 2 + path.apex @ p + step / 2 * np.cross(path.apex, path.m) @ p
+    assert kr.h_eps(path, step) == pytest.approx(text, abs=1e-13)
+    assert np.ptp(text) < 1e-13
+    assert kr.h_eps(kr.solve(THESIS, 1, method="rk4", step=0.1, every=1), step)[0] == pytest.approx(
+        text[0], abs=1e-14
+    )
+
+
+def test_scaled_units_are_for_lagrange_tops():
+    with pytest.raises(ValueError, match="for Lagrange tops, not for a body of kind 'kowalewski'"):
+        kr.scaled_units(kr.scenes.kowalewski.body)
+
+
+def test_pictures():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 10, 101))
+    sphere, chart = path.plot()
+    assert np.array_equal(chart.lines[0].get_ydata(), path.apex[:, 2])
+    (bar,) = kr.rod(path).plot().collections
+    assert 100 < len(bar.get_paths()) < 4 * 100, "of 402 faces those that face the eye"
+    assert path.plot((sphere, chart))[0] is sphere, "in axes that are there"
+    matplotlib.pyplot.close("all")

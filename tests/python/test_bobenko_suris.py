@@ -1,0 +1,109 @@
+"""The Bobenko-Suris maps: what they keep, how near they are to the top, and where the fourth order ends."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.truth.orders import BODIES, TILT
+from validation.truth.orders import tilted as scene
+
+
+@pytest.mark.parametrize("gravity", [1.0, -3.0])
+@pytest.mark.parametrize("step", [0.1, 0.5])
+def test_bobenko_suris_keeps_its_integrals(step, gravity):
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris",
+        step=step,
+        every=1000,
+    )
+    size = np.abs(path.kinetic + path.potential).max()
+    assert np.ptp(path.vertical_momentum) == 0
+    assert np.ptp(path.axial_momentum) < 1e-12
+    assert np.ptp(path.modified_energy(step)) < 1e-11 * size
+    assert np.ptp(path.energy) > 1e-3 * size
+
+
+@pytest.mark.parametrize("gravity", [1.0, -3.0])
+@pytest.mark.parametrize("step", [0.1, 0.5])
+def test_bobenko_suris2_keeps_its_integrals(step, gravity):
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris2",
+        step=step,
+        every=1000,
+    )
+    modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
+        8 * path.scene.body.moments[0]
+    )
+    assert np.ptp(path.vertical_momentum) == 0
+    assert np.ptp(path.axial_momentum) < 1e-12
+    assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
+    assert np.ptp(path.energy) > 1e-5 * np.abs(path.energy).max()
+
+
+@pytest.mark.parametrize("gravity", [1.0, -3.0])
+@pytest.mark.parametrize("step", [0.05, 0.2])
+def test_bobenko_suris4_keeps_its_integrals(step, gravity):
+    path = kr.solve(
+        scene("lagrange", gravity=gravity),
+        1e6 * step,
+        method="bobenko_suris4",
+        step=step,
+        every=1000,
+    )
+    size = np.abs(path.energy).max()
+    assert np.ptp(path.vertical_momentum) == 0
+    assert np.ptp(path.axial_momentum) < 1e-12 * np.abs(path.axial_momentum).max() * 3
+    assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
+    assert np.ptp(path.energy) > 1e-7 * size
+
+
+@pytest.mark.parametrize("step, times", [(1 / 5, 140), (1 / 20, 2500), (1 / 160, 1e5)])
+def test_bobenko_suris4_is_so_many_times_as_accurate(step, times):
+    top = kr.scenes.thesis
+    at = np.linspace(90, 100, 11)
+    truth = kr.solve(top, at, method="exact").q
+    one, four = (
+        kr.attitude_error(kr.solve(top, at, method=name, step=step).q, truth).max()
+        for name in ("bobenko_suris", "bobenko_suris4")
+    )
+    assert one > times * four
+
+
+def test_bobenko_suris4_refuses_steps_without_rates():
+    top = scene("lagrange", momentum=(8.0, 0.0, 0.0))  # |m| / I1 is about 1
+    kr.solve(top, 10, method="bobenko_suris4", step=0.6)
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.solve(top, 10, method="bobenko_suris4", step=1.2)
+    assert np.isnan(kr.solve(top, [0.0]).modified_energy4(1.2)).all()
+
+
+def test_bobenko_suris4_is_right_for_fast_tops():
+    top = kr.Scene(BODIES["lagrange"], momentum=(0.5, 0.0, 200.0), attitude=TILT)
+    truth = kr.solve(top, 10, method="takahashi_imada4", step=0.001)
+    assert (
+        kr.attitude_error(kr.solve(top, 10, method="bobenko_suris4", step=0.03).q[-1], truth.q[-1])
+        < 3e-6
+    )
+
+
+def test_the_maps_are_conjugate():
+    """Half a kick apart: the axes of bobenko_suris, begun half a kick early, are those of bobenko_suris2."""
+    top, h = scene("lagrange"), 0.1
+    start = kr.solve(top, [0.0])
+    early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
+    one = kr.solve(early, 100 * h, method="bobenko_suris", step=h, every=1)
+    two = kr.solve(top, 100 * h, method="bobenko_suris2", step=h, every=1)
+    assert np.abs(one.apex - two.apex).max() < 1e-12
+    assert np.abs(one.m + 0.5 * h * one.torque - two.m).max() < 1e-12
+
+
+def test_spin_is_exact_for_fast_tops():
+    """The total twist is: over a fast upright top the Cayley map alone would lose the angle at once."""
+    top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
+    path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
+    angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2
+    assert kr.attitude_error(path.q[-1], (np.cos(angle), 0, 0, np.sin(angle))) < 1e-12

@@ -1,0 +1,303 @@
+"""Events from Python: none missed and none twice, the ready ones, what ends a path, what is refused."""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel import events
+
+TOP = kr.Scene(kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=(0.172, -1.862, 1.46))
+BODY = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
+SCENE = kr.Scene(BODY, momentum=(0.172, -1.862, 1.46), attitude=(0.8, 0.4, -0.2, 0.4))
+
+
+def random_scene(rng):
+    half = rng.uniform(0.3, 1.2, 3)
+    body = kr.Body.cuboid(half=tuple(half), pivot=tuple(rng.uniform(-1, 1, 3) * half))
+    q = rng.normal(size=4)
+    momentum = rng.normal(size=3) * body.mass * rng.choice([0.3, 1, 3])
+    return kr.Scene(
+        body,
+        momentum=momentum,
+        attitude=q / np.linalg.norm(q),
+        gravity=rng.choice([1.0, -1.0, 0.2]),
+    )
+
+
+def of_every_kind(scene):
+    return [
+        events.nutation(),
+        events.loop(),
+        events.plane((1, 0.3, -0.2)),
+        events.plane((0, 1, 0), of="m"),
+        events.crossing({"q_w": 1, "q_y": 0.3}),
+        events.crossing({"m_x*apex_y": 1, "m_y*apex_x": -1}),
+        events.kinetic(float(kr.solve(scene, 0.7123, "taylor").kinetic[-1])),
+        events.extremum({"body_velocity_y": 1, "spin*apex_x": 0.5}),
+        events.extremum({"m_x*m_x": 1, "body_momentum_z": 2, "1": 7}),
+        events.crossing({"body_momentum_z * q_x": 1}, 0.3),
+    ]
+
+
+def changes(values, times):
+    """The intervals in which the sign changes: where they begin, and into which sign."""
+    at = np.flatnonzero(values[1:] * values[:-1] < 0)
+    return times[at], np.sign(values[at + 1])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_none_missed_none_twice(seed):
+    """Against states a thousand times as dense as the steps; what they cannot tell apart is counted by neither."""
+    scene = random_scene(np.random.default_rng(seed))
+    end = 20.0 if seed % 3 else -20.0
+    wanted = of_every_kind(scene)
+    path = kr.solve(scene, end, events=wanted)
+    times = np.linspace(0, end, 1000 * path.stats.steps)
+    dense = kr.solve(scene, times, "taylor")
+    found = path.events
+    assert len(found) > 15
+    for i, event in enumerate(wanted):
+        values = event.value(dense)
+        if event.extremum:
+            before, into = changes(np.diff(values), times[1:])
+        else:
+            before, into = changes(values, times)
+            into = into * np.sign(end)
+        mine = found.t[found.which == i]
+        assert len(mine) == len(before), i
+        assert np.abs(mine - before).max(initial=0) <= 2.1 * abs(times[1]), i
+        assert np.array_equal(found.direction[found.which == i], into), i
+
+
+def test_path_is_the_same_to_the_last_bit():
+    times = np.linspace(0, 30, 301)
+    for how in ({}, {"tol": 1e-5}, {"digits": 20}, {"digits": 30}):
+        plain = kr.solve(SCENE, times, "taylor", **how)
+        watched = kr.solve(SCENE, times, events=of_every_kind(SCENE), **how)
+        assert np.array_equal(plain.states, watched.states) and plain.stats == watched.stats
+        assert np.array_equal(plain.q_low, watched.q_low)
+        at_events = kr.solve(SCENE, watched.events.t, "taylor", **how)
+        assert np.array_equal(at_events.states, watched.events.states)
+        assert np.array_equal(at_events.q_low, watched.events.path.q_low)
+
+
+@pytest.mark.parametrize("digits", [16, 20, 30])
+def test_nutation_of_a_lagrange_top_has_its_period(digits):
+    period = kr.exact(TOP).period
+    path = kr.solve(TOP, 12.6 * period, digits=digits, events=[events.nutation(direction=1)])
+    turns = np.diff(path.events.t) / period
+    assert len(turns) == 12 and np.abs(turns - 1).max() < 1e-12
+    assert np.all(path.events.direction == 1) and path.events.path.apex[:, 2].std() < 1e-13
+
+
+def released(precession):
+    """A fast top, tilted, whose axis is pushed along at its highest point."""
+    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1)
+    tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
+    axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
+    return kr.Scene(body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt)
+
+
+@pytest.mark.parametrize("precession, loops, cusps", [(-0.3, 2, 0), (0.0, 0, 1), (0.05, 0, 0)])
+def test_loops_cusps_and_waves(precession, loops, cusps):
+    scene = released(precession)
+    nutations = 10
+    path = kr.solve(
+        scene,
+        (nutations + 0.25) * kr.exact(scene).period,
+        events=[events.loop(), events.cusp(), events.nutation(direction=-1)],
+    )
+    count = np.bincount(path.events.which, minlength=3).tolist()
+    assert count[2] == nutations
+    assert count[1] == cusps * nutations
+    if not cusps:  # there the precession touches zero, and rounding decides
+        assert abs(count[0] - loops * nutations) <= 1
+
+
+def test_plane_is_a_section():
+    for of, values in (("apex", "apex"), ("m", "m")):
+        path = kr.solve(SCENE, 100, events=[events.plane((1, 2, 0), 0.1, of, direction=1)])
+        section = getattr(path.events.path, values)
+        assert len(section) > 3 and np.abs(section @ (1, 2, 0) - 0.1).max() < 1e-13
+
+
+def test_separatrix():
+    body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
+    tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
+    path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
+    near = path.events.path
+    middle = int(np.argsort(body.moments)[1])
+    share = np.abs((near.velocity * near.frame[:, middle]).sum(axis=1)) / np.linalg.norm(
+        near.velocity, axis=1
+    )
+    assert len(near) > 3 and share.min() > 1 - 1e-9
+    up = events.separatrix(SCENE)
+    highest = kr.solve(SCENE, 30, events=[up]).events
+    dense = kr.solve(SCENE, np.linspace(0, 30, 30001), "taylor").apex[:, 2]
+    assert len(highest) == np.sum((dense[1:-1] > dense[:-2]) & (dense[1:-1] > dense[2:]))
+    with pytest.raises(ValueError, match="has no separatrix: two are equal"):
+        events.separatrix(
+            kr.Scene(kr.Body.cuboid(half=(1, 1, 2), pivot=(0, 0, 0)), momentum=(1, 2, 3))
+        )
+
+
+def test_terminal_ends_the_path_there():
+    times = np.linspace(0, 50, 501)
+    whole = kr.solve(SCENE, times, events=[events.nutation(), events.loop()])
+    third = np.flatnonzero(whole.events.which == 0)[2]
+    cut = kr.solve(SCENE, times, events=[events.nutation(most=3, terminal=True), events.loop()])
+    assert np.array_equal(cut.events.states, whole.events.states[: third + 1])
+    end = cut.events.t[-1]
+    assert cut.t[-1] == end and np.array_equal(cut.states[-1], cut.events.states[-1])
+    assert np.array_equal(cut.states[:-1], whole.states[times < end])
+    on = kr.solve(cut.end, 50 - end, events=[events.nutation()]).events
+    rest = whole.events.t[(whole.events.which == 0) & (whole.events.t > end)]
+    assert len(on) == len(rest) and np.abs(on.t + end - rest).max() < 1e-11
+
+
+def test_at_most_so_many():
+    path = kr.solve(SCENE, 50, events=[events.nutation(most=2), events.nutation(direction=-1)])
+    assert (
+        (path.events.which == 0).sum() == 2
+        and (path.events.which == 1).sum() > 5
+        and path.t[-1] == 50
+    )
+
+
+def test_where():
+    high = {"apex_z": 1, "1": 0.4}
+    both = kr.solve(
+        SCENE, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
+    ).events
+    wanted = both.path.apex[:, 2] > -0.4
+    assert 0 < (both.which == 1).sum() == wanted[both.which == 0].sum() < (both.which == 0).sum()
+
+
+def test_constant_of_the_motion_has_no_events():
+    vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
+    wanted = [
+        events.crossing({"m_z": 1}, 1.46),
+        events.extremum({"m_z": 1}),
+        events.extremum(vertical),
+    ]
+    assert len(kr.solve(SCENE, 100, events=wanted).events) == 0
+    assert len(kr.solve(SCENE, 10, events=[]).events) == 0 and kr.solve(SCENE, 10).events is None
+
+
+def test_what_the_docstring_shows():
+    scope = {"kr": kr, "scene": SCENE}
+    lines = [line.strip() for line in events.__doc__.splitlines() if "kr." in line]
+    exec("\n".join(lines), scope)
+    assert len(scope["path"].events) > 10 and 0 < scope["half"] < 10
+
+
+@pytest.mark.parametrize(
+    "make, error, message",
+    [
+        (
+            lambda: events.crossing({"mx": 1}),
+            ValueError,
+            "unknown quantity 'mx'; did you mean 'm_x'",
+        ),
+        (lambda: events.crossing({"m_x*m_y*m_z": 1}), ValueError, "a quantity or a product of two"),
+        (
+            lambda: events.crossing({3: 1}),
+            ValueError,
+            "a quantity or a product of two, as in 'm_x[*]m_y', not 3",
+        ),
+        (
+            lambda: events.crossing({"m_x": np.nan}),
+            ValueError,
+            "the factor of 'm_x' must be finite",
+        ),
+        (lambda: events.crossing({"m_x": "1"}), TypeError, "the factor of 'm_x' must be a number"),
+        (lambda: events.crossing({}), ValueError, "the function is constant"),
+        (lambda: events.crossing({"m_x": 0, "1": 3}), ValueError, "the function is constant"),
+        (lambda: events.crossing("m_x"), TypeError, "function must be a dict"),
+        (lambda: events.crossing({"m_x": 1}, np.inf), ValueError, "value must be finite"),
+        (lambda: events.nutation(direction=2), ValueError, "direction must be 1, -1 or 0, not 2"),
+        (lambda: events.nutation(most=0), ValueError, "most must be at least 1"),
+        (lambda: events.nutation(terminal=1), TypeError, "terminal must be True or False, not 1"),
+        (lambda: events.nutation(where={"m_x": 0}), ValueError, "where is zero"),
+        (lambda: events.plane((0, 0, 0)), ValueError, "the function is constant"),
+        (lambda: events.plane((1, 0)), ValueError, "normal must be 3 numbers"),
+        (lambda: events.plane((1, 0, 0), of="axis"), ValueError, "unknown vector 'axis'"),
+        (lambda: events.cusp(within=1e-9), ValueError, "within must be at least 1e-7, not 1e-09"),
+        (lambda: events.separatrix(BODY), TypeError, "scene must be a kreisel.Scene"),
+        (
+            lambda: kr.solve(SCENE, 1, "rk4", step=0.1, events=[]),
+            ValueError,
+            "of method=.taylor., and .rk4. has none",
+        ),
+        (
+            lambda: kr.solve(TOP, 1, "exact", events=[events.loop()]),
+            ValueError,
+            "and 'exact' has none",
+        ),
+        (
+            lambda: kr.solve(TOP, 1, "geometric", error=1e-3, events=[events.loop()]),
+            ValueError,
+            "leave events out",
+        ),
+        (
+            lambda: kr.solve(SCENE, 1, events=["loop"]),
+            TypeError,
+            "events must be a list of what kreisel.events makes",
+        ),
+        (lambda: kr.solve(SCENE, 1, events=events.loop()), TypeError, "events must be a list"),
+        (
+            lambda: kr.solve(SCENE, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]),
+            ValueError,
+            "range",
+        ),
+    ],
+)
+def test_refused(make, error, message):
+    with pytest.raises(error, match=message):
+        make()
+
+
+def test_failure_keeps_what_was_found():
+    with pytest.raises(kr.Error) as failure:
+        kr.solve(SCENE, 100, events=[events.nutation()], max_steps=20)
+    path = failure.value.path
+    full = kr.solve(SCENE, path.t[-1], events=[events.nutation()])
+    assert path.t[-1] > 0 and np.array_equal(path.events.states, full.events.states)
+    again = pickle.loads(pickle.dumps(failure.value))
+    assert np.array_equal(again.path.events.which, path.events.which)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals to a process")
+def test_ctrl_c():
+    code = """
+import os, signal, threading, kreisel as kr
+threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    kr.solve(kr.scenes.asymmetric, 1e7, events=[kr.events.nutation(most=5), kr.events.loop(most=5)])
+except kr.Interrupted as stopped:
+    print(len(stopped.path.events), stopped.path.t[-1])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    found, reached = map(float, done.stdout.split())
+    assert found == 10 and 0 < reached < 1e7
+
+
+def test_threads_find_the_same():
+    scenes = [SCENE.replace(momentum=(0.1 * i, 1, 2)) for i in range(4)]
+    alone = [kr.solve(scene, 100, events=of_every_kind(scene)).events.states for scene in scenes]
+    among = {}
+
+    def run(i):
+        among[i] = kr.solve(scenes[i], 100, events=of_every_kind(scenes[i])).events.states
+
+    threads = [threading.Thread(target=run, args=(i,)) for i in range(4)]
+    for go in (threading.Thread.start, threading.Thread.join):
+        list(map(go, threads))
+    assert all(np.array_equal(among[i], alone[i]) for i in range(4))

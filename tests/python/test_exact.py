@@ -1,0 +1,203 @@
+"""kreisel.exact from Python: what it gives, what it refuses, what auto makes of it. The figures are in validation/."""
+
+import copy
+import dataclasses
+import math
+import pickle
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+THESIS = kr.scenes.thesis
+TILT = np.array([0.8, 0.4, -0.2, 0.4])
+TILTED = THESIS.replace(attitude=TILT / np.linalg.norm(TILT), momentum=(1, 2, 30))
+PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3))
+SCENES = {
+    "thesis": THESIS,
+    "tilted": TILTED,
+    "hanging": TILTED.replace(gravity=-3.0),
+    "turned": kr.Scene(
+        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1)),
+        (1, 2, 3),
+        TILTED.attitude,
+    ),
+    "spherical": kr.Scene(kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2)), (1, 2, 3), TILTED.attitude),
+    "free": kr.Scene(PLATE, (1.0, 2.0, 3.0), TILTED.attitude, gravity=0.0),
+    "at its centre of mass": kr.Scene(
+        kr.Body(1.0, (1, 2, 2.5), (0, 0, 0)), (1.0, 2.0, 3.0), TILTED.attitude
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_agrees_with_stepping(name):
+    scene = SCENES[name]
+    path = kr.exact(scene)([2.0, -3.0, 0.0])
+    assert path.method == "exact" and path.step is None and list(path.t) == [2.0, -3.0, 0.0]
+    assert kr.attitude_error(path.q[2], scene.attitude) < 1e-15
+    for i, t in enumerate((2.0, -3.0)):
+        stepped = kr.solve(scene, t, method="extrap", tol=1e-13)
+        assert kr.attitude_error(path.q[i], stepped.q[-1]) < 1e-10
+        assert np.abs(path.m[i] - stepped.m[-1]).max() < 1e-9
+    assert np.abs(path.energy - path.energy[2]).max() < 1e-13 * np.abs(path.energy).max()
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_auto_takes_it(name):
+    path = kr.solve(SCENES[name], [1.0, 1e6])
+    assert (path.method, path.step, path.tol) == ("exact", None, None)
+    assert np.array_equal(path.t, [1.0, 1e6])
+    assert kr.attitude_error(path.q, kr.exact(SCENES[name])([1.0, 1e6]).q).max() < 2e-15
+
+
+def test_a_number_gives_one_state_with_the_same_bits():
+    top = kr.exact(TILTED)
+    many = top(np.linspace(-50.0, 1e5, 200))
+    for t in (
+        np.linspace(-50.0, 1e5, 600)[::3],
+        np.linspace(-50, 1e5, 200).tolist(),
+        np.array([7], dtype=int),
+    ):
+        assert np.array_equal(top(t).t, t) and np.array_equal(
+            top(t).states, np.vstack([top(float(x)).states for x in t])
+        )
+    for i in (0, 3, 199):
+        assert np.array_equal(top(many.t[i]).states[0], many.states[i])
+    assert len(top([])) == 0
+
+
+@pytest.mark.parametrize("name", ["tilted", "hanging"])
+def test_rates(name):
+    """After a period the axis is as high as before, and further by the mean precession."""
+    scene = SCENES[name]
+    top = kr.exact(scene)
+    axis = top(np.linspace(0.0, top.period, 2001)).apex
+    azimuth = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
+    assert abs(axis[-1, 2] - axis[0, 2]) < 1e-13
+    assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
+
+
+def test_a_path_is_as_its_constructor_makes_it():
+    for path in (kr.exact(TILTED)(2.0), kr.exact(TILTED, map="bobenko_suris", step=0.1)([1, 2])):
+        made = kr.Path(path.scene, path.states, path.method, path.step, None, path.stats)
+        for field in dataclasses.fields(kr.Path):
+            assert getattr(path, field.name) is getattr(made, field.name)
+        assert not path.states.flags.writeable
+        assert (
+            repr(path) == repr(made)
+            and path.plan == made.plan
+            and path.energy_error == made.energy_error
+        )
+
+
+def test_many_scenes_at_once():
+    scenes = list(SCENES.values())
+    many, alone = kr.exact(scenes), [kr.exact(scene) for scene in scenes]
+    times = [0.0, -7.5, 1e5]
+    assert len(many) == len(scenes) and many.scenes == tuple(scenes)
+    for name in ("period", "precession", "spin"):
+        assert np.array_equal(getattr(many, name), [getattr(top, name) for top in alone])
+    assert np.array_equal(many(times), [top(times).states for top in alone])
+    assert np.array_equal(many(3.0), [top(3.0).states[0] for top in alone])
+    assert many([]).shape == (len(scenes), 0, 8)
+
+
+def test_rates_of_the_map_tend_to_the_tops():
+    top, coarse, fine = (
+        kr.exact(TILTED),
+        *(kr.exact(TILTED, map="bobenko_suris", step=h) for h in (0.04, 0.01)),
+    )
+    for name in ("period", "precession", "spin"):
+        far, near = (abs(getattr(map, name) - getattr(top, name)) for map in (coarse, fine))
+        assert 0 < near < far / 4 < 2e-3
+
+
+def test_sleeping():
+    top = kr.exact(THESIS.replace(momentum=(0, 0, 5)))
+    assert top.period == math.inf and top.precession == 0
+    assert top.spin == pytest.approx(5 / THESIS.body.moments[2], rel=1e-15)
+
+
+@pytest.mark.parametrize("step", [0.1, -0.1])
+@pytest.mark.parametrize("name", ["thesis", "tilted", "hanging", "turned", "spherical"])
+def test_map(name, step):
+    scene = SCENES[name]
+    closed = kr.exact(scene, map="bobenko_suris", step=step)
+    stepped = kr.solve(scene, 50 * step, method="bobenko_suris", step=abs(step), every=1)
+    path = closed(np.arange(51))
+    assert (path.method, path.step) == ("bobenko_suris", step)
+    assert np.abs(path.t - stepped.t).max() < 1e-13
+    assert kr.attitude_error(path.q, stepped.q).max() < 1e-11
+    assert np.abs(path.m - stepped.m).max() < 1e-10
+    assert np.array_equal(closed(7).states[0], path.states[7])
+
+
+def test_refusals():
+    with pytest.raises(
+        ValueError, match="no closed form is known for this body of kind 'kowalewski' under gravity"
+    ):
+        kr.exact(kr.scenes.kowalewski)
+    with pytest.raises(
+        ValueError,
+        match="'exact' does not apply to this body of kind 'kowalewski'.*without torque; these",
+    ):
+        kr.solve(kr.scenes.kowalewski, 1, method="exact")
+    assert kr.exact(kr.scenes.kowalewski.replace(gravity=0.0))(1e6).q.shape == (1, 4)
+    with pytest.raises(
+        ValueError, match="no closed form is known for the map at the step 0.1 .* of a separatrix"
+    ):
+        kr.exact(
+            THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)),
+            map="bobenko_suris",
+            step=0.1,
+        )
+    with pytest.raises(ValueError, match="'bobenko_suris' does not apply"):
+        kr.exact(SCENES["free"], map="bobenko_suris", step=0.1)
+
+
+@pytest.mark.parametrize(
+    "call, error, match",
+    [
+        (lambda: kr.exact(3), TypeError, "scene must be"),
+        (lambda: kr.exact(THESIS, step=0.1), ValueError, "step is for map"),
+        (lambda: kr.exact(THESIS, map="rk4", step=0.1), ValueError, "the map with a closed form"),
+        (lambda: kr.exact(THESIS, map="bobenko_suris"), TypeError, "step must be a number"),
+        (
+            lambda: kr.exact(THESIS, map="bobenko_suris", step=0.0),
+            ValueError,
+            "step must not be zero",
+        ),
+        (lambda: kr.exact(THESIS)(math.nan), ValueError, "t must be finite"),
+        (lambda: kr.exact(THESIS)(1e300), ValueError, "cannot tell"),
+        (lambda: kr.exact(THESIS)([[1.0]]), ValueError, "shape"),
+        (lambda: kr.exact(THESIS)(np.ones((2, 2))), ValueError, "shape"),
+        (lambda: kr.exact(THESIS)("1"), TypeError, "t must be a number or a list of times"),
+        (lambda: kr.exact([]), ValueError, "must not be empty"),
+        (lambda: kr.exact([THESIS, 3]), TypeError, r"scene\[1\] must be a kreisel.Scene, not 3"),
+        (
+            lambda: kr.exact([THESIS, kr.scenes.kowalewski]),
+            ValueError,
+            r"scene\[1\]: no closed form is known for this body",
+        ),
+        (lambda: kr.exact([THESIS], step=0.1), TypeError, "scene must be a kreisel.Scene"),
+        (lambda: kr.exact([THESIS])([math.inf]), ValueError, "t must be finite"),
+        (lambda: kr.exact([THESIS])([1e300]), ValueError, "cannot tell"),
+        (
+            lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(0.5),
+            ValueError,
+            "k must be whole",
+        ),
+        (lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(2**60), ValueError, "below 2"),
+        (lambda: kr.solve(THESIS, 1, method="exact", every=2), ValueError, "exact has none"),
+    ],
+)
+def test_bad_input(call, error, match):
+    with pytest.raises(error, match=match):
+        call()
+
+
+def test_plans_are_values():
+    top = kr.exact(THESIS)
+    for other in (copy.deepcopy(top), pickle.loads(pickle.dumps(top))):
+        assert other == top and np.array_equal(other(3.0).states, top(3.0).states)

@@ -1,0 +1,153 @@
+"""The Taylor method from Python: digits, low words, the error of a path, dense output."""
+
+from fractions import Fraction
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+TILT = np.array([0.8, 0.4, -0.2, 0.4])
+BODY = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
+SCENE = kr.Scene(BODY, momentum=(0.172, -1.862, 1.46), attitude=TILT / np.linalg.norm(TILT))
+
+
+def angle(a, b):
+    """Between the last attitudes of two paths, without losing a digit."""
+    p, q = (
+        [Fraction(float(x)) + Fraction(float(y)) for x, y in zip(path.q[-1], path.q_low[-1])]
+        for path in (a, b)
+    )
+    vec = [
+        p[0] * q[i] - p[i] * q[0] - p[j] * q[k] + p[k] * q[j]
+        for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+    ]
+    return 2 * float(sum(x * x for x in vec)) ** 0.5
+
+
+def test_digits_are_what_they_say():
+    plain, twenty, thirty = (kr.solve(SCENE, 10, digits=digits) for digits in (16, 20, 30))
+    assert 1e-17 < angle(plain, thirty) < 1e-13
+    assert 1e-23 < angle(twenty, thirty) < 1e-18
+    assert not plain.q_low.any() and not plain.m_low.any()
+    assert plain.q_low.shape == (2, 4) and plain.m_low.shape == (2, 3)
+    norm = sum(
+        (Fraction(x) + Fraction(y)) ** 2
+        for x, y in zip(thirty.q[-1].tolist(), thirty.q_low[-1].tolist())
+    )
+    assert abs(float(norm - 1)) < 1e-30
+    assert abs(thirty.m[-1, 2] - 1.46 + thirty.m_low[-1, 2]) < 1e-28
+    assert thirty.digits == 30 and thirty.tol is None and "digits=30" in repr(thirty)
+    with pytest.raises(ValueError, match="read-only"):
+        thirty.q_low[0, 0] = 1
+
+
+@pytest.mark.parametrize("asked, used", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)])
+def test_digits_are_rounded_up(asked, used):
+    path, same = kr.solve(SCENE, 2, digits=asked), kr.solve(SCENE, 2, digits=used)
+    assert path.digits == used
+    assert np.array_equal(path.states, same.states) and np.array_equal(path.q_low, same.q_low)
+
+
+def test_sixteen_digits_are_the_default():
+    assert np.array_equal(kr.solve(SCENE, 5).states, kr.solve(SCENE, 5, digits=16).states)
+
+
+@pytest.mark.parametrize(
+    "how, error, message",
+    [
+        ({"digits": 31}, ValueError, "digits must be at most 30, not 31"),
+        ({"digits": 0}, ValueError, "digits must be at least 1"),
+        ({"digits": 20.0}, TypeError, "digits must be a whole number, not 20.0"),
+        ({"digits": 20, "tol": 1e-9}, ValueError, "digits and tol exclude each other"),
+        (
+            {"digits": 20, "method": "extrap"},
+            ValueError,
+            "'extrap' has no digits to choose: that is for method='taylor'",
+        ),
+    ],
+)
+def test_wrong_digits(how, error, message):
+    with pytest.raises(error, match=message):
+        kr.solve(SCENE, 1, **how)
+
+
+@pytest.mark.parametrize(
+    "how, low, high",
+    [
+        ({}, 1e-16, 1e-13),
+        ({"tol": 1e-6}, 1e-8, 1e-4),
+        ({"digits": 20}, 1e-22, 1e-18),
+        ({"digits": 30}, 1e-33, 1e-28),
+        ({"method": "strang", "step": 0.01}, 1e-7, 1e-2),
+    ],
+)
+def test_a_path_knows_its_error(how, low, high):
+    path = kr.solve(SCENE, [1, 5, 10], **how)
+    assert low < path.error < high
+    if path.digits != 30:
+        truth = kr.solve(SCENE, [1, 5, 10], digits=30)
+        assert path.error == pytest.approx(angle(path, truth), rel=1e-3)
+
+
+def test_the_error_of_nothing():
+    assert kr.solve(SCENE, []).error == 0.0
+    assert kr.solve(SCENE, [0.0]).error < 1e-15
+
+
+def test_looks_cost_no_steps_and_change_nothing():
+    many, one = kr.solve(SCENE, np.linspace(0, 10, 5001)), kr.solve(SCENE, 10)
+    assert many.stats == one.stats and many.stats.steps < 30
+    assert np.array_equal(many.states[-1], one.states[-1])
+    assert np.ptp(many.energy) < 1e-14 * many.kinetic.max()
+
+
+def test_back_in_time():
+    for digits, bound in ((16, 1e-12), (20, 1e-12)):
+        there = kr.solve(SCENE, 8, digits=digits)
+        back = kr.solve(there.end, -8, digits=digits)
+        assert kr.attitude_error(back.q[-1], SCENE.attitude) < bound
+
+
+def test_compare_takes_twenty_digits_for_the_truth():
+    table = kr.compare(SCENE, 10, ["taylor"], tols=[1e-6, 1e-12], repeats=1)
+    assert [row.attitude_error < bound for row, bound in zip(table, (1e-4, 1e-10))] == [True, True]
+    assert table[1].attitude_error > 0
+
+
+def test_a_limit_keeps_the_low_words():
+    with pytest.raises(kr.Error) as failure:
+        kr.solve(SCENE, [1, 2, 50], digits=30, max_steps=5)
+    path = failure.value.path
+    assert len(path) == len(path.q_low) >= 2 and path.q_low[-1].any()
+
+
+def test_auto_asked_for_digits_is_the_method_that_has_them():
+    path = kr.solve(kr.scenes.thesis, 2, digits=30)
+    assert path.method == "taylor" and path.q_low.any()
+
+
+def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
+    random, seen = np.random.default_rng(5), []
+    for i in range(50):
+        half, pivot, attitude = (
+            random.uniform(0.5, 1.5, 3),
+            random.uniform(-1.5, 1.5, 3),
+            random.normal(size=4),
+        )
+        if i % 3 == 0:
+            half[1], pivot[:2] = half[0], 0.0  # a Lagrange top: there the closed form estimates
+        scene = kr.Scene(
+            kr.Body.cuboid(half=half, pivot=pivot),
+            momentum=random.normal(scale=5, size=3),
+            attitude=attitude / np.linalg.norm(attitude),
+        )
+        path = kr.solve(
+            scene,
+            5,
+            method="taylor",
+            **({"tol": 10.0 ** -random.integers(4, 12)} if i % 5 else {"digits": 16}),
+        )
+        true = angle(path, kr.solve(scene, 5, method="taylor", digits=30))
+        assert 1e-17 < true < 1e-2 and true / 3 < path.error < true * 3, (i, true, path.error)
+        seen.append(true)
+    assert min(seen) < 1e-13 and max(seen) > 1e-6

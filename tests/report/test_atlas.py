@@ -1,0 +1,294 @@
+"""The stability atlas, the random and the published tops. Nothing here asserts a time."""
+
+from dataclasses import replace
+from math import pi
+
+import numpy as np
+import pytest
+
+pytest.importorskip("heyoka")
+
+import kreisel as kr  # noqa: E402
+
+from validation.parts import atlas, atlas_cases, ensemble, judge, left_out, published
+from validation.peers import contenders
+from validation.report import heatmap, page
+from validation.truth.problems import attitude_error, described
+
+CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.cases()}
+
+
+def cells(name):
+    return {cell["method"]: cell for cell in atlas.examine(CASES[name])}
+
+
+def test_every_family_has_cases_and_no_two_share_a_name():
+    assert {case.family for case in CASES.values()} == set(atlas_cases.FAMILIES)
+    assert len(CASES) == len(list(atlas_cases.cases())) > 80
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "spin: Lagrange, spin 1e6",
+        "sleeping: at critical spin",
+        "SI: planet",
+        "SI: nanoparticle, 1e9 rad/s",
+    ],
+)
+def test_nothing_is_wrong_in_silence(name):
+    found = cells(name)
+    suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
+    assert suited | {"heyoka"} <= set(found) <= suited | set(contenders.RECORDERS)
+    for method, cell in found.items():
+        assert cell["verdict"] in ("right", "degraded", "lost"), f"{method}: {cell}"
+        assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
+    assert max(found[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
+
+
+def test_what_is_no_body_is_refused_with_its_message():
+    for cell in cells("shape: no body, I3 > I1 + I2").values():
+        assert cell["verdict"] == "refused" and "not physical" in cell["message"]
+
+
+def test_steps_far_too_large_blow_up_or_lose_the_attitude():
+    found = cells("steps: Lagrange, 0.25 a turn")
+    assert found["rk4"]["verdict"] == "stopped" and found["rk4"]["mark"] == judge.BLOW_UP
+    assert found["strang"]["verdict"] == "lost", "but its energy stays"
+    assert found["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
+
+
+def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
+    found = cells("stiff: needle, 64 a turn of precession")
+    assert found["strang"]["attitude_error"] < 0.01
+    assert found["rk4"]["verdict"] == "stopped"
+
+
+@pytest.mark.parametrize(
+    "error, shown, small, expected",
+    [
+        (1e-13, 0.0, True, "right"),
+        (1e-3, 4e-4, True, "degraded"),
+        (1.0, 0.4, True, "lost"),
+        (3.0, 0.05, True, "lost"),  # two runs so far apart are both not to be believed
+        (1e-3, 1e-4, True, "silent"),
+        (1.0, 1e-9, True, "silent"),
+        (1.0, 1e-9, False, "lost"),  # fewer than 16 steps a turn: known beforehand
+        (5e-12, 0.0, True, "degraded"),  # accumulated rounding
+        (float("nan"), 0.0, False, "silent"),
+    ],
+)
+def test_verdicts(error, shown, small, expected):
+    assert judge.verdict(error, 1e-12, judge.sign(error, shown, small, 1e-11)) == expected
+
+
+def test_what_the_data_do_not_determine_is_lost_not_right():
+    """On the unstable axis to the last bit, one rounding of the data is as good as any attitude."""
+    assert judge.verdict(1.0, 10.0, judge.sign(1.0, 0.0, True, 10.0)) == "lost"
+
+
+def test_what_the_second_run_shows_is_the_error():
+    """Of an error C h^p, two runs are C h^p (1 - 2^-p) apart."""
+    for order in (1, 2, 4, 8):
+        assert judge.estimate(1e-3 * (1 - 2.0**-order), order) == pytest.approx(1e-3, rel=1e-12)
+    assert judge.reduced(4, 1e-3, 1e-3 / 4, 1e-15) and not judge.reduced(4, 1e-3, 1e-3 / 16, 1e-15)
+    assert not judge.reduced(4, 1e-14, 1e-14, 1e-14), "at rounding no order is to be seen"
+
+
+FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc, I3 = 2 I1")
+
+
+def with_fault(fault):
+    """Everybody of kreisel, each with the fault: a function of (how, problem, scene, times, setting)."""
+
+    def everybody(scene, radians):
+        return [
+            replace(how, run=lambda *args, how=how: fault(how, *args))
+            for how in atlas.everybody(scene, radians)
+            if how.name in kr.methods
+        ]
+
+    return everybody
+
+
+def heavier(how, problem, scene, times, setting):
+    return how.run(problem, scene.replace(gravity=scene.gravity * 1.3), times, setting)
+
+
+def late(how, problem, scene, times, setting):
+    return how.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
+
+
+def mirrored(how, problem, scene, times, setting):
+    q, m, *counts = how.run(problem, scene, times, setting)
+    q = np.array(q)
+    q[1:, 3] *= -1
+    return q, m, *counts
+
+
+def twisted(how, problem, scene, times, setting):
+    """A jump of 0.2 rad about e3 that keeps energy and both momenta."""
+    q, m, *counts = how.run(problem, scene, times, setting)
+    jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
+    return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
+
+
+@pytest.mark.parametrize("name", FAULTY)
+@pytest.mark.parametrize("fault", [heavier, late, mirrored, twisted])
+def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
+    """In every method that is exact to better than the fault, and right in none."""
+    sound = {cell["method"]: cell for cell in atlas.examine(CASES[name])}
+    for cell in atlas.examine(CASES[name], with_fault(fault)):
+        method = cell["method"]
+        if "attitude_error" not in cell or sound[method].get("attitude_error", 1.0) > 5e-3:
+            continue
+        assert cell["verdict"] == "silent" and cell["mark"] == judge.SILENT, f"{method}: {cell}"
+
+
+@pytest.mark.parametrize(
+    "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
+)
+def test_small_faults_are_found_where_the_method_is_exact_enough(method):
+    """A constant wrong by 1e-3: at least a hundred times the errors of these methods here."""
+
+    def slightly(how, problem, scene, times, setting):
+        return how.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
+
+    found = {cell["method"]: cell for cell in atlas.examine(CASES[FAULTY[0]], with_fault(slightly))}
+    assert found[method]["verdict"] == "silent"
+
+
+def test_a_lost_kick_is_found():
+    """One step without gravity in the middle: as long however short the step, or as long as the step."""
+    case, method = CASES[FAULTY[0]], atlas.ours(kr.methods["suzuki4"])
+
+    def losing(seconds):
+        def run(how, problem, scene, times, setting):
+            middle, gap = times[len(times) // 2], seconds or setting["step"]
+            on = kr.solve(scene, middle, how.name, **setting)
+            off = kr.solve(
+                scene.replace(momentum=on.m[-1], attitude=on.q[-1], gravity=0.0),
+                gap,
+                how.name,
+                **setting,
+            )
+            rest = scene.replace(momentum=off.m[-1], attitude=off.q[-1])
+            q, m, *counts = how.run(problem, rest, [0.0, times[-1] - middle - gap], setting)
+            first = how.run(problem, scene, times[:1], setting)
+            return np.array([first[0][0], q[-1]]), np.array([first[1][0], m[-1]]), *counts
+
+        return lambda scene, radians: [replace(method, run=lambda *args: run(method, *args))]
+
+    (fixed,), (scaled,) = (atlas.examine(case, losing(seconds)) for seconds in (0.05, None))
+    assert fixed["verdict"] == "silent"
+    assert scaled["verdict"] != "right" and scaled["mark"] == judge.REDUCED, (
+        "an error of order 1 in a method of order 4"
+    )
+
+
+def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
+    case, ours = CASES["gravity: general, g = -1"], atlas.ours
+    four = replace(ours(kr.methods["strang"]), order=4)
+    loose = ours(kr.methods["taylor"])
+
+    def ignoring(factor, power):
+        def run(problem, scene, times, setting):
+            return loose.run(
+                problem, scene, times, setting | {"tol": factor * setting["tol"] ** power}
+            )
+
+        return replace(loose, run=run)
+
+    cells = atlas.examine(case, lambda scene, radians: [four, ignoring(1e7, 1), ignoring(1e-4, 0)])
+    assert [cell["mark"] for cell in cells] == [judge.REDUCED, judge.BEYOND, judge.SILENT]
+
+
+def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
+    """h (1 - cos theta) <v, a_> <torque at a_, v> a step (stiff.py): its energy creeps by no fault of the implementation."""
+    case = CASES["stiff: needle, 64 a turn of precession"]
+    scene, step = case.scene(), 2 * pi / case.rate / case.steps
+    path = kr.solve(scene, step * np.arange(20), "implicit_midpoint", step=step)
+    for p, q, before, after in zip(
+        path.q, path.q[1:], path.axial_momentum, path.axial_momentum[1:]
+    ):
+        w, *vector = kr.quaternion.multiply(
+            kr.quaternion.conjugate(p), q
+        )  # r^2 of r = (1, y) / |(1, y)|, y = h V / 4
+        size = ((1 - w) / (1 + w)) ** 0.5
+        y = np.array(vector) * (1 + size**2) / 2
+        middle = kr.quaternion.multiply(p, np.array([1.0, *y]) / (1 + size**2) ** 0.5)
+        axis, v = kr.quaternion.turn(middle, (0.0, 0.0, 1.0)), y / size
+        torque = kr.quaternion.turn_back(middle, np.cross((0.0, 0.0, 1.0), axis))
+        change = step * (1 - np.cos(2 * np.arctan(size))) * v[2] * (torque @ v)
+        assert abs(change) > 1e-7 and after - before == pytest.approx(change, rel=1e-5), (
+            "far above rounding, and by the formula"
+        )
+
+
+def test_drift_is_not_oscillation():
+    t = np.linspace(0, 20, 17)
+    assert (
+        atlas.drifts(1e-4 * t)
+        and not atlas.drifts(1e-4 * (1 - np.cos(1.7 * t)))
+        and not atlas.drifts(1e-9 * t)
+    )
+
+
+def test_the_atlas_is_drawn_and_told(tmp_path):
+    found = atlas.examine(CASES["shape: rod, I3 = 0"]) + atlas.examine(CASES["shape: sphere"])
+    assert heatmap.family(found, page.columns(found)).startswith("<svg")
+    (note,) = page.notes(found)
+    (whom,) = note["whom"]
+    assert (
+        whom["methods"] == ", ".join(kr.methods)
+        and note["verdict"] == "refused"
+        and "0.0 is not positive" in note["message"]
+    )
+    assert sum(sum(line["counts"]) for line in page.verdict_counts(found)) == len(found)
+    atlas.write_csv(tmp_path / "stability.csv", found)
+    assert len((tmp_path / "stability.csv").read_text().splitlines()) == 1 + len(found)
+
+
+@pytest.mark.parametrize("kind", ensemble.KINDS)
+def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
+    first, again = ensemble.tops(kind, 3), ensemble.tops(kind, 3)
+    assert [top.momentum for top in first] == [top.momentum for top in again]
+    kinds = {top.user.body.kind for top in first}
+    assert kinds <= {
+        "Lagrange": {"lagrange"},
+        "Kowalewski": {"kowalewski"},
+        "Euler": {"euler"},
+    }.get(kind, {"general"})
+
+
+def test_random_tops_are_run_by_every_method_that_suits_them():
+    found = ensemble.examine("Euler", 2)
+    suited = [
+        name
+        for name, method in kr.methods.items()
+        if method.suits(ensemble.tops("Euler", 1)[0].user)
+    ]
+    assert [run["method"] for run in found] == 2 * suited
+    worst = {line["method"]: line["worst"] for line in ensemble.summary(found)}
+    assert worst["exact"] < 1e-13 and all(0 <= error <= pi for error in worst.values())
+
+
+@pytest.mark.parametrize("problem", published.problems(), ids=lambda problem: problem.name)
+def test_published_references_are_met(problem):
+    """To their 17 digits: scene and reference say the same."""
+    path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
+    assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
+    who = next(
+        who for who in contenders.ours(described("it", problem.scene)) if who.name == "extrap"
+    )
+    row = published.run(problem, described("it", problem.scene), who, contenders.Setting(tol=1e-12))
+    assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
+
+
+def test_the_symmetric_form_is_the_same_top():
+    problem = left_out.load("thesis")
+    ends = [
+        kr.solve(scene, 2 * pi, method="extrap", tol=1e-12).q[-1]
+        for scene in left_out.forms(problem).values()
+    ]
+    assert attitude_error(ends[0], ends[1]) < 1e-7

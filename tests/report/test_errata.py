@@ -1,0 +1,125 @@
+"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected one holds."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+pytest.importorskip("heyoka")
+
+import kreisel as kr  # noqa: E402
+
+from validation.thesis import errata, errata_maps, su2
+from validation.thesis.integrals import adjusted
+from validation.thesis.runs import SCENE, fixed, theorem42, truth
+
+STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected version may be
+    1: (2.42, 5e-3),
+    2: (8.5e-2, 1e-13),
+    3: (2.96, 5e-3),
+    4: (1.83, 1e-14),
+    5: (0.26, 1e-11),
+    6: (0.72, 1e-11),
+    7: (0.62, 1e-14),
+    8: (0.25, 0.0),
+    9: (0.306, 1e-7),
+    10: (1.41, 1e-14),
+    11: (0.752, 1e-13),
+    12: (0.21, 1e-15),
+    13: (1.23, 1e-7),
+    14: (9.64, 1e-9),
+    15: (1.0, 0.03),
+}
+ALL = {erratum.number: erratum for erratum in errata.all_of_them()}
+
+
+def test_all_fifteen_are_there():
+    assert set(ALL) == set(STATED) == set(range(1, 16))
+
+
+@pytest.mark.parametrize("number", STATED)
+def test_the_text_is_wrong_and_the_correction_holds(number):
+    wrong, right = STATED[number]
+    assert ALL[number].text == pytest.approx(wrong, rel=0.1)
+    assert ALL[number].right <= right
+
+
+def test_c_does_not_become_right_with_smaller_steps():
+    tilted = errata_maps.TILTED
+    text, right = (
+        [errata_maps.off(su2.theorem42(tilted, h, 5.0, c_of=c), tilted, 5.0) for h in (0.02, 0.01)]
+        for c in "pa"
+    )
+    assert abs(text[1] / text[0] - 1) < 0.1 and right[1] / right[0] == pytest.approx(0.5, rel=0.1)
+
+
+def test_c_is_not_seen_in_the_scene_of_the_thesis():
+    """a0 is e3 there, so that <m, p> / g and <m, a> are the same number, and g = p = 1 before scaling."""
+    path = truth(SCENE, np.linspace(0, 20, 21)).path
+    assert path.axial_momentum == pytest.approx(path.vertical_momentum, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    "scene", [errata_maps.SCALED, errata_maps.TILTED], ids=["upright", "tilted"]
+)
+def test_the_run_of_theorem_42_is_the_theorem_word_by_word(scene):
+    path = theorem42(scene, 0.05, 5.0).path
+    for form in 1, 2:
+        assert kr.attitude_error(su2.theorem42(scene, 0.05, 5.0, form=form), path.q[-1]) < 1e-11
+
+
+def test_right_multiplication_is_no_way_out_either():
+    q = su2.theorem42(errata_maps.TILTED, 0.02, 20.0, side="right")
+    assert errata_maps.off(q, errata_maps.TILTED, 20.0) > 0.5
+
+
+def test_the_matrix_of_theorem_34_is_no_rotation():
+    axis = np.array((2, -1, 2)) / 3
+    text = np.cos(0.35) * su2.ID + np.sin(0.35) * su2.hat(axis)
+    assert np.linalg.det(text).real == pytest.approx(0.91, abs=0.005)
+    assert np.linalg.det(su2.rotation(axis, 0.7)).real == pytest.approx(1, abs=1e-15)
+
+
+def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
+    path = truth(errata_maps.TILTED, np.linspace(0, 10, 11)).path
+    alpha, g = path.scene.body.moments[2], path.scene.body.mass * path.scene.gravity
+    terms = (path.m**2).sum(-1) / 2 + g * path.apex[:, 2]
+    constant = (1 / alpha - 1) * path.axial_momentum[0] ** 2 / 2
+    assert constant > 1e-3 and path.energy - terms == pytest.approx(constant, abs=1e-9)
+
+
+def test_inverse_and_change_do_not_commute():
+    """The proof of theorem 3.5 writes (Phi')^-1 where (Phi^-1)' stands."""
+    h, a = 1e-5, np.array((2, -1, 2)) / 3
+    before, now, after = (su2.rotation(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
+    change = (after - before) / (2 * h)
+    rate_of_inverse = (np.linalg.inv(after) - np.linalg.inv(before)) / (2 * h)
+    assert abs(np.linalg.inv(change) - rate_of_inverse).max() > 0.5
+    assert abs(-np.linalg.inv(now) @ change @ np.linalg.inv(now) - rate_of_inverse).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    "how",
+    [{"method": "rk4", "step": 0.1}, {"method": "extrap", "tol": 1e-6}],
+    ids=["rk4", "extrap"],
+)
+def test_one_step_methods_need_no_past(how):
+    """Begun anew, as no multi-step method could be, they go on as exactly."""
+    whole, half = kr.solve(SCENE, 4.0, **how), kr.solve(SCENE, 2.0, **how)
+    again, true = kr.solve(half.end, 2.0, **how), su2.exact(SCENE, 4.0)
+    assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
+
+
+def test_runge_kutta_has_four_stages():
+    run = fixed(SCENE, "rk4", 0.1, 1.0)
+    assert run.evaluations == 4 * run.steps == 40
+
+
+def test_g_is_constant_for_level_momenta_only():
+    """dG/dt = 2 M2 <M, P> in the units of (5.2)."""
+    level = adjusted("goryachev_chaplygin")
+    tilted = level.replace(momentum=SCENE.momentum)
+    change = [
+        np.ptp(truth(scene, np.linspace(0, 20, 201)).path.goryachev_chaplygin)
+        for scene in (level, tilted)
+    ]
+    assert change[0] < 1e-10 and change[1] > 0.05

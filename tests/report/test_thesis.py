@@ -1,0 +1,181 @@
+"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it stands on."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip("heyoka")
+pytest.importorskip("matplotlib")
+
+import kreisel as kr  # noqa: E402
+
+from validation.report import main as report
+from validation.thesis import chapter, integrals, runs
+
+FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
+REFUTED = {  # where: how the sentence begins
+    ("4.2.1", "I3 ="),
+    ("4.2.1", "p ="),
+    ("5.6.6", "The total value of K"),
+    ("5.7.2", "This corresponds"),
+    ("6.3", "After 300"),
+    ("6.4, 6.1.2", "After 600"),
+    ("6.8", "By 600"),
+    ("6.1.4", "<m, p>"),
+    ("6.11", "The numerical"),
+    ("6.2", "The numerical"),
+    ("6.16", "At 600"),
+    ("6.18", "At 3200 the numerical"),
+    ("6.20", "After about 900"),
+    ("6.21", "By 3200"),
+    ("6.23", "By 3200"),
+    ("6.24", "Energy"),
+    ("6.4, A", "For long"),
+    ("3.4", "The twelve"),
+}
+CONFIRMED = {
+    ("6.2", "After 50"),
+    ("6.1.3", "The trend"),
+    ("6.9", "<m, a>"),
+    ("6.10", "The energy error"),
+    ("6.1.4", "H_"),
+    ("6.13", "g = 10"),
+    ("6.14", "The oscillating"),
+    ("6.2.1", "An average of 7"),
+    ("6.18", "At 3200 the integrable"),
+    ("6.25", "Frame"),
+    ("6.4", "The error"),
+    ("5.7.2", "The bending"),
+    ("6.1.5", "Settings"),
+}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return chapter.run_all(lambda what: None)
+
+
+@pytest.fixture(scope="module")
+def page(run):
+    return chapter.render(run, 1.0)
+
+
+def test_every_figure_is_there(page):
+    for number in FIGURES:
+        assert re.search(rf"<h3>Figure {re.escape(number)}[:(,]", page), number
+    assert page.count("<svg") > 50
+    assert "currentColor" in page and "#010203" not in page, "the ink is the page's"
+
+
+def test_the_page_stands_alone(page):
+    text = re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL)
+    assert not re.search(r"{{|{%|\bNone\b|\bnan\b|\binf\b|Undefined|np\.float", text)
+    assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page)
+    assert len(page) < 4e6
+
+
+def test_verdicts(run):
+    said = chapter.all_sentences(run)
+    assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
+        "each has a reason"
+    )
+    for where, begin in REFUTED | CONFIRMED:
+        (found,) = [
+            sentence
+            for sentence in said
+            if sentence.where == where and sentence.says.startswith(begin)
+        ]
+        assert found.holds == ((where, begin) in CONFIRMED), f"{where}, {begin}: {found.found}"
+
+
+def test_the_report_writes_the_chapter(tmp_path, monkeypatch, run, page):
+    monkeypatch.setattr(chapter, "run_all", lambda say: run)
+    monkeypatch.setattr(chapter, "render", lambda run, seconds: page)
+    assert report.main(["--thesis", "--out", str(tmp_path)]) == 0
+    assert [file.name for file in tmp_path.iterdir()] == [chapter.OUTPUT]
+    assert 'href="index.html"' in (tmp_path / chapter.OUTPUT).read_text()
+
+
+def test_experiment_61(run):
+    four = run.four
+    assert [four.until("BS", t) for t in (50, 300, 600)] == pytest.approx(
+        [0.122, 0.786, 1.459], rel=0.01
+    )
+    assert four.until("Ext", 300) < 0.01 and four.until("Ext", 600) < 0.05
+    assert (four.blue.energy_error.min(), four.blue.energy_error.max()) == pytest.approx(
+        (-0.603, 0.663), abs=1e-3
+    )
+    assert np.abs(four.term - four.blue.energy_error).max() < 1e-11
+    assert np.ptp(four.blue.energy_error) / np.ptp(four.red.energy_error) == pytest.approx(
+        20.03, abs=0.02
+    )
+
+
+def test_the_failing_one(run):
+    error = run.failing.blue.energy_error
+    assert (error.min(), error.max(), run.failing.blue.path.energy[0]) == pytest.approx(
+        (-17.5, 21.9, 52.8), abs=0.05
+    )
+    assert run.failing.L["BS"][-1] == pytest.approx(0.513, abs=0.002)
+
+
+def test_experiment_62(run):
+    timed = run.timed
+    assert timed.until("BS", 3200) == pytest.approx(0.194, abs=0.002)
+    assert timed.until("BS 0.01", 3200) == pytest.approx(0.021, abs=0.001)
+    assert (
+        timed.green.steps / 640 == pytest.approx(5.97, abs=0.4) and timed.until("Ext", 3200) < 0.1
+    )
+
+
+def test_experiment_63(run):
+    assert run.by_step[0.2].L["rk4"][-1] == pytest.approx(0.095, abs=0.002)
+    assert run.by_step[0.2].rk4.evaluations == run.by_step[0.2].bs.evaluations == 600
+
+
+def test_begun_anew_at_each_interval():
+    once = kr.solve(runs.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
+    run = runs.restarted(runs.SCENE, 0.4, 0.8)
+    assert np.array_equal(run.path.q[1:], [once.q[-1], twice.q[-1]]) and run.t.tolist() == [
+        0.0,
+        0.4,
+        0.8,
+    ]
+    assert run.evaluations == once.stats.evaluations + twice.stats.evaluations
+
+
+def test_values_of_k():
+    assert list(integrals.values_of_k().values()) == pytest.approx(
+        [1.5255, 6.943, 0.5903, 4.198], rel=1e-3
+    )
+
+
+def test_a_frozen_frame_is_of_first_order():
+    errors = [integrals.frozen_frame(interval, 20.0, kr.scenes.cusps) for interval in (0.01, 0.005)]
+    assert 1.7 < errors[0] / errors[1] < 2.3
+
+
+@pytest.mark.parametrize("scene", ["thesis", "asymmetric"])
+def test_both_forms_of_the_equations_agree(scene):
+    one, other = (
+        kr.solve(getattr(kr.scenes, scene), 20, method=form, tol=1e-12) for form in integrals.FORMS
+    )
+    assert kr.attitude_error(one.q[-1], other.q[-1]) < 1e-9
+    assert np.abs(one.m[-1] - other.m[-1]).max() < 1e-8
+
+
+def test_thinning_keeps_what_is_seen():
+    from validation.thesis.charts import thinned
+
+    t = np.linspace(0, 1, 100_001)
+    values = np.sin(3000 * t)
+    values[777] = 5.0
+    x, y = thinned(t, values)
+    assert len(x) <= 1002 and y.max() == 5.0 and y.min() == values.min() and (np.diff(x) > 0).all()
+
+
+def test_the_error_grows_with_the_term(run):
+    usual = run.growth[run.growth[:, 1] == 1.0]
+    assert (np.diff(usual[:, 2]) > 0).all() and (np.diff(usual[:, 3]) > 0).all()

@@ -1,0 +1,106 @@
+"""Compositions of order 8 made by hand: would other coefficients, or the closed form as the drift, be worth it?"""
+
+from itertools import count
+from statistics import median
+from time import perf_counter
+
+import kreisel as kr
+import numpy as np
+
+from ..truth.orders import tilted
+from ..truth.problems import turn
+
+# Halves of palindromes. Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
+SUZUKI_UMENO8 = (
+    0.74167036435061295345,
+    -0.40910082580003159400,
+    0.19075471029623837995,
+    -0.57386247111608226666,
+    0.29906418130365592384,
+    0.33462491824529818378,
+    0.31529309239676659663,
+)
+KAHAN_LI8 = (
+    0.13020248308889008088,
+    0.56116298177510838456,
+    -0.38947496264484728641,
+    0.15884190655515560090,
+    -0.39590389413323757734,
+    0.18453964097831570709,
+    0.25837438768632204729,
+    0.29501172360931029887,
+)
+
+
+def drift(scene, method):
+    """(q, m, t) -> q after a time without torque, by one step of the method."""
+    free, steps = scene.replace(gravity=0.0), not kr.methods[method].exact
+
+    def moved(q, m, t):
+        how = {"step": abs(t)} if steps else {}
+        return kr.solve(free.replace(attitude=q, momentum=m), [t], method=method, **how).q[-1]
+
+    return moved
+
+
+def compose(scene, half, end, steps, flow):
+    """q at the end, by a composition of kicks and drifts; its coefficients are given up to the middle one."""
+    parts = np.array([*half, 1.0 - 2.0 * sum(half), *half[::-1]]) * end / steps
+    lever = np.array(scene.body.com) * scene.body.mass * scene.gravity
+    q, m = np.array(scene.attitude), np.array(scene.momentum)
+
+    def kicked(part):
+        return m + part * np.cross([0.0, 0.0, 1.0], turn(q, lever))
+
+    m = kicked(0.5 * parts[0])
+    for _ in range(steps):
+        for now, then in zip(parts, [*parts[1:], parts[0]]):
+            q = flow(q, m, now)
+            m = kicked(0.5 * (now + then))
+    return q
+
+
+def kicks(scene, half, end, flow, target):
+    """The fewest, to some per cent, that come within the target at the end."""
+    truth = kr.solve(scene, end, method="taylor", tol=1e-15).q[-1]
+    for steps in (round(4 * 1.08**i) for i in count()):
+        if kr.attitude_error(compose(scene, half, end, steps, flow), truth) <= target:
+            return (2 * len(half) + 1) * steps
+
+
+def suzuki_umeno():
+    """Name of a top and how many times the kicks of kahan_li8 its 15 stages need for an error of 1e-8."""
+    for body in ("lagrange", "kowalewski", "asymmetric"):
+        scene = tilted(body)
+        one, two = (
+            kicks(scene, half, 3.0, drift(scene, "strang"), 1e-8)
+            for half in (SUZUKI_UMENO8, KAHAN_LI8)
+        )
+        yield body, one / two
+
+
+def price_of_closed_form():
+    """Of one evaluation with its set-up, in drifts and kicks of a general top."""
+    scene = tilted("asymmetric", gravity=0.0)
+    times = {}
+    for _ in range(15):
+        for name, n in (("exact", 1), ("strang", 1), ("strang", 2001)):
+            how = {} if name == "exact" else {"step": 0.01}
+            begin = perf_counter()
+            for _ in range(20):
+                kr.solve(scene, 0.01 * n, method=name, **how)
+            times.setdefault((name, n), []).append((perf_counter() - begin) / 20)
+    cost = {key: median(value) for key, value in times.items()}
+    step = (cost["strang", 2001] - cost["strang", 1]) / 2000
+    return (cost["exact", 1] - cost["strang", 1] + step) / step
+
+
+def free_flow():
+    """The spin of a general top in units of the usual, and how many times fewer kicks an exact drift needs."""
+    for spin in (1, 8, 32):
+        scene = tilted("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
+        one, two = (
+            kicks(scene, KAHAN_LI8, 3.0 / spin, drift(scene, name), 1e-8)
+            for name in ("strang", "exact")
+        )
+        yield spin, one / two

@@ -1,0 +1,106 @@
+"""What it costs to watch for an event, beside heyoka: python -m validation.bench.events
+
+Seconds of a run to t = 1000 with one event over those of the same run without, for us and for heyoka's own detection of
+events on the same function, all in one process, in turn; at the tightest tolerance and at 1e-9. Then heyoka's time over
+ours with the event, and how many both found (heyoka counts the start, which is on the event in both scenes). Nutation
+is the zero of d/dt of the apex' height, the plane is apex_x = 0.
+"""
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+
+from ..truth import equations
+from ..truth.problems import load
+from .taylor import EPS, medians
+
+END = 1000.0
+EVENTS = {
+    "nutation": kr.events.nutation(),
+    "plane": kr.events.plane((1, 0, 0)),
+    "loop": kr.events.loop(),
+}
+
+
+def functions(problem):
+    """The same three for heyoka, of the variables of equations.py; <n, P>' = <n, P x W>."""
+    q, w = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
+    n = [
+        float(x)
+        for x in np.array(problem.lever, dtype=float)
+        / np.linalg.norm(np.array(problem.lever, dtype=float))
+    ]
+    up = [
+        2 * (q[1] * q[3] - q[0] * q[2]),
+        2 * (q[2] * q[3] + q[0] * q[1]),
+        q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3],
+    ]
+    east = [
+        q[0] * q[0] + q[1] * q[1] - q[2] * q[2] - q[3] * q[3],
+        2 * (q[1] * q[2] - q[0] * q[3]),
+        2 * (q[1] * q[3] + q[0] * q[2]),
+    ]
+    cross = [n[i] * (up[j] * w[k] - up[k] * w[j]) for i, j, k in equations.CYCLE if n[i]]
+    along = [n[i] * w[i] for i in range(3) if n[i]], [n[i] * up[i] for i in range(3) if n[i]]
+    return {
+        "nutation": sum(cross[1:], cross[0]),
+        "plane": sum((n[i] * east[i] for i in range(3) if n[i]), hy.expression(0.0)),
+        "loop": up[0] * w[0]
+        + up[1] * w[1]
+        + up[2] * w[2]
+        - sum(along[0][1:], along[0][0]) * sum(along[1][1:], along[1][0]),
+    }
+
+
+def ours(problem, tol, event=None):
+    scene = problem.scene()
+
+    def run():
+        path = kr.solve(scene, END, "taylor", tol=tol, events=None if event is None else [event])
+        return 0 if event is None else len(path.events)
+
+    return run
+
+
+def heyoka(problem, tol, function=None):
+    system, start = equations.system(problem)
+    found = []
+    watched = (
+        []
+        if function is None
+        else [hy.nt_event(function, lambda top, time, sign: found.append(time))]
+    )
+    top = hy.taylor_adaptive(system, start, tol=tol, nt_events=watched)
+
+    def run():
+        found.clear()
+        top.time = 0.0
+        top.state[:] = start
+        top.propagate_until(END)
+        return len(found)
+
+    return run
+
+
+def main():
+    for name in ("thesis", "asymmetric_regular"):
+        problem = load(name)
+        for tol, theirs in ((None, EPS), (1e-9, 1e-9)):
+            for word, event in EVENTS.items():
+                runs = [
+                    ours(problem, tol),
+                    ours(problem, tol, event),
+                    heyoka(problem, theirs),
+                    heyoka(problem, theirs, functions(problem)[word]),
+                ]
+                counts = [run() for run in runs]
+                a, b, c, d = medians(runs, 21)
+                print(
+                    f"{name} {tol or 'tightest'} {word:9} watched/not: {b / a:.2f}, heyoka {d / c:.2f};"
+                    f" heyoka/ours watched {d / b:.2f} ({b * 1e6:.0f} us); events {counts[1]}, heyoka {counts[3]}",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()

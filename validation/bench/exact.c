@@ -1,0 +1,73 @@
+/* What exact.py times beside heyoka: loops in C, with their own clock; as called, or by an
+ * instruction set. */
+#define _POSIX_C_SOURCE 199309L
+#include <time.h>
+#include "exact/dispatch.h"
+
+const char *bench_isa(int set);
+double bench_plan(const kr_scene *scene, int n);
+double bench_plan_and_state(const kr_scene *scene, double t, int n);
+double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[]);
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+                   kr_state out[]);
+double bench_map_state(const kr_scene *scene, double step, int n);
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+static volatile double keep;
+
+double bench_plan(const kr_scene *scene, int n)
+{
+    kr_exact plan;
+    const double begin = now();
+    for (int i = 0; i < n; i++) keep = kr_exact_plan(scene, &plan) == KR_OK ? plan.period : 0.0;
+    return (now() - begin) / n;
+}
+double bench_plan_and_state(const kr_scene *scene, double t, int n)
+{
+    kr_exact plan;
+    const double begin = now();
+    for (int i = 0; i < n; i++)
+        keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
+    return (now() - begin) / n;
+}
+const char *bench_isa(int set) /* NULL: beyond the last */
+{
+    const kr_exact_isa *found = kr_exact_isa_at(set);
+    return found ? found->runs_here() ? found->name : "" : NULL;
+}
+/* set: of kr_exact_isa_at, -1 for what kr_exact_state chooses. */
+double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[])
+{
+    kr_state (*const state)(const kr_exact *, double) =
+        set < 0 ? kr_exact_state : kr_exact_isa_at(set)->one->state;
+    kr_exact plan;
+    if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
+    const double begin = now();
+    for (int i = 0; i < n; i++) out[i] = state(&plan, t[i]);
+    return (now() - begin) / n;
+}
+/* n times, so many at once. */
+double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+                   kr_state out[])
+{
+    kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_isa_at(set)->many;
+    kr_exact plan;
+    if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
+    const double begin = now();
+    for (int from = 0; from < n; from += batch)
+        states(&plan, (size_t)(n - from < batch ? n - from : batch), t + from, out + from);
+    return (now() - begin) / n;
+}
+double bench_map_state(const kr_scene *scene, double step, int n)
+{
+    kr_exact_map map;
+    if (kr_exact_map_plan(scene, step, &map) != KR_OK) return -1.0;
+    const double begin = now();
+    for (int i = 0; i < n; i++) keep = kr_exact_map_state(&map, i).q.w;
+    return (now() - begin) / n;
+}

@@ -1,0 +1,290 @@
+"""The figures of the geometric methods, each beside its bound: `python -m validation.bench.geometric [section ...] [--full]`.
+
+Without --full in fewer rounds of timing, and the promise of kr.solve(..., method="geometric") on 20 scenes.
+"""
+
+import argparse
+import json
+from datetime import date
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+
+from ..peers import measure
+from ..truth import equations, orders
+from ..truth.problems import PROBLEMS, Problem, attitude_error, load, turn
+from . import by_hand, promise
+
+PUBLISHED = json.loads(PROBLEMS.read_text())["published"]
+EPS = np.finfo(float).eps
+rounds = 10
+failed = []
+
+
+def say(what, value, must, stretch=None, most=True):
+    def reached(bound):
+        return value <= bound if most else value >= bound
+
+    side = "at most" if most else "at least"
+    verdict = ("PASS" if reached(must) else "MISSED") + (
+        "" if stretch is None or not reached(stretch) else ", stretch"
+    )
+    beyond = "" if stretch is None else f" ({stretch:g})"
+    print(f"  {what:68} {value:10.3g}   {side} {f'{must:g}{beyond}':10} {verdict}", flush=True)
+    if not reached(must):
+        failed.append(what)
+
+
+def published(name):
+    """Body and start of a published top, as Problem takes them."""
+    top = PUBLISHED[name]
+    if name == "bruels_cardona_heavy_top":
+        inertia, lever, q = (
+            top["inertia_about_fixed_point"],
+            np.array(top["com"]) * top["mass"] * top["g"],
+            top["q0"],
+        )
+        body = np.array(top["w0"]) * inertia
+    else:
+        inertia, lever = top["inertia"], np.eye(3)[top["com_axis"] - 1] * top["mgl"]
+        if name == "simo_wong_fast_top":
+            q, body = [np.cos(0.025), np.sin(0.025), 0.0, 0.0], np.array(top["w0"]) * inertia
+        else:
+            q, body = np.array(top["q0"]) / np.linalg.norm(top["q0"]), np.array(top["L0"])
+    return Problem(
+        name, tuple(inertia), tuple(lever), tuple(q), tuple(turn(np.array(q, float), body))
+    )
+
+
+def order():
+    """Measured less claimed, in q and m, the worse; from tilted starts."""
+    for name, method in kr.methods.items():
+        bodies = [
+            body
+            for body in ("lagrange", "kowalewski", "asymmetric")
+            if method.applies_to(orders.BODIES[body])
+        ]
+        if method.adaptive or not bodies:
+            continue
+        slopes = [slope for body in bodies for slope in orders.measured(name, body).values()]
+        off = max(np.inf if slope is None else abs(slope - method.order) for slope in slopes)
+        say(f"{name}, order {method.order}, on {', '.join(bodies)}", off, 0.2)
+
+
+def integrals():
+    """bobenko_suris4 over 1e6 steps, and to t = 1e6."""
+    scene = kr.scenes.thesis.replace(attitude=orders.TILT)
+    for step in (0.2, 0.1, 0.05):
+        path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
+        constants = {
+            "modified energy": path.modified_energy4(step),
+            "<m,a>": path.axial_momentum,
+            "<m,e3>": path.vertical_momentum,
+        }
+        for what, values in constants.items():
+            say(
+                f"{what}, step {step}, 1e6 steps: range / largest",
+                np.ptp(values) / np.abs(values).max(),
+                1e-12,
+            )
+    path = kr.solve(scene, 1e6, method="bobenko_suris4", step=0.1, every=97)
+    means = [part.mean() for part in np.array_split(path.energy - path.energy[0], 100)]
+    (slope, _), covariance = np.polyfit(np.arange(100), means, 1, cov=True)
+    say(
+        "energy to t = 1e6: |slope| / its standard error", abs(slope) / covariance[0, 0] ** 0.5, 3.0
+    )
+
+
+def accuracy():
+    """bobenko_suris4 against bobenko_suris on the thesis top at the same step, t = 100."""
+    scene = kr.scenes.thesis
+    truth = kr.solve(scene, 100, method="exact").q[-1]
+    for step, bound in ((1 / 5, 140.0), (1 / 20, 1e3), (1 / 160, 1e5)):
+        errors = [
+            kr.attitude_error(kr.solve(scene, 100, method=name, step=step).q[-1], truth)
+            for name in ("bobenko_suris", "bobenko_suris4")
+        ]
+        say(
+            f"error of bobenko_suris over bobenko_suris4, step {step:g}",
+            errors[0] / errors[1],
+            bound,
+            most=False,
+        )
+
+
+class Heyoka:
+    """The same top at a tolerance; its steps are counted."""
+
+    def __init__(self, problem, end, tol=EPS):
+        system, self.start = equations.system(problem)
+        self.top, self.end = hy.taylor_adaptive(system, self.start, tol=tol), end
+
+    def __call__(self):
+        self.top.time = 0.0
+        self.top.state[:] = self.start
+        self.steps = self.top.propagate_until(self.end)[3]
+        return self.top.state[:4]
+
+
+def interleaved(*calls):
+    about = [min(measure.once(call) for _ in range(3)) for call in calls]
+    return measure.interleaved(calls, about, rounds)[0]
+
+
+def ratio(one, two):
+    """Of the least: what else the machine does only adds."""
+    return min(one) / min(two)
+
+
+def cost():
+    """A step as a part of heyoka's at tol = eps on the same top, in the same run."""
+    bounds = {
+        "bobenko_suris": (25, 35),
+        "bobenko_suris2": (25, 35),
+        "bobenko_suris4": (20, 27),
+        "takahashi_imada4": (20, 27),
+    }
+    for name, wanted in (("thesis", bounds), ("asymmetric", {"strang": (12, 14)})):
+        problem, steps = load(name), 20000
+        scene, peer = problem.scene(), Heyoka(problem, 100.0)
+        runs = [
+            lambda method=method: kr.solve(scene, 0.05 * steps, method, step=0.05)
+            for method in wanted
+        ]
+        times, *others = interleaved(peer, *runs)
+        print(f"  heyoka's step on {name}: {1e9 * min(times) / peer.steps:.0f} ns")
+        for (method, (bound, stretch)), own in zip(wanted.items(), others):
+            part = ratio([t / peer.steps for t in times], [t / steps for t in own])
+            step = f"{1e9 * min(own) / steps:.1f} ns"
+            say(f"heyoka's step / {method}'s ({step})", part, bound, stretch, most=False)
+        if name == "thesis":
+            say("bobenko_suris4's step / bobenko_suris'", ratio(others[2], others[0]), 1.4)
+
+
+def drift_of_energy(scene, end, method, step):
+    path = kr.solve(scene, end, method=method, step=step, every=1)
+    return np.abs(path.energy / path.energy[0] - 1.0).max()
+
+
+def gni():
+    scene = published("gni_asymmetric_heavy_top").scene()
+    table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
+    steps = [float(h) for h in table if h != "what"]
+    for step in steps:
+        error = drift_of_energy(scene, 1000, "suzuki4", step)
+        off = abs(error / table[f"{step:g}"] - 1)
+        say(f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, off the published by", off, 0.03)
+    errors = [drift_of_energy(scene, 1000, "kahan_li8", step) for step in steps]
+    print("  kahan_li8:", ", ".join(f"{step:g}: {error:.2g}" for step, error in zip(steps, errors)))
+    rise = max(b / a for a, b in zip(errors, errors[1:]))
+    say("kahan_li8: error over that of twice the step, the largest", rise, 1.0)
+
+
+def simo_wong():
+    scene = published("simo_wong_fast_top").scene()
+    step = np.radians(26) / 50.0
+    errors = {
+        name: drift_of_energy(scene, 10, name, step)
+        for name, method in kr.methods.items()
+        if not method.adaptive and method.order > 1 and method.applies_to(scene.body)
+    }
+    print("  all:", ", ".join(f"{name} {error:.2g}" for name, error in errors.items()))
+    for order, bound in ((2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)):
+        names = sorted((name for name in errors if kr.methods[name].order == order), key=errors.get)
+        within = ", ".join(name for name in names if errors[name] <= bound)
+        say(f"order {order} at 26 degrees a step, max|dH|/H, {names[0]}", errors[names[0]], bound)
+        print(f"    within: {within}")
+
+
+def bruels():
+    """Attitude error 1e-13 at t = 2: the cheapest geometric run against the cheapest of heyoka's."""
+    problem = published("bruels_cardona_heavy_top")
+    scene, truth = problem.scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
+    runs = []
+    for name in ("takahashi_imada4", "blanes_moan6", "kahan_li6", "kahan_li8"):
+        for n in np.unique(np.round(2.0 ** np.arange(6, 13, 0.0625))):
+            error = attitude_error(kr.solve(scene, 2.0, name, step=2 / n).q[-1], truth)
+            if error <= 1e-13:
+                runs.append((n, name, error))
+                break
+    peers = [
+        tol
+        for tol in 10.0 ** np.arange(-16, -11, 0.25)
+        if attitude_error(Heyoka(problem, 2.0, tol)(), truth) <= 1e-13
+    ]
+    peer = Heyoka(problem, 2.0, max(peers, default=EPS))
+    print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
+    end = np.array([2.0])  # the core's own call, as heyoka's is
+    calls = [
+        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end)
+        for n, name, _ in runs
+    ]
+    times, *own = interleaved(peer, *calls)
+    for (n, name, error), seconds in zip(runs, own):
+        speed = f"{1e6 * min(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"
+        print(f"  {name}, {n:.0f} steps: error {error:.1g}, {speed}")
+    best = max(ratio(times, seconds) for seconds in own)
+    say("heyoka's time / the best's at an error of 1e-13", best, 3.5, most=False)
+
+
+def left_out():
+    """Of order 8, to an attitude error of 1e-8: kicks, and what another choice would have saved of them."""
+    for body, more in by_hand.suzuki_umeno():
+        say(
+            f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's", more, 0.8, most=False
+        )
+    price = by_hand.price_of_closed_form()
+    for spin, fewer in by_hand.free_flow():
+        say(
+            f"asymmetric, spin x {spin}: kicks with the turns over those with the exact free flow",
+            fewer,
+            price,
+        )
+    print(
+        "  the bound is the price of a closed form in drifts and kicks: below it, the exact flow does not pay"
+    )
+
+
+def promised(scenes):
+    """`error=` on scenes of a fresh seed, here that of the day."""
+    kept, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
+    say(
+        f"{scenes} scenes: per cent with an error of at most twice the target",
+        100 * kept,
+        99,
+        most=False,
+    )
+    say(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)
+
+
+SECTIONS = {
+    f.__name__: f
+    for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, left_out, promised)
+}
+
+
+def main(argv=None):
+    global rounds
+    failed.clear()
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.geometric", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "sections",
+        nargs="*",
+        metavar="section",
+        help=", ".join(SECTIONS) + "; all if none is named",
+    )
+    parser.add_argument("--full", action="store_true", help="40 rounds of timing, 200 scenes")
+    options = parser.parse_args(argv)
+    rounds = 40 if options.full else rounds
+    for name in options.sections or SECTIONS:
+        print(f"{name}: {(SECTIONS[name].__doc__ or 'published table').strip()}")
+        SECTIONS[name](*[200 if options.full else 20] * (name == "promised"))
+    print(f"{len(failed)} missed" + "".join(f"; {what}" for what in failed))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

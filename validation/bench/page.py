@@ -1,0 +1,100 @@
+"""What the page weighs and how fast it is, in headless Chromium that draws in software: `python -m validation.bench.page`.
+
+A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the largest behind it.
+"""
+
+import gzip
+import shutil
+from statistics import median
+
+from kreisel._showing.view import _PAGE
+from playwright.sync_api import sync_playwright
+
+SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+PAIRS = [
+    ("bobenko_suris", "rk4"),
+    ("bobenko_suris", "extrap"),
+    ("strang", "implicit_midpoint"),
+    ("exact", "taylor"),
+]
+
+# Milliseconds from the navigation to the first picture, drawn to its end.
+READY = """new Promise((done) => { const look = () => {
+    if (!window.kreisel?.view.renderer.info.render.frame) return requestAnimationFrame(look);
+    kreisel.view.renderer.getContext().finish();
+    done(performance.now());
+}; look(); })"""
+# Milliseconds a frame for stepping alone, over 2000 frames: eleven times.
+STEPPING = """(methods) => Array.from({ length: 11 }, () => {
+    kreisel.page.load({ ...kreisel.presets[1], methods, eps: [0.01, 0.01] });
+    const begin = performance.now();
+    for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
+    return (performance.now() - begin) / 2000;
+})"""
+# Of each pointermove: how many frames until it was drawn, and after how many milliseconds.
+WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
+    const { render } = kreisel.view.renderer.info, before = render.frame;
+    let frames = 0;
+    const look = () => (frames++, render.frame > before
+        ? seen.push([frames, performance.now() - event.timeStamp]) : requestAnimationFrame(look));
+    requestAnimationFrame(look);
+})"""
+
+
+def fresh(browser):
+    page = browser.new_context(viewport={"width": 1280, "height": 800}, offline=True).new_page()
+    page.goto(_PAGE.as_uri())
+    return page
+
+
+def ready(browser):
+    page = fresh(browser)
+    took = page.evaluate(READY)
+    page.context.close()
+    return took
+
+
+def say(what, values, unit, digits):
+    print(f"{what:44} {median(values):8.{digits}f} {unit:9} largest {max(values):.{digits}f}")
+
+
+def drag(page):
+    """Take the green tip, and move it a hundred times."""
+    page.evaluate(WATCH)
+    x, y = page.evaluate("kreisel.at('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.evaluate("window.seen = []")
+    for i in range(100):
+        page.mouse.move(x + i % 20, y - i % 30)
+        page.wait_for_timeout(20)
+    page.mouse.up()
+    return page.evaluate("seen")
+
+
+def main():
+    text = _PAGE.read_bytes()
+    print(
+        f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {len(gzip.compress(text, 9)) / 1e3:.1f} kB"
+    )
+    with sync_playwright() as tool:
+        browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
+        say("ready", [ready(browser) for _ in range(7)], "ms", 0)
+        page = fresh(browser)
+        page.evaluate(READY)
+        for pair in PAIRS:
+            say(
+                f"stepping, two {pair[0]}, two {pair[1]}",
+                page.evaluate(STEPPING, list(pair)),
+                "ms/frame",
+                4,
+            )
+        page.evaluate("kreisel.page.load(kreisel.presets[0])")
+        frames, after = zip(*drag(page))
+        say("a drag is drawn", frames, "frame(s)", 0)
+        say("a drag is drawn", after, "ms", 0)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

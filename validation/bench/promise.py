@@ -1,0 +1,204 @@
+"""Whether kr.solve(..., method="geometric", error=...) keeps its word: `python -m validation.bench.promise`.
+
+On random tops, to random times up to 100, for targets from 1e-3 to 1e-10: the true attitude error on [0, t] against
+the target, by heyoka in 128 bit from the same doubles; and the evaluations of the torque against those of the
+cheapest step of the same method that would have met the target. Trial runs count.
+"""
+
+import argparse
+from dataclasses import dataclass
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+
+from ..truth.equations import NAMES, product
+from ..truth.problems import attitude_error, turn_back
+
+SAMPLES = 200
+TOLERANCE = 1e-22
+
+
+class Truth:
+    """Attitudes of any top, by one compiled integrator in 128 bit."""
+
+    def __init__(self):
+        variables = hy.make_vars(*NAMES)
+        q, w = variables[:4], variables[4:]
+        J, lever = [hy.par[i] for i in range(3)], [hy.par[3 + i] for i in range(3)]
+        up = [
+            2.0 * (q[1] * q[3] - q[0] * q[2]),
+            2.0 * (q[2] * q[3] + q[0] * q[1]),
+            q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3],
+        ]
+        spinning = [
+            ((J[j] - J[k]) * w[j] * w[k] + up[j] * lever[k] - up[k] * lever[j]) / J[i]
+            for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+        ]
+        rates = [0.5 * x for x in product(q, [0.0, *w])] + spinning
+        rest = np.array([hy.real128(x) for x in (1, 0, 0, 0, 0, 0, 0)])
+        self.top = hy.taylor_adaptive(
+            list(zip(variables, rates)),
+            rest,
+            tol=hy.real128(TOLERANCE),
+            fp_type=hy.real128,
+            pars=[hy.real128(1.0)] * 6,
+        )
+
+    def __call__(self, scene, times):
+        """Principal axes -> space."""
+        body = scene.body
+        q = np.array(
+            product(np.array(scene.attitude, np.longdouble), np.array(body.axes, np.longdouble))
+        )
+        q = q / np.sqrt(q @ q)
+        velocity = turn_back(q, np.array(scene.momentum, np.longdouble)) / np.array(
+            body.moments, np.longdouble
+        )
+        lever = (
+            np.array(body.principal_com) * np.longdouble(body.mass) * np.longdouble(scene.gravity)
+        )
+        self.top.pars[:] = [
+            hy.real128(str(x)) for x in (*np.array(body.moments, np.longdouble), *lever)
+        ]
+        self.top.state[:] = [hy.real128(str(x)) for x in (*q, *velocity)]
+        self.top.time = hy.real128(0)
+        at = []
+        for t in times:
+            self.top.propagate_until(hy.real128(float(t)))
+            at.append([float(str(x)) for x in self.top.state[:4]])
+        return np.array(at)
+
+
+def principal(path):
+    return np.array([product(q, path.scene.body.axes) for q in path.q])
+
+
+KINDS = "lagrange", "kowalewski", "goryachev_chaplygin", "asymmetric", "free", "nearly symmetric"
+
+
+def random_body(rng, kind):
+    half = np.exp(rng.normal(0.0, 0.35, 3))
+    if kind in ("lagrange", "nearly symmetric"):
+        half[1] = half[0] * (1.0 + (kind != "lagrange") * 10 ** rng.uniform(-12, -2))
+        pivot = (0.0, 0.0, -half[2] * rng.uniform(0.2, 1.2))
+    elif kind in ("kowalewski", "goryachev_chaplygin"):
+        half = np.array([3**0.5 if kind == "kowalewski" else 7**0.5, 1.0, 0.5]) * np.exp(
+            rng.normal(0.0, 0.3)
+        )
+        pivot = (0.0, 0.0, -half[2])
+    else:
+        pivot = -half * rng.uniform(-1.0, 1.0, 3) * (kind != "free")
+    return kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
+
+
+def random_scene(rng):
+    """A top of some kind, thrown; one in five from within 0.01 of upright or hanging, one in ten ten times as fast,
+    one in ten a hundred times slower."""
+    body = random_body(rng, KINDS[rng.integers(len(KINDS))])
+    q = rng.normal(size=4)
+    if rng.random() < 0.2:
+        q[1:3] = rng.normal(size=2) * 10 ** rng.uniform(-8, -2)
+        if rng.random() < 0.5:
+            q = np.array([q[1], q[0], q[3], q[2]])
+    speed = rng.choice([1.0, 10.0, 0.01], p=[0.8, 0.1, 0.1])
+    momentum = rng.normal(0.0, 1.0, 3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7)) * speed
+    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
+
+
+@dataclass
+class Case:
+    scene: kr.Scene
+    t: float
+    target: float
+    plan: kr.Plan = None
+    refused: str = ""
+    error: float = 0.0  # true
+    price: float = 0.0  # of the cheapest run that would have met the target; with the trials
+    alone: float = 0.0  # without them
+
+
+def off(case, times, truth, steps):
+    """The true error of a run of so many steps; inf where they are too long for the method."""
+    try:
+        path = kr.solve(case.scene, times, case.plan.method, step=case.t / steps)
+    except ValueError:
+        return np.inf
+    return max(map(attitude_error, principal(path), truth))
+
+
+def cheapest(case, times, truth, steps):
+    """The fewest steps, within 5 %, of the chosen method that meet the target; at most 4 times those taken."""
+    n = max(1, steps // 10)
+    while off(case, times, truth, n) > case.target and n < 4 * steps:
+        n = max(n + 1, int(1.05 * n))
+    return n
+
+
+def judge(case, truth_of):
+    times = np.linspace(0.0, case.t, SAMPLES + 1)
+    try:
+        case.plan = kr.solve(case.scene, case.t, method="geometric", error=case.target).plan
+    except ValueError as error:
+        case.refused = str(error)
+        return case
+    truth = truth_of(case.scene, times)
+    steps = round(case.t / case.plan.step)
+    case.error = off(case, times, truth, steps)
+    best = cheapest(case, times, truth, steps)
+    case.alone, case.price = (
+        steps / best,
+        steps / best * (1.0 + case.plan.choice.trials / case.plan.choice.run),
+    )
+    return case
+
+
+def report(cases):
+    """Prints; the part that is kept, and the price."""
+    done = [case for case in cases if not case.refused]
+    over = np.array([case.error / case.target for case in done])
+    price, alone = (
+        np.median([getattr(case, word) for case in done]) for word in ("price", "alone")
+    )
+    kept = np.mean(over <= 2.0)
+    print(
+        f"  {len(cases)} scenes, {len(cases) - len(done)} refused; true error / target: "
+        f"median {np.median(over):.2g}, largest {over.max():.3g}"
+    )
+    print(f"  error at most twice the target in {100 * kept:.1f} %        bound: 99 %")
+    print(
+        f"  price, median: {price:.2f} of the cheapest step's (the run alone {alone:.2f})        bound: 3"
+    )
+    return kept, price
+
+
+def judged(scenes, seed, verbose=False):
+    rng, truth_of, cases = np.random.default_rng(seed), Truth(), []
+    for _ in range(scenes):
+        case = Case(
+            random_scene(rng), float(10 ** rng.uniform(0, 2)), float(10 ** rng.uniform(-10, -3))
+        )
+        cases.append(judge(case, truth_of))
+        if verbose:
+            print(
+                f"t = {case.t:5.1f}  target {case.target:.1e}  true {case.error:.1e}  price {case.price:4.2f}  "
+                f"{case.refused or case.plan}",
+                flush=True,
+            )
+    return report(cases)
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.promise", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--scenes", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=5)
+    parser.add_argument("--verbose", action="store_true", help="a line for each scene")
+    options = parser.parse_args(argv)
+    kept, price = judged(options.scenes, options.seed, options.verbose)
+    return 0 if kept >= 0.99 and price <= 3.0 else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,139 @@
+"""What a step costs: heyoka's at its tightest tolerance over ours, at the same top in the same run; and recording.
+
+    python -m validation.bench.steps [scene ...] [--rounds 25]
+
+A step of heyoka goes much further than one of ours: this says how light the methods and the driver are, not who is
+better.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from statistics import median, quantiles
+
+import kreisel as kr
+
+from ..peers import measure
+from ..peers.contenders import EPS, HeyokaRun, Setting, ours
+from ..truth.problems import load
+
+STEP, STEPS = 2.0**-10, 100_000
+ROOT = Path(__file__).parents[2]
+HEYOKA = {"heyoka": {}, "heyoka, fast math": {"fast_math": True}}
+
+
+def a_solve(problem, method, **how):
+    scene = problem.scene()
+    return lambda: kr.solve(scene, t=STEPS * STEP, method=method, step=STEP, **how)
+
+
+def samples_of(calls, rounds):
+    """Seconds of each call in each round."""
+    for call in calls.values():
+        call()
+    about = [measure.once(call) for call in calls.values()]
+    return dict(zip(calls, measure.interleaved(calls.values(), about, rounds)[0]))
+
+
+def with_spread(values, form):
+    low, _, high = quantiles(values, n=4, method="inclusive")
+    return f"{median(values):{form}} ({low:{form}} .. {high:{form}})"
+
+
+def steps(scene, rounds):
+    """Median cost of a step and the ratios to heyoka's, round by round."""
+    problem = load(scene)
+    heyokas = {
+        name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
+        for name, options in HEYOKA.items()
+    }
+    methods = [who.name for who in ours(problem) if who.steered == "step"]
+    times = samples_of(
+        {
+            **{name: run.solve for name, run in heyokas.items()},
+            **{name: a_solve(problem, name) for name in methods},
+        },
+        rounds,
+    )
+    per_step = {name: [s / heyokas[name].steps for s in times[name]] for name in heyokas}
+    best = min(heyokas, key=lambda name: median(per_step[name]))
+    print(f"\n{scene}: a step of heyoka at tolerance {EPS:.1e}")
+    for name in heyokas:
+        print(f"  {name:20} {with_spread([1e9 * s for s in per_step[name]], '.0f')} ns")
+    print(f"{'':22}a step of ours, driver and Python call included; {best} over it")
+    for name in methods:
+        own = [s / STEPS for s in times[name]]
+        ratios = [a / b for a, b in zip(per_step[best], own)]
+        print(
+            f"  {name:20} {with_spread([1e9 * s for s in own], '.1f')} ns   x {with_spread(ratios, '.1f')}"
+        )
+
+
+def recording(scene, rounds):
+    """Every step kept, over none, from Python: with new memory each time."""
+    problem = load(scene)
+    print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
+    for who in ours(problem):
+        if who.steered == "step":
+            times = samples_of(
+                {"none": a_solve(problem, who.name), "all": a_solve(problem, who.name, every=1)},
+                rounds,
+            )
+            print(
+                f"  {who.name:20} {with_spread([a / b for a, b in zip(times['all'], times['none'])], '.3f')}"
+            )
+
+
+def recording_in_c(rounds):
+    """The same from C, into memory that was used before: record.c, built against the static library."""
+    if not (shutil.which("cmake") and shutil.which("cc")):
+        print("\nno cmake or cc: recording is not measured from C")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        quiet = {"check": True, "stdout": subprocess.DEVNULL}
+        options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
+        subprocess.run(["cmake", "-S", ROOT, "-B", folder, *options], **quiet)
+        subprocess.run(
+            ["cmake", "--build", folder, "--target", "kreisel_static", "-j", str(os.cpu_count())],
+            **quiet,
+        )
+        subprocess.run(
+            [
+                "cc",
+                "-O2",
+                f"-I{ROOT}/csrc",
+                ROOT / "validation/bench/record.c",
+                "-o",
+                f"{folder}/bench",
+                f"{folder}/libkreisel.a",
+                "-lm",
+            ],
+            **quiet,
+        )
+        print(
+            f"\nthesis: keeping {STEPS} states over keeping none, from C, in memory used before",
+            flush=True,
+        )
+        subprocess.run([f"{folder}/bench", str(STEPS), str(STEP), str(rounds)], check=True)
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.steps", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("scenes", nargs="*", default=["thesis", "asymmetric"])
+    parser.add_argument("--rounds", type=int, default=25)
+    args = parser.parse_args(argv)
+    print(f"medians of {args.rounds} rounds in turn (quartiles); our steps: {STEPS} of {STEP:g}")
+    for scene in args.scenes:
+        steps(scene, args.rounds)
+    recording("thesis", args.rounds)
+    recording_in_c(args.rounds)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,1 @@
+"""The parts of the report: what each finds out, and its tables."""

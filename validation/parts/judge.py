@@ -1,0 +1,118 @@
+"""The atlas' rule: what a cell is called, from the truth and from what a careful user sees who has none.
+
+Such a user runs twice: as asked, and finer by half the step or a hundredth of the tolerance. Where a method of order p is
+what it claims to be, error ~ d 2^p / (2^p - 1) with d the angle between the two runs; an adaptive one's error ~ d.
+    right      off by less than LOST and no more than rounding explains: the conditioning, once per step in random directions
+    degraded   off by less than LOST, lost by more; and something says so (SIGNS)
+    silent     wrong in silence: nothing says so
+    stopped    it gave up with a message; refused: it did not begin
+"""
+
+from math import isfinite, log2, pi, sqrt
+
+from ..truth import reference as truth
+
+LOST = 0.1  # [rad]
+FACTOR = 3.0  # times what the second run shows, an error may be
+RESOLVED = 16  # steps a turn from which a step is said to resolve the motion
+PROMISED = (
+    10.0  # times what the tolerance at every step explains, an adaptive method's error may be
+)
+VERDICTS = ("right", "degraded", "lost", "stopped", "refused", "silent")
+SIGNS = {
+    "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order says, or by so much that it is "
+    "plain that neither is right",
+    "large step": f"fewer than {RESOLVED} steps a turn, which can be known beforehand",
+    "rounding": "no more than one rounding at every evaluation of the torque, all in the same direction",
+}
+BLOW_UP, STOPPED, REFUSED, DRIFT, SILENT, NOT_CONVERGED, BEYOND, REDUCED = (
+    "×",
+    "S",
+    "R",
+    "d",
+    "!",
+    "N",
+    "T",
+    "o",
+)
+MARKS = {
+    SILENT: "wrong in silence",
+    BLOW_UP: "blew up: the state stopped being finite, or the energy grew beyond all that is there",
+    NOT_CONVERGED: "an implicit step did not converge",
+    STOPPED: "gave up, with a message",
+    REFUSED: "refused before anything ran",
+    BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains, carried on as the start's roundings are (an error made "
+    "half-way through an unstable motion may grow by more); the second run says so",
+    REDUCED: "the error falls by one order less than the method's, or worse, from this step to half of it",
+    DRIFT: "the energy drifts",
+}
+
+
+def roundings(problem, true, cell):
+    """The angles that rounding explains [rad]: once a step in random directions, and once an evaluation all in the same one."""
+    condition, radians = max(true["worst"], truth.ROUNDING), problem.rate * cell["end"]
+    return condition * max(10.0, sqrt(max(cell["steps"], radians))), condition * max(
+        10.0, cell["evaluations"], radians
+    )
+
+
+def promised(true, rounding, tol, steps):
+    """The angle that a tolerance explains, missed at every step by as much and carried on as the data's roundings are [rad]."""
+    return rounding + max(true["worst"], truth.ROUNDING) / truth.ROUNDING * tol * steps
+
+
+def estimate(second_run, order):
+    """The error that the second run shows [rad]; order 0: of a tolerance, not of a step."""
+    return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
+
+
+def sign(error, shown, small, most):
+    """What tells somebody without a truth that an attitude is off by `error`; None: nothing does. `shown`: the estimate;
+    `small`: whether the step resolves the motion; `most`: what rounding explains."""
+    if shown >= min(error, LOST) / FACTOR:
+        return "second run"
+    if not small:
+        return "large step"
+    return "rounding" if error <= most else None
+
+
+def verdict(error, rounding, shown_by):
+    if not isfinite(error):
+        return "silent"
+    if error <= rounding and error < LOST:
+        return "right"
+    return "silent" if shown_by is None else "degraded" if error < LOST else "lost"
+
+
+def reduced(order, error, finer, most):
+    """Whether the order is seen to be less than it should be; below rounding and for large errors it is not to be seen."""
+    return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
+
+
+def mark(cell):
+    if cell["verdict"] == "silent":
+        return SILENT
+    if cell["energy_error"] > 1:
+        return BLOW_UP
+    if cell["tol"] and cell["attitude_error"] > PROMISED * cell["promised"]:
+        return BEYOND
+    return REDUCED if cell["reduced"] else DRIFT if cell["drift"] else ""
+
+
+def judge(cell, finer, problem, true, how):
+    """The verdict on a run with its energy and attitude errors, from the truth and from the error of the finer run."""
+    rounding, most = roundings(problem, true, cell)
+    order = how.order if how.steered == "step" else 0
+    error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
+    small = not order or 2 * pi / (problem.rate * cell["step"]) > RESOLVED * (1 - 1e-9)
+    shown_by = sign(error, shown, small, most)
+    said = verdict(error, rounding, shown_by)
+    cell = cell | {
+        "shown": shown,
+        "shown_by": "" if said == "right" else shown_by,
+        "rounding": rounding,
+        "verdict": said,
+        "promised": promised(true, rounding, cell["tol"], cell["steps"]) if cell["tol"] else None,
+        "reduced": bool(small and said != "right" and reduced(order, error, finer, most)),
+    }
+    return cell | {"mark": mark(cell)}

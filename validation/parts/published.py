@@ -1,0 +1,208 @@
+"""Published problems: the numbers of the literature beside those of kreisel and its peers.
+
+Each has reference values in 30 digits (problems.json); what others published or measured stands there too.
+"""
+
+import csv
+import json
+from dataclasses import dataclass, field
+from math import cos, sin
+
+import kreisel as kr
+import numpy as np
+
+from ..peers import contenders, measure
+from ..peers.contenders import Setting
+from ..truth.problems import PROBLEMS, attitude_error, described
+from .budget import Task
+
+COLUMNS = (
+    "problem",
+    "by",
+    "setting",
+    "t",
+    "attitude_error",
+    "velocity_error",
+    "energy_error",
+    "seconds",
+    "failure",
+)
+TOLERANCES = (1e-9, 1e-13)
+
+
+@dataclass(frozen=True)
+class Published:
+    """A problem of the literature: its scene, where it ends, the steps it was run at, and what was published of it."""
+
+    name: str
+    scene: kr.Scene
+    end: float  # of the attitude that is known
+    energy_end: float  # of the energy
+    steps: tuple
+    reference: dict  # at `end`
+    literature: list = field(default_factory=list)  # rows
+
+    @property
+    def entry(self):
+        return json.loads(PROBLEMS.read_text())["published"][self.name]
+
+
+def turned(rotation):
+    x, y, z = rotation
+    angle = (x * x + y * y + z * z) ** 0.5
+    return (cos(angle / 2), *(sin(angle / 2) * c / angle for c in rotation))
+
+
+def bruels_cardona(entry):
+    body = kr.Body(entry["mass"], entry["inertia_about_fixed_point"], entry["com"])
+    scene = kr.Scene(body, body_velocity=entry["w0"], attitude=entry["q0"], gravity=entry["g"])
+    true = entry["reference"]["2"]["w_space"][1]
+    literature = [
+        {
+            "by": name.split()[0],
+            "setting": name.split()[1],
+            "t": 2.0,
+            "velocity_error": abs(value - true),
+        }
+        for name, value in entry["published_w_space_y_at_2"].items()
+    ]
+    return Published(
+        "bruels_cardona_heavy_top",
+        scene,
+        2.0,
+        2.0,
+        (1e-3, 1e-4),
+        entry["reference"]["2"],
+        literature,
+    )
+
+
+def gni(entry):
+    scene = kr.Scene(
+        kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"])),
+        body_momentum=entry["L0"],
+        attitude=entry["q0"],
+    )
+    steps = {float(h): error for h, error in entry["table"].items() if h != "what"}
+    literature = [
+        {
+            "by": "Suzuki's composition of order 4",
+            "setting": f"step {h:g}",
+            "t": 1000.0,
+            "energy_error": error,
+        }
+        for h, error in steps.items()
+    ]
+    return Published(
+        "gni_asymmetric_heavy_top",
+        scene,
+        100.0,
+        1000.0,
+        tuple(steps),
+        entry["reference"]["100"],
+        literature,
+    )
+
+
+def simo_wong(entry):
+    scene = kr.Scene(
+        kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"]),
+        body_velocity=entry["w0"],
+        attitude=turned((0.05, 0.0, 0.0)),
+    )
+    literature = [{"by": "Simo and Wong", "setting": "step 0.009", "t": 10.0, "energy_error": 1e-3}]
+    return Published(
+        "simo_wong_fast_top", scene, 10.0, 10.0, (0.009,), entry["reference"]["10"], literature
+    )
+
+
+def problems():
+    entries = json.loads(PROBLEMS.read_text())["published"]
+    return [
+        make(entries[name])
+        for name, make in (
+            ("bruels_cardona_heavy_top", bruels_cardona),
+            ("gni_asymmetric_heavy_top", gni),
+            ("simo_wong_fast_top", simo_wong),
+        )
+    ]
+
+
+def settings(who, steps, quick):
+    if who.steered == "step":
+        return [Setting(step=h) for h in (steps[:1] if quick else steps)]
+    return (
+        [Setting(tol=tol) for tol in TOLERANCES[: 1 if quick else 2]]
+        if who.steered
+        else [Setting()]
+    )
+
+
+def looks(problem, setting):
+    """Times for the energy: about a thousand, on the grid of a step."""
+    step = setting.step or problem.energy_end / 1000
+    count = int(problem.energy_end / step + 1e-9)
+    return step * np.arange(0, count + 1, max(1, count // 1000))
+
+
+def run(published, problem, who, setting):
+    row = {"problem": published.name, "by": who.name, "setting": str(setting), "t": published.end}
+    try:
+        short = who.make(problem, published.end, setting)
+        q, m = short.record(np.array([0.0, published.end]))
+        row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
+        row["seconds"] = min(measure.once(short.solve) for _ in range(3))
+        if "w_space" in published.reference:
+            velocity = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
+            row["velocity_error"] = abs(spin(velocity)[1] - published.reference["w_space"][1])
+        long = who.make(problem, published.energy_end, setting)
+        row["energy_error"] = relative_energy(problem, *long.record(looks(published, setting)))
+    except (kr.Error, ValueError, ArithmeticError) as error:
+        row["failure"] = str(error)
+    return row
+
+
+def spin(scene):
+    """Angular velocity of a scene at its start, in space."""
+    return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
+
+
+def relative_energy(problem, q, m):
+    """max |H - H0| / |H0|, as the literature has it."""
+    energies = np.sum(problem.energies(q, m), axis=0)
+    return float(abs(energies / energies[0] - 1).max())
+
+
+def examine(published, quick=False):
+    problem = described(published.name, published.scene)
+    rows = [
+        {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
+        for row in published.literature
+    ]
+    for who in (*contenders.ours(problem), *(() if quick else contenders.PEERS)):
+        rows += [
+            run(published, problem, who, setting)
+            for setting in settings(who, published.steps, quick)
+        ]
+    return rows
+
+
+def tasks(plan):
+    for published in problems():
+        yield Task(
+            f"published/{published.name}",
+            lambda published=published: examine(published, plan.quick),
+            0.3 if plan.quick else 4.0,
+            until=1.0,
+        )
+
+
+def rows(store):
+    return [row for found in store.under("published/") for row in found]
+
+
+def write_csv(file, found):
+    with file.open("w", newline="") as out:
+        writer = csv.DictWriter(out, COLUMNS)
+        writer.writeheader()
+        writer.writerows(found)

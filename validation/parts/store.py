@@ -1,0 +1,31 @@
+"""What a report has found, kept as it is found: interrupted, it keeps what it has, and run again it continues from there.
+
+A file of JSON, one finding a line. The first line says what it was found with; found with anything else, it is begun anew.
+"""
+
+import json
+
+
+class Store:
+    def __init__(self, file, fingerprint):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        self.file, self.known = file, {}
+        lines = file.read_text().splitlines() if file.exists() else []
+        if lines and lines[0] == json.dumps(fingerprint):
+            for line in lines[1:]:
+                try:
+                    key, value = json.loads(line)
+                except ValueError:
+                    continue  # cut off while it was written
+                self.known[key] = value
+        else:
+            file.write_text(json.dumps(fingerprint) + "\n")
+
+    def put(self, key, value):
+        with self.file.open("a") as file:
+            file.write(json.dumps([key, value]) + "\n")
+        self.known[key] = value
+
+    def under(self, prefix):
+        """What was found under keys that begin so, in the order of finding."""
+        return [value for key, value in self.known.items() if key.startswith(prefix)]

@@ -1,0 +1,1 @@
+"""What kreisel is measured beside, how, and on what machine."""

@@ -1,0 +1,228 @@
+"""Who runs: every method of kreisel, unasked, and two peers. A contender makes runs; a run is one top at one setting.
+
+A run has `solve()`, which is timed and returns the attitude at the end; `attitude()`, the same referred to the principal
+axes; `record(times)` for attitudes and momenta; `steps`, `evaluations` (of the right-hand side or the torque; None where
+there is no such thing) and `setup`, the seconds that it took to be ready (None where there is nothing to do).
+"""
+
+import math
+import time
+from dataclasses import dataclass
+from functools import cache, partial
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from ..truth import equations
+from ..truth.problems import turn
+
+EPS = np.finfo(float).eps
+DOP853_STAGES = 12
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What steers a run: a step, a tolerance, or nothing where there is a closed form."""
+
+    step: float = None
+    tol: float = None
+
+    def __str__(self):
+        return (
+            f"step {self.step:.3g}"
+            if self.step
+            else f"tol {self.tol:.0e}"
+            if self.tol
+            else "closed form"
+        )
+
+
+class KreiselRun:
+    setup = None
+
+    def __init__(self, method, problem, end, setting):
+        self.problem, self.scene, self.end = problem, problem.scene(), end
+        self.how = {"method": method} | {
+            word: value for word, value in vars(setting).items() if value is not None
+        }
+
+    def solve(self):
+        path = kr.solve(self.scene, t=self.end, **self.how)
+        self.steps, self.evaluations = path.stats.steps, path.stats.evaluations
+        return path.q[-1]
+
+    def attitude(self):
+        return self.problem.principal(self.solve())
+
+    def record(self, times):
+        path = kr.solve(self.scene, t=times, **self.how)
+        return self.problem.principal(path.q), path.m
+
+
+class HeyokaRun:
+    """The fastest form for heyoka: seven equations, constants folded in, no compact mode."""
+
+    evaluations = None
+
+    def __init__(self, problem, end, setting, **options):
+        hy.llvm_state.set_diskcache_enabled(False)  # or set-up times are fiction
+        hy.llvm_state.clear_memcache()
+        begin = time.perf_counter()
+        system, self.start = equations.system(problem)
+        self.top = hy.taylor_adaptive(system, self.start, tol=setting.tol, **options)
+        self.setup = time.perf_counter() - begin
+        self.inertia, self.end = np.array(problem.inertia), end
+
+    def rewind(self):
+        self.top.time = 0.0
+        self.top.state[:] = self.start
+
+    def solve(self):
+        self.rewind()
+        outcome, _, _, self.steps, *_ = self.top.propagate_until(self.end)
+        if outcome != hy.taylor_outcome.time_limit:
+            raise ArithmeticError(f"heyoka stopped: {outcome}")
+        return self.top.state[:4]
+
+    attitude = solve
+
+    def record(self, times):
+        self.rewind()
+        states = self.top.propagate_grid(times)[5]
+        return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
+
+
+class ScipyRun:
+    """DOP853 on the same seven equations, written as one would in Python."""
+
+    setup = None
+
+    def __init__(self, problem, end, setting):
+        self.start = np.array([float(x) for x in equations.start(problem)])
+        self.inertia, self.end, self.tol = np.array(problem.inertia), end, setting.tol
+        (self.J1, self.J2, self.J3), (self.l1, self.l2, self.l3) = problem.inertia, problem.lever
+
+    def rates(self, t, state):
+        w, x, y, z, a, b, c = state.tolist()
+        J1, J2, J3, l1, l2, l3 = self.J1, self.J2, self.J3, self.l1, self.l2, self.l3
+        u1, u2, u3 = 2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z
+        return [
+            (-x * a - y * b - z * c) / 2,
+            (w * a + y * c - z * b) / 2,
+            (w * b + z * a - x * c) / 2,
+            (w * c + x * b - y * a) / 2,
+            ((J2 - J3) * b * c + u2 * l3 - u3 * l2) / J1,
+            ((J3 - J1) * c * a + u3 * l1 - u1 * l3) / J2,
+            ((J1 - J2) * a * b + u1 * l2 - u2 * l1) / J3,
+        ]
+
+    def integrate(self, times):
+        run = solve_ivp(
+            self.rates, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol
+        )
+        if not run.success:
+            raise ArithmeticError(run.message)
+        self.steps, self.evaluations = None, run.nfev
+        return run.y.T
+
+    def solve(self):
+        return self.integrate([self.end])[-1, :4]
+
+    attitude = solve
+
+    def record(self, times):
+        states = self.integrate(times)
+        return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
+
+
+@cache
+def general_heyoka(tol):
+    """Compiled once for every top: slower than what is compiled for one, with the same errors."""
+    zeros = np.zeros(equations.COEFFICIENTS)
+    return hy.taylor_adaptive(
+        equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
+    )
+
+
+def series_order(tol):
+    """Of heyoka's Taylor series: as many terms as evaluations of the right-hand side."""
+    return math.ceil(1 - math.log(tol) / 2)
+
+
+def recorded_by_heyoka(problem, times, tol):
+    top = general_heyoka(tol)
+    top.pars[:] = equations.in_precision(equations.coefficients(problem), float)
+    top.state[:] = equations.in_precision(equations.start(problem), float)
+    top.time = 0.0
+    outcome, _, _, steps, _, states = top.propagate_grid(times)
+    if outcome != hy.taylor_outcome.time_limit or not np.isfinite(states).all():
+        raise ArithmeticError(f"heyoka stopped: {outcome}")
+    return (
+        states[:, :4],
+        turn(states[:, :4], states[:, 4:] * np.array(problem.inertia)),
+        steps,
+        steps * series_order(tol),
+    )
+
+
+def recorded_by_scipy(problem, times, tol):
+    run = ScipyRun(problem, times[-1], Setting(tol=tol))
+    q, m = run.record(times)
+    return q, m, run.evaluations // DOP853_STAGES, run.evaluations
+
+
+# (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody looks at the time
+RECORDERS = {"heyoka": recorded_by_heyoka, "scipy_dop853": recorded_by_scipy}
+
+
+@dataclass(frozen=True)
+class Contender:
+    name: str
+    text: str
+    steered: str  # by "step", "tol" or nothing
+    make: callable  # (problem, end, setting) -> run
+    tightest: float = None  # of the tolerances
+    order: object = "varies"
+    peer: bool = False  # something to compare with, also where kreisel gives access to it (GSL)
+
+
+def steered(method):
+    """By what: a closed form has neither step nor tolerance."""
+    return "" if method.exact else "tol" if method.adaptive else "step"
+
+
+def ours(problem):
+    """Every method of kreisel that can move this top."""
+    scene = problem.scene()
+    for name, method in kr.methods.items():
+        if method.suits(scene):
+            yield Contender(
+                name,
+                method.text,
+                steered(method),
+                partial(KreiselRun, name),
+                peer=name.startswith("gsl_"),
+            )
+
+
+PEERS = (
+    Contender(
+        "heyoka",
+        "Taylor series, compiled for each top; double precision",
+        "tol",
+        HeyokaRun,
+        EPS,
+        peer=True,
+    ),
+    Contender(
+        "scipy_dop853",
+        "Runge-Kutta of order 8 in Python, as most begin",
+        "tol",
+        ScipyRun,
+        1e-13,
+        8,
+        peer=True,
+    ),
+)

@@ -1,0 +1,80 @@
+"""What a figure was measured with: machine, compiler, commit, versions."""
+
+import hashlib
+import os
+import platform
+import re
+import subprocess
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+
+import kreisel as kr
+
+
+def processor():
+    try:
+        info = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        info = ""
+    name = re.search(r"^model name\s*:\s*(.+)$", info, re.M)
+    return name[1].strip() if name else platform.processor() or platform.machine()
+
+
+def cores():
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{usable} core{'s' if usable != 1 else ''}"
+
+
+def compiler():
+    """What compiled the extension, as compilers write it into what they make."""
+    import kreisel._core as core
+
+    made = re.findall(
+        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", Path(core.__file__).read_bytes()
+    )
+    names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
+    return ", ".join(sorted(names)) or "not known"
+
+
+def commit():
+    git = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
+    try:
+        return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "not known"
+
+
+def fingerprint(*more):
+    """Of all that findings depend on: the core as built, the Python code and truths, this machine, these versions."""
+    import kreisel._core as core
+
+    here = Path(__file__).parents[1]
+    files = [
+        Path(core.__file__),
+        *sorted(Path(kr.__file__).parent.rglob("*.py")),
+        *sorted(here.rglob("*.py")),
+        *sorted(here.rglob("*.json")),
+    ]
+    code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    about = described()
+    return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
+
+
+def described():
+    packages = ", ".join(f"{name} {version(name)}" for name in ("heyoka", "numpy", "scipy"))
+    return {
+        "date": date.today().isoformat(),
+        "machine": f"{processor()}, {cores()}, {platform.system()}",
+        "compiler": compiler(),
+        "commit": commit(),
+        "versions": f"Python {platform.python_version()}, {packages}",
+        "GSL": "built in" if has_gsl() else GSL_MISSING,
+    }
+
+
+GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
+
+
+def has_gsl():
+    return any(name.startswith("gsl_") for name in kr.methods)

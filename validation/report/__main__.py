@@ -1,0 +1,5 @@
+"""python -m validation.report"""
+
+from .main import main
+
+raise SystemExit(main())

@@ -1,0 +1,26 @@
+"""Methods in families for the figures, by what their tables say of them: a later method finds its place unasked."""
+
+import kreisel as kr
+
+from ..peers.contenders import PEERS, steered
+
+TITLES = {
+    "series, closed form and other adaptive": lambda m: steered(m) != "step",
+    "fixed step, order 1 and 2": lambda m: steered(m) == "step" and m.order <= 2,
+    "fixed step, order 3 and 4": lambda m: steered(m) == "step" and 2 < m.order <= 4,
+    "fixed step, higher order": lambda m: steered(m) == "step" and m.order > 4,
+}
+FOREIGN = "gsl_"  # given access to by kreisel, but to compare with
+
+
+def families():
+    """{title: (its methods, the peers to show beside them)}."""
+    others = [name for name in kr.methods if name.startswith(FOREIGN)] + [who.name for who in PEERS]
+    yardstick = [PEERS[0].name]
+    return {
+        title: (
+            [name for name, method in kr.methods.items() if within(method) and name not in others],
+            others if i == 0 else yardstick,
+        )
+        for i, (title, within) in enumerate(TITLES.items())
+    }

@@ -1,0 +1,291 @@
+"""The truths: heyoka in 128 bit; those of the report's scenes are kept in reference.json by `python -m validation.truth.reference`.
+
+Each is computed in several ways that share as little as can be: two forms of the equations, in 128 and in 80 bit; how far
+they part says how far to trust it. Beside it stands its conditioning: how far the attitude moves when all the data -
+momentum, attitude, moments, lever - move by one rounding of a double, which no method in doubles can be expected to beat.
+"""
+
+import argparse
+import csv
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import heyoka as hy
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+
+from . import equations
+from .problems import HORIZONS, SHORT, load
+from .quadrature import Euler, Lagrange
+
+FILE = Path(__file__).with_name("reference.json")
+DIGITS = 40
+TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
+FINER = (
+    np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
+)  # for what need not be the truth itself
+NUDGES = {
+    FINER: 8,
+    float: 2**20,
+}  # roundings by which data are moved, so that each precision resolves what comes of it
+ROUNDING = 2.0**-53
+LOOKS = 16  # at the conditioning on the way: errors made there are carried on too
+FEW = 4  # the same, of a closed form
+LONG = 600.0  # beyond this angle 128 bit take longer than about a second [rad]
+
+
+@cache
+def compiled(fp):
+    """One integrator in each precision, for every top."""
+    zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
+    return hy.taylor_adaptive(
+        equations.general(fp),
+        np.zeros(7, dtype=fp),
+        pars=zeros,
+        tol=fp(TOLERANCES[fp]),
+        fp_type=fp,
+        compact_mode=True,
+    )
+
+
+def spun(problem, form, t, q, s):
+    """Attitude and momentum from the variables at t; `symmetric` left out the turn about the axis, which is uniform."""
+    if form == "velocity":
+        return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia)]
+    if form == "momentum":
+        return q + s
+    equal, _, odd = (mp.mpf(x) for x in problem.inertia)
+    angle = t * s[2] * equal * (1 / odd - 1 / equal)
+    half, m = [mp.cos(angle / 2), 0, 0, mp.sin(angle / 2)], [x * equal for x in s]
+    c, d = mp.cos(angle), mp.sin(angle)
+    return equations.product(q, half) + [c * m[0] + d * m[1], c * m[1] - d * m[0], m[2]]
+
+
+def states(problem, times, form="velocity", fp=hy.real128):
+    """Attitude and angular momentum in the body at the times, as mpmath numbers. Forms: velocity, momentum; symmetric
+    for Lagrange tops, a sphere under the same torque."""
+    own, moment, rate = problem.in_own_units()
+    model = replace(own, inertia=own.inertia[:1] * 3) if form == "symmetric" else own
+    variables = "velocity" if form == "symmetric" else form
+    top = compiled(fp)
+    top.pars[:] = equations.in_precision(equations.coefficients(model, variables), fp)
+    top.state[:] = equations.in_precision(equations.start(model, variables), fp)
+    top.time, found = fp(0), []
+    for t in times:
+        outcome = top.propagate_until(fp(t) * fp(rate))[0]
+        if outcome != hy.taylor_outcome.time_limit:
+            raise ArithmeticError(f"heyoka stopped on {problem.name} before t = {t}: {outcome}")
+        with mp.workdps(DIGITS):
+            state = [mp.mpf(str(x)) for x in top.state]
+            q, m = (
+                part
+                for part in np.split(
+                    np.array(spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])), [4]
+                )
+            )
+            norm = mp.sqrt(sum(x * x for x in q))
+            found.append([x / norm for x in q] + [x * moment * rate for x in m])
+    return found
+
+
+def angle(p, q):
+    """Angle of the rotation between two attitudes [rad], in many digits."""
+    with mp.workdps(DIGITS):
+        turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
+        return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
+
+
+def energy(problem, state):
+    w, x, y, z = state[:4]
+    up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
+    kinetic = sum(m * m / mp.mpf(J) for m, J in zip(state[4:], problem.inertia)) / 2
+    return kinetic + sum(u * mp.mpf(c) for u, c in zip(up, problem.lever))
+
+
+def energy_error(problem, state):
+    with mp.workdps(DIGITS):
+        return float(
+            abs(1 - energy(problem, state) / energy(problem, equations.start(problem, "momentum")))
+        )
+
+
+def nudged(problem, nudge):
+    """The same top with its data moved by a few roundings, one after the other; a symmetric one stays symmetric."""
+    with mp.workdps(DIGITS):
+        more = 1 + mp.mpf(nudge * ROUNDING)
+        for word in ("momentum", "inertia", "lever"):
+            numbers = getattr(problem, word)
+            for i in range(3):
+                both = word == "inertia" and problem.symmetric and i < 2
+                moved = tuple(
+                    x * more if j == i or both and j < 2 else x for j, x in enumerate(numbers)
+                )
+                if numbers[i] and not (both and i):
+                    yield replace(problem, **{word: moved})
+        for i in range(3):
+            little = [mp.mpf(1)] + [mp.mpf(nudge * ROUNDING / 2 * (j == i)) for j in range(3)]
+            yield replace(
+                problem,
+                attitude=tuple(equations.product([mp.mpf(x) for x in problem.attitude], little)),
+            )
+
+
+def conditioning(problem, times, form, fp=FINER):
+    """By what angle one rounding of each of the data moves the attitude, at each time [rad]."""
+    own, _, rate = problem.in_own_units()
+    times = [t * rate for t in times]
+    here = states(own, times, form, fp)
+    moved = [states(near, times, form, fp) for near in nudged(own, NUDGES[fp])]
+    return [
+        sum(angle(state, near[i]) for near in moved) / NUDGES[fp] for i, state in enumerate(here)
+    ]
+
+
+def on_the_way(problem, end):
+    """The truth of any scene in about a second: where 128 bit would take longer, in 80."""
+    form = "symmetric" if problem.symmetric else "velocity"
+    fast = (
+        problem.rate
+        if form == "velocity"
+        else replace(problem, inertia=problem.inertia[:1] * 3).rate
+    )
+    brief = fast * end < LONG
+    (finer,) = states(problem, [end], form, FINER)
+    state = states(problem, [end], form)[0] if brief else finer
+    again = finer if brief else states(problem, [end], form, float)[0]
+    moved = conditioning(
+        problem, np.linspace(0, end, LOOKS + 1)[1:], form, FINER if brief else float
+    )
+    return {
+        "attitude": [mp.nstr(x, 34) for x in state[:4]],
+        "agreement": angle(state, again),
+        "bits": 128 if brief else 80,
+        "conditioning": moved[-1],
+        "worst": max(moved),
+    }
+
+
+def closed_form(problem, end):
+    """The truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how far its roundings move it."""
+
+    def state(top, t):
+        start = equations.start(top, "momentum")
+        m = turned(start[:4], start[4:])
+        kind = (
+            Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m)
+            if top.symmetric
+            else Euler(top.inertia, start[:4], m)
+        )
+        return kind(t)[0]
+
+    own, _, rate = problem.in_own_units()
+    times = [rate * end * (i + 1) / FEW for i in range(FEW)]
+    here = [state(own, t) for t in times]
+    moved = [[state(near, t) for t in times] for near in nudged(own, NUDGES[FINER])]
+    angles = [sum(angle(q, near[i]) for near in moved) / NUDGES[FINER] for i, q in enumerate(here)]
+    return {
+        "attitude": [mp.nstr(x, 34) for x in here[-1]],
+        "agreement": None,
+        "bits": int(DIGITS * 3.32),
+        "conditioning": angles[-1],
+        "worst": max(angles),
+    }
+
+
+def turned(q, v):
+    """q v q*, in many digits."""
+    with mp.workdps(DIGITS):
+        return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
+
+
+def ways(problem, end, kept):
+    """Angle [rad] between the truth and each other way to compute it."""
+    with mp.workdps(DIGITS):
+        true = [mp.mpf(x) for x in kept["attitude"]]
+    yield "heyoka, 128 bit, momentum", angle(true, states(problem, [end], "momentum")[0])
+    if problem.symmetric:
+        yield "heyoka, 128 bit, spin apart", angle(true, states(problem, [end], "symmetric")[0])
+    yield "heyoka, 80 bit", angle(true, states(problem, [end], "velocity", FINER)[0])
+    for name, method in kr.methods.items():
+        many, scene = method.digits, problem.scene()
+        if (many or method.exact) and method.suits(scene):
+            path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
+            q = problem.principal(path.q[-1])
+            low = problem.principal(path.q_low[-1]) if many else np.zeros(4)
+            with mp.workdps(DIGITS):
+                yield (
+                    f"{name}, 30 digits" if many else name,
+                    angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low)]),
+                )
+
+
+def compute(problem, times):
+    """Truth by time, with what shows how good it is."""
+    form = "symmetric" if problem.symmetric else "velocity"
+    found, again = states(problem, times), states(problem, times, "momentum")
+    moved = conditioning(problem, times, form)
+    return {
+        f"{t:g}": {
+            "attitude": [mp.nstr(x, 34) for x in state[:4]],
+            "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
+            "agreement": angle(state, other),
+            "energy_error": energy_error(problem, state),
+            "conditioning": condition,
+        }
+        for t, state, other, condition in zip(times, found, again, moved)
+    }
+
+
+def stored(name, t):
+    """The truth of a scene at a time that reference.json holds."""
+    return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
+
+
+def of(problem, end):
+    """The truth of a scene of the report, as it is kept, or of any other, computed now."""
+    known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
+    return (
+        known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
+    )
+
+
+def write_csv(file, lines):
+    """How far each way to compute each truth is from it."""
+    with file.open("w", newline="") as out:
+        writer = csv.writer(out)
+        writer.writerow(("scene", "t", "conditioning", "computed_by", "away"))
+        for line in lines:
+            writer.writerows(
+                (line["scene"], line["end"], line["conditioning"], *way) for way in line["ways"]
+            )
+
+
+def main(argv=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.truth.reference", description=__doc__
+    ).parse_args(argv)
+    truths = {name: compute(load(name), [SHORT, end]) for name, end in HORIZONS.items()}
+    about = {
+        "command": "python -m validation.truth.reference",
+        "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",
+        "attitude": "principal axes -> space, scalar first",
+        "body_momentum": "along the principal axes",
+        "agreement": "angle [rad] to the same run on equations for the momentum",
+        "energy_error": "relative, at this time",
+        "conditioning": "angle [rad] by which roundings (2^-53) of all the data move it",
+    }
+    FILE.write_text(json.dumps({**about, "truths": truths}, indent=1) + "\n")
+    for name, found in truths.items():
+        for t, truth in found.items():
+            print(
+                f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
+                f"{truth['energy_error']:.0e}; one rounding of the data moves it by {truth['conditioning']:.0e} rad"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
