@@ -17,9 +17,8 @@ static const kr_state *states_of(const doubles &a)
 
 // A quantity of each state: `shape` is its own shape, T the doubles that it is made of.
 template <class T, class Function>
-static doubles each(const doubles &scene, const doubles &states, std::vector<py::ssize_t> shape, Function function)
+static doubles each(const kr_scene &s, const doubles &states, std::vector<py::ssize_t> shape, Function function)
 {
-    const auto s = value_of<kr_scene>(scene);
     const kr_state *in = states_of(states);
     const py::ssize_t n = states.shape(0);
     shape.insert(shape.begin(), n);
@@ -31,24 +30,24 @@ static doubles each(const doubles &scene, const doubles &states, std::vector<py:
     return out;
 }
 template <double function(const kr_scene *, const kr_state *)>
-static doubles scalar(const doubles &scene, const doubles &states)
+static doubles scalar(const kr_scene &s, const doubles &states)
 {
-    return each<double>(scene, states, {}, [](auto *s, auto *state, double *to) { *to = function(s, state); });
+    return each<double>(s, states, {}, [](auto *s, auto *state, double *to) { *to = function(s, state); });
 }
 template <kr_vec3 function(const kr_scene *, const kr_state *)>
-static doubles vector(const doubles &scene, const doubles &states)
+static doubles vector(const kr_scene &s, const doubles &states)
 {
-    return each<kr_vec3>(scene, states, {3}, [](auto *s, auto *state, kr_vec3 *to) { *to = function(s, state); });
+    return each<kr_vec3>(s, states, {3}, [](auto *s, auto *state, kr_vec3 *to) { *to = function(s, state); });
 }
-static doubles frame(const doubles &scene, const doubles &states)
+static doubles frame(const kr_scene &s, const doubles &states)
 {
     struct axes { kr_vec3 unit[3]; };
-    return each<axes>(scene, states, {3, 3}, [](auto *s, auto *state, axes *to) { kr_state_frame(s, state, to->unit); });
+    return each<axes>(s, states, {3, 3}, [](auto *s, auto *state, axes *to) { kr_state_frame(s, state, to->unit); });
 }
 template <double function(const kr_scene *, const kr_state *, double)>
-static doubles at_step(const doubles &scene, const doubles &states, double step)
+static doubles at_step(const kr_scene &s, const doubles &states, double step)
 {
-    return each<double>(scene, states, {}, [step](auto *s, auto *state, double *to) { *to = function(s, state, step); });
+    return each<double>(s, states, {}, [step](auto *s, auto *state, double *to) { *to = function(s, state, step); });
 }
 static doubles attitude_error(const doubles &a, const doubles &b)
 {
@@ -69,18 +68,12 @@ static py::tuple body_from_tensor(double mass, const doubles &inertia, const dou
     kr_body body = {};
     if (inertia.size() != 9) throw py::value_error("an array has the wrong shape");
     const kr_status status = kr_body_from_tensor(mass, inertia.data(), value_of<kr_vec3>(com), &body);
-    return py::make_tuple(name_of(status), array_of(body));
+    return py::make_tuple(name_of(status), block_of(body));
 }
-static const char *body_kind(const doubles &body, double rtol)
+static const char *body_kind(const kr_body &b, double rtol)
 {
     static const char *const names[] = {"general", "euler", "lagrange", "kowalewski", "goryachev_chaplygin"};
-    const auto b = value_of<kr_body>(body);
     return names[kr_body_kind(&b, rtol)];
-}
-static const char *scene_check(const doubles &scene)
-{
-    const auto s = value_of<kr_scene>(scene);
-    return name_of(kr_scene_check(&s));
 }
 
 static py::dict status_table()
@@ -100,27 +93,27 @@ static py::list method_table()
     }
     return table;
 }
-static bool method_applies(const std::string &method, const doubles &body)
+static bool method_applies(const std::string &method, const kr_body &b)
 {
-    const auto b = value_of<kr_body>(body);
     return kr_method_applies(method_of(method), &b) != 0;
 }
 
-static bool method_suits(const std::string &method, const doubles &scene)
+static bool method_suits(const std::string &method, const kr_scene &s)
 {
-    const auto s = value_of<kr_scene>(scene);
     return kr_method_suits(method_of(method), &s) != 0;
 }
 
 void bind_events(py::module_ &m);       // _events.cpp
 void bind_exact(py::module_ &m);        // _exact.cpp
 void bind_run(py::module_ &m);          // _run.cpp
+void bind_scene(py::module_ &m);        // _scene.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
     bind_events(m);
     bind_exact(m);
     bind_run(m);
+    bind_scene(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
@@ -140,7 +133,6 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
-    m.def("scene_check", scene_check, "scene"_a);
     m.def("velocity", vector<kr_state_velocity>, "scene"_a, "states"_a);
     m.def("torque", vector<kr_state_torque>, "scene"_a, "states"_a);
     m.def("apex", vector<kr_state_apex>, "scene"_a, "states"_a);

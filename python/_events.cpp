@@ -97,14 +97,14 @@ static kr_status follow(kr_top *top, const double *t, size_t n, watched &wanted,
     }
     return status;
 }
-static py::tuple record_events(const doubles &scene, const std::string &method, double step, double tol, int digits,
+static py::tuple record_events(const kr_scene &s, const std::string &method, double step, double tol, int digits,
                                int64_t max_steps, const doubles &t, const py::list &list, const py::object &progress)
 {
-    const auto s = value_of<kr_scene>(scene);
     watched wanted(list);
     journal path, events;
     watch watching;
-    const kr_config config = {step, tol, max_steps, watch::poll, &watching, digits, false};
+    const bool back = t.size() > 0 && t.data()[t.size() - 1] < 0.0;
+    const kr_config config = {led(step, back), tol, max_steps, watch::poll, &watching, digits, false};
     kr_top *raw = nullptr;
     kr_stats stats = {0, 0, 0, 0};
     kr_status status = kr_top_create(&s, method_of(method), config, &raw);
@@ -126,9 +126,8 @@ static py::tuple record_events(const doubles &scene, const std::string &method, 
     return py::make_tuple(name_of(status), array_of_states(path.states), array_of_states(path.low), counts(stats),
                           numbers_of(events));
 }
-static doubles terms_value(const doubles &scene, const doubles &states, const py::list &list)
+static doubles terms_value(const kr_scene &s, const doubles &states, const py::list &list)
 {
-    const auto s = value_of<kr_scene>(scene);
     if (states.ndim() != 2 || states.shape(1) != 8) throw py::value_error("an array has the wrong shape");
     const kr_state *in = reinterpret_cast<const kr_state *>(states.data());
     const terms g = terms_of(list);

@@ -7,6 +7,7 @@ from typing import TypedDict
 import numpy as np
 
 import kreisel._core as _core
+
 from .arguments import Array
 
 

@@ -220,9 +220,8 @@ class Path:
     def _apart(self, method: str, digits: int | None) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        second = Request(self.scene, methods[method], None, None, digits, 0, None, method)
-        times = listed(self.t, None, None)
-        other = good(second, rows(second, times), float(times[-1]))
+        second = Request(methods[method], digits=digits, asked=method)
+        other = good(self.scene, second, rows(self.scene, second, listed(self.t, None, None)))
         dot = (self.q * other.q).sum(axis=1)
         sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
         d = (sign * other.q - self.q) + (sign * other.q_low - self.q_low)
@@ -237,7 +236,8 @@ class Path:
         """What was used for this path, and what was left out, and why."""
         step = None if self.step is None else abs(self.step)
         words = step, self.tol, self.digits, 0, self.want, self._asked
-        return plan_of(Request(self.scene, methods[self.method], *words), len(self), self._choice)
+        done = Request(methods[self.method], *words)
+        return plan_of(self.scene, done, len(self), self._choice)
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
@@ -349,28 +349,31 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
     return refused(status, path.scene, path.method, path.step, path.tol)
 
 
-def path_of(done: Request, back: bool, came: Rows) -> Path:
+def path_of(scene: Scene, done: Request, came: Rows) -> Path:
     """The path of what the core has recorded, with all its states."""
+    _, states, low, counts, end = came
+    step = done.step if end >= 0.0 else done.signed(True)
     return Path(
-        done.scene,
-        came.states,
+        scene,
+        states,
         done.method.name,
-        done.signed(back),
+        step,
         done.tol,
-        Stats(*came.counts),
+        Stats(*counts),
         done.digits,
-        _low=came.low,
+        _low=low,
         _asked=done.asked,
     )
 
 
-def good(done: Request, came: Rows, end: float) -> Path:
-    """The path to `end`, kept to what is wanted; raises what its status stands for."""
-    path = path_of(done, end < 0.0, came)
+def good(scene: Scene, done: Request, came: Rows) -> Path:
+    """The path of what the core has recorded, kept to what is wanted; raises what its status stands
+    for."""
+    path = path_of(scene, done, came)
     if done.want is not None:
         path = path.only(done.want)
-    if came.status != "OK":
-        raise stopped(came.status, path, way(path, end))
+    if came[0] != "OK":
+        raise stopped(came[0], path, way(path, came[-1]))
     return path
 
 

@@ -11,6 +11,8 @@ from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
 from .._model.scene import Scene
 
+# for some bodies only
+_SOME = FLAGS["LAGRANGE_ONLY"] | FLAGS["INTEGRABLE"] | FLAGS["SYMMETRIC_ONLY"] | FLAGS["EULER_ONLY"]
 EXACT, ELSE = "exact", "taylor"  # what 'auto' takes: the first where it suits
 
 
@@ -85,7 +87,7 @@ class Method:
 
     def suits(self, scene: Scene) -> bool:
         """Whether it can move this scene: without gravity more bodies have a closed form."""
-        return method_suits(self.name, scene._block)
+        return not self.flags & _SOME or method_suits(self.name, scene._block)
 
 
 class Methods(dict[str, Method]):
@@ -115,9 +117,7 @@ def fitting(name: object, scene: Scene) -> Method:
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
     if name == "auto":
-        if methods[EXACT].suits(scene):
-            return methods[EXACT]
-        name = ELSE
+        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
     method = methods.get(name)
     if method is None:
         raise ValueError(unknown(name))
