@@ -1,4 +1,4 @@
-// Thin: one Python name per C function; no numerics, no defaults, no messages. Floor 5.
+// Thin: one Python name per C function; no numerics, no defaults, no messages.
 // A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an (n, 8) array, shared and not copied.
 #include <string>
 #include <vector>

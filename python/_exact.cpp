@@ -1,4 +1,4 @@
-// The closed form. A plan goes to Python as the doubles that it is made of. Floor 5.
+// The closed form. A plan goes to Python as the doubles that it is made of.
 #include <algorithm>
 #include <cmath>
 #include <vector>

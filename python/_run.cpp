@@ -1,4 +1,4 @@
-// Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints. Floor 5.
+// Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints.
 #include <atomic>
 #include "watch.hpp"
 

@@ -1,4 +1,4 @@
-// Values of kreisel.h as arrays of the doubles that they are made of, and statuses as names. Floor 5.
+// Values of kreisel.h as arrays of the doubles that they are made of, and statuses as names.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

@@ -1,4 +1,4 @@
-/* The driver's upper half: a top in motion as its user sees it. Floor 4. It owns the user's frame,
+/* The driver's upper half: a top in motion as its user sees it. It owns the user's frame,
  * units and clock, and landing; steps.c owns limits, finiteness, interruption and the last good
  * state; methods only step. A fixed-step run stands on the grid start.t + k step, an adaptive one
  * where its own steps end. A time between two such points is read by a second run, begun anew at

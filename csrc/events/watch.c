@@ -1,4 +1,4 @@
-/* On from event to event. Floor 6. Each step is made as ever and then searched, so that the path
+/* On from event to event. Each step is made as ever and then searched, so that the path
  * does not know of it; every event keeps the next place found in the last step, and is searched
  * again from there when that has passed. */
 #include "roots.h"

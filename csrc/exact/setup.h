@@ -1,4 +1,4 @@
-/* What the set-ups of the closed form share. Floor 3.
+/* What the set-ups of the closed form share.
  *     alpha = w + i z,  beta = x + i y,   x(t) = x0 + nu t,   nome exp(-pi K'/K)
  *     alpha ~ theta1(x + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(x + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(x + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(x)

@@ -1,4 +1,4 @@
-/* What the driver asks of a body. Floor 1. */
+/* What the driver asks of a body. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "numbers/su2.h"

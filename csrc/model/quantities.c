@@ -1,4 +1,4 @@
-/* The quantities of a state, and what makes a scene. Floor 1. With R the principal axes' attitude,
+/* The quantities of a state, and what makes a scene. With R the principal axes' attitude,
  * M = R* m R:
  *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
  * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text. */

@@ -1,4 +1,4 @@
-/* The stage: see stage.h. Floor 4. */
+/* The stage: see stage.h. */
 #include <math.h>
 #include "stage.h"
 

@@ -1,4 +1,4 @@
-/* Floors 0 and 1: quaternions, trigonometry, bodies, quantities. */
+/* Quaternions, trigonometry, bodies, quantities. */
 #include "model/body.h"
 #include "check.h"
 
