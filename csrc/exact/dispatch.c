@@ -1,4 +1,4 @@
-/* The closed form on the widest instruction set that this processor has. Floor 3. */
+/* The closed form on the widest instruction set that this processor has. */
 #include "dispatch.h"
 
 const kr_exact_isa *kr_exact_isa_at(int i)

@@ -1,4 +1,4 @@
-/* What is compiled once per instruction set, and chosen when it runs (exact.c). Floor 3. Every set
+/* What is compiled once per instruction set, and chosen when it runs (exact.c). Every set
  * gives the same bits: none fuses a product and a sum but in two_product, which is exact either
  * way. */
 #ifndef KR_EXACT_SET_H

@@ -1,4 +1,4 @@
-/* From a user's scene to a plan, and back. Floor 3. A state's error must not grow with time, hence
+/* From a user's scene to a plan, and back. A state's error must not grow with time, hence
  * nothing that a rate depends on is rounded on the way into working axes and own units: the
  * attitude there and mass gravity com are products in double-double, the units powers of two. */
 #ifndef KR_READ_H

@@ -1,4 +1,4 @@
-/* The state of a plan. Floor 3. One kernel serves one time and many: it has no branch and calls
+/* The state of a plan. One kernel serves one time and many: it has no branch and calls
  * nothing but sqrt, so that compilers turn a loop over times into vectors, and it gives the same
  * bits at every width. */
 #ifndef KR_STATE_H

@@ -1,5 +1,5 @@
 /* The k-th state of the Bobenko-Suris map, at once: a curve like the top's, walked in equal
- * strides. Floor 3. With
+ * strides. With
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),   beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y)
  * the turn of alpha a step is arg N+(s2) - 2 arg theta2(eta/2 + i y1), of beta the like; the
  * momentum belongs to the link between two states, hence to half a stride back. Spin: the exact

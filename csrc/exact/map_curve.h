@@ -1,4 +1,4 @@
-/* The Bobenko-Suris map's curve. Floor 3. m' = m + step torque(a), a' = Cay(step m' / I1) a; with h
+/* The Bobenko-Suris map's curve. m' = m + step torque(a), a' = Cay(step m' / I1) a; with h
  * = step/2, W = h m'/I1, b = h^2 lever/I1 the constants are l = W.e3, c = W.a, E = |W|^2 (1 + b s)
  * + b s; s = u + u', X = 2 (1 + c^2)/(1 + E), y = X (1 + b s) = 1 + a.a'. Then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   N+- = y +- s + i(l y - c s),

@@ -1,4 +1,4 @@
-/* Phases and rates of a plan, and the frame around it; one state. Floor 3. */
+/* Phases and rates of a plan, and the frame around it; one state. */
 #ifndef KR_PHASE_H
 #define KR_PHASE_H
 #include "kernel.h"

@@ -1,4 +1,4 @@
-/* What the set-ups of the closed form share. Floor 3.
+/* What the set-ups of the closed form share.
  *     alpha = w + i z,  beta = x + i y,   x(t) = x0 + nu t,   nome exp(-pi K'/K)
  *     alpha ~ theta1(x + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(x + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(x + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(x)
@@ -7,7 +7,7 @@
  * not needed. */
 #ifndef KR_PLAN_H
 #define KR_PLAN_H
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 
 #ifdef __GNUC__

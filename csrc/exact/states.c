@@ -1,4 +1,4 @@
-/* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with
+/* Many states of a plan: blocks of times, as wide as the instruction set is. Compiled with
  * the vectorizer of loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on
  * (CMakeLists.txt). */
 #include "dispatch.h"

@@ -1,4 +1,4 @@
-/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. Floor 0: libc
+/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. From libc
  * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
  * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. */
 #ifndef KR_DD_H

@@ -1,4 +1,4 @@
-/* Elementary functions and Carlson's R_F in double-double. Floor 3. For moderate arguments: |a| <
+/* Elementary functions and Carlson's R_F in double-double. For moderate arguments: |a| <
  * 600, angles below 4. */
 #ifndef KR_DDMATH_H
 #define KR_DDMATH_H

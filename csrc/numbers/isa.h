@@ -1,4 +1,4 @@
-/* Instruction sets. Floor 0. A file compiled once per set names what it exports by KR_NAME;
+/* Instruction sets. A file compiled once per set names what it exports by KR_NAME;
  * -DKR_SET=avx2 and the like come from CMakeLists.txt, which defines KR_X86 where these sets were
  * compiled in. */
 #ifndef KR_SETS_H

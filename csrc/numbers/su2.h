@@ -1,4 +1,4 @@
-/* Vectors and unit quaternions (SU(2)), by value. Floor 0. q turns v into q v q*. In the thesis'
+/* Vectors and unit quaternions (SU(2)), by value. q turns v into q v q*. In the thesis'
  * su(2) a vector is half a quaternion, and its Phi^-1 is q (DESIGN: conventions). */
 #ifndef KR_SU2_H
 #define KR_SU2_H

@@ -1,4 +1,4 @@
-/* Vectors and quaternions in double-double. Floor 0. */
+/* Vectors and quaternions in double-double. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H
 #include "dd.h"
