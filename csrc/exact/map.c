@@ -1,5 +1,6 @@
-/* The map's plans and states. Compiled once per instruction set, as plans.c, but apart from it: who
- * does without the map, as the page, links nothing of it. */
+/* The closed form of the Bobenko-Suris map, and its states. This file is compiled once per
+ * instruction set. It stands apart from closed_form.c, so that who does without the map, as the
+ * page does, links nothing of it. */
 #include "dispatch.h"
 #include "map.h"
 
