@@ -1,5 +1,5 @@
 /* The public functions of the closed form: each goes to what was compiled for the widest
- * instruction set that this processor has. Floor 3. */
+ * instruction set that this processor has. */
 #include "dispatch.h"
 
 const kr_exact_isa *kr_exact_isa_at(int i)

@@ -1,5 +1,5 @@
 /* What of the closed form is compiled once per instruction set, and chosen when it runs
- * (dispatch.c). Floor 3. Every instruction set gives the same bits: none fuses a product and a sum
+ * (dispatch.c). Every instruction set gives the same bits: none fuses a product and a sum
  * but in two_product, which is exact either way. */
 #ifndef KR_EXACT_DISPATCH_H
 #define KR_EXACT_DISPATCH_H

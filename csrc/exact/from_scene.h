@@ -1,4 +1,4 @@
-/* From a user's scene to the closed form's working axes and own units. Floor 3. A state's error
+/* From a user's scene to the closed form's working axes and own units. A state's error
  * must not grow with time, hence nothing that a rate depends on is rounded on this way: the
  * attitude and mass gravity com are products in double-double, the units are powers of two. This
  * header is source that is compiled once per instruction set, because its products want the fused

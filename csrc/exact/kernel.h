@@ -1,4 +1,4 @@
-/* The state of the closed form at a time. Floor 3. One kernel serves one time and many: it has no
+/* The state of the closed form at a time. One kernel serves one time and many: it has no
  * branch and calls nothing but sqrt, so that compilers turn a loop over times into vectors, and it
  * gives the same bits at every width. This header is source that is compiled once per instruction
  * set, because that loop takes the width of the vectors. In formulas e is the closed form, a, b and

@@ -1,5 +1,5 @@
 /* The k-th state of the Bobenko-Suris map, at once: a curve like the top's, walked in equal
- * strides. Floor 3. In the letters of map_curve.h, where a prime marks the next state,
+ * strides. In the letters of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence alpha turns by arg N+(s2) - 2 arg theta2(eta/2 + i y1) a step, and beta likewise. The

@@ -1,4 +1,4 @@
-/* Phases and rates of the closed form, the frame around it, and one state of it. Floor 3. An angle
+/* Phases and rates of the closed form, the frame around it, and one state of it. An angle
  * is counted in turns, because whole turns are then left out without a rounding. This header is
  * source that is compiled once per instruction set, because its products want the fused one. */
 #ifndef KR_EXACT_PHASE_H

@@ -1,4 +1,4 @@
-/* What the set-ups of the closed form share. Floor 3. With q = (w, x, y, z), alpha = w + i z and
+/* What the set-ups of the closed form share. With q = (w, x, y, z), alpha = w + i z and
  * beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
@@ -8,7 +8,7 @@
  * users are. */
 #ifndef KR_EXACT_SETUP_H
 #define KR_EXACT_SETUP_H
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 #include "numbers/isa.h"
 

@@ -1,4 +1,4 @@
-/* Many states of the closed form: blocks of times, as wide as the instruction set is. Floor 3. This
+/* Many states of the closed form: blocks of times, as wide as the instruction set is. This
  * file is compiled with the vectorizer of loops, once per instruction set: -DKR_ISA=avx2 -mavx2
  * -mfma, and so on (CMakeLists.txt). */
 #include "dispatch.h"

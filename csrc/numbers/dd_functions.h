@@ -1,4 +1,4 @@
-/* Elementary functions and Carlson's R_F in double-double. Floor 3. They are made for moderate
+/* Elementary functions and Carlson's R_F in double-double. They are made for moderate
  * arguments: |a| < 600 in dd_exp, angles below 4 in dd_sincos. Each reduces its argument, sums a
  * power series, and undoes the reduction by squares or by doubled angles. */
 #ifndef KR_DD_FUNCTIONS_H

@@ -1,4 +1,4 @@
-/* What a file needs that is compiled once per instruction set. Floor 0. It names what it exports by
+/* What a file needs that is compiled once per instruction set. It names what it exports by
  * KR_NAME. CMakeLists.txt passes -DKR_ISA=avx2 and the like, and defines KR_X86 where these
  * instruction sets were compiled in. */
 #ifndef KR_ISA_H

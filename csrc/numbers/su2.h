@@ -1,4 +1,4 @@
-/* Vectors and unit quaternions (SU(2)), by value. Floor 0. A name that begins with v_ takes
+/* Vectors and unit quaternions (SU(2)), by value. A name that begins with v_ takes
  * vectors, one that begins with q_ takes quaternions. A unit quaternion q turns v into q v q*. In
  * the thesis' su(2) a vector is half a quaternion, and its Phi^-1 is q. */
 #ifndef KR_SU2_H

@@ -1,5 +1,5 @@
 /* Vectors and quaternions in double-double, by value, with the names of su2.h: vdd_ takes vectors,
- * qdd_ takes quaternions. Floor 0. They carry a state through its turns where 20 or 30 digits are
+ * qdd_ takes quaternions. They carry a state through its turns where 20 or 30 digits are
  * asked for. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H

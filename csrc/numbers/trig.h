@@ -1,4 +1,4 @@
-/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. Floor 0.
+/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp.
  * libm's would not do: its last bit differs between libraries, and with it every state computed
  * from it. With these functions a scene gives the same bits from every compiler and every libm, and
  * in WebAssembly. They sum power series, without a table and without a fused product. */
