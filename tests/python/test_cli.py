@@ -174,7 +174,7 @@ def test_solve_writes_all_digits(tmp_path):
     path = kr.solve(SCENE, [-1, -2], "rk4", step=0.1)
     how = ("--t", "-1,-2", "--method", "rk4", "--step", 0.1)
     header, *rows = csv.reader(call("solve", scene, *how, "--csv", "-").splitlines())
-    assert header == ["t", "qw", "qx", "qy", "qz", "mx", "my", "mz"]
+    assert header == ["t", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
     assert np.array_equal(np.array(rows, float), path.states)
     shown = call("solve", scene, *how, "--npz", tmp_path / "top.npz")
     assert "2 states by rk4: 20 steps" in shown and f"{path.m[-1, 0]:.15g}" in shown
@@ -317,7 +317,7 @@ def test_solve_what_is_wanted(tmp_path):
     how = ("--t", "1,2,3", "--want", "nutation,apex,q", "--npz", tmp_path / "top.npz", "--csv", "-")
     header, *rows = csv.reader(call("solve", "asymmetric", *how).splitlines())
     path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
-    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "qw", "qx", "qy", "qz"]
+    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "q_w", "q_x", "q_y", "q_z"]
     assert np.array_equal(
         np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q])
     )

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._core import modified_energy, modified_energy4, statuses
+from .._core import modified_energy, modified_energy4, statuses, values
 from .._ground.arguments import Array, number
-from .._ground.core_table import values
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
@@ -272,13 +271,14 @@ def _quantity(quantity: Quantity) -> cached_property[Array]:
         return frozen(values(quantity.name, path.scene._block, path.states))
 
     shape = ", ".join(map(str, ("n", *quantity.shape))) + ("," if not quantity.shape else "")
-    of.__doc__ = f"({shape}) {quantity.text} [{quantity.dimension}]."
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
     attribute = cached_property(of)
     attribute.__set_name__(Path, quantity.name)
     return attribute
 
 
-for _name in QUANTITIES.keys() - vars(Path).keys():
+for _name in [name for name in QUANTITIES if name not in vars(Path)]:
     setattr(Path, _name, _quantity(QUANTITIES[_name]))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .._core import flags as FLAGS
 from .._core import method_applies, method_suits
 from .._core import methods as core_methods
-from .._ground.core_table import flags as FLAGS
 from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
 from .._model.scene import Scene

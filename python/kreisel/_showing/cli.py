@@ -331,7 +331,8 @@ def report(arguments: tuple[str, ...]) -> None:
     if not (here / "validation/report/main.py").is_file():
         raise click.ClickException(
             "the report is made in the top folder of the source tree, which has "
-            f"validation/report/main.py; {here} has not. Get the source, and run `make report` there"
+            f"validation/report/main.py; {here} has not. Get the source, and run `make report` "
+            "there"
         )
     sys.path.insert(0, str(here))
     try:

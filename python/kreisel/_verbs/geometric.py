@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._core import values
 from .._ground.arguments import Array
-from .._ground.core_table import values
 from .._model.scene import Scene
 from .._recording.path import Path, Stats, stopped
 from .._recording.rows import rows
