@@ -2,7 +2,7 @@
 
 import kreisel as kr
 import numpy as np
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 
 def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 from browser import visit
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 from toolbox import need
 
 SOFTWARE = [

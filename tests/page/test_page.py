@@ -9,7 +9,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from browser import clock, scene, scene_in_python, visit
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 from toolbox import need
 
 EXACT = [

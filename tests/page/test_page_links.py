@@ -8,7 +8,7 @@ from urllib.parse import quote
 import kreisel as kr
 import pytest
 from browser import clock, scene, visit
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
 TRACK = {"name": "rk4", "eps": 0.1, "states": ""}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from browser import drag, scene, visit
 from click.testing import CliRunner
-from kreisel.cli import main
+from kreisel._showing.cli import main
 
 
 def test_a_scene_from_python(browser, tmp_path):
@@ -64,7 +64,7 @@ def test_view_refuses(tmp_path, monkeypatch):
         kr.view(kr.scenes.thesis, step=1e-7, open=False)
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(kr.scenes.thesis, [0.1, 0.3], "rk4", step=0.01), open=False)
-    monkeypatch.setattr(sys.modules["kreisel.view"], "_PAGE", tmp_path / "none.html")
+    monkeypatch.setattr(sys.modules["kreisel._showing.view"], "_PAGE", tmp_path / "none.html")
     with pytest.raises(FileNotFoundError, match="make build"):
         kr.view(kr.scenes.thesis, open=False).html
 

@@ -5,7 +5,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel import _core
+from kreisel._recording import rows
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
@@ -27,7 +27,7 @@ def nothing_runs(monkeypatch):
     def record(*_):
         pytest.fail("a run was begun")
 
-    monkeypatch.setattr(_core, "record", record)
+    monkeypatch.setattr(rows, "record", record)
 
 
 @pytest.mark.parametrize(

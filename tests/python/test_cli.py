@@ -10,7 +10,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from kreisel.cli import main
+from kreisel._showing.cli import main
 
 CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
 SCENE = kr.Scene(
@@ -205,12 +205,12 @@ def test_solve_keeps_what_a_failed_run_reached(tmp_path):
 
 PRESSED = """
 import os, signal
-import kreisel as kr
-from kreisel.cli import main
+from kreisel._showing import cli
 
-solve = kr.solve
-kr.solve = lambda *words, **how: solve(*words, progress=lambda t: os.kill(os.getpid(), signal.SIGINT), **how)
-main()
+solve = cli.solved
+def press(t): os.kill(os.getpid(), signal.SIGINT)
+cli.solved = lambda *words, **how: solve(*words, progress=press, **how)
+cli.main()
 """
 
 
@@ -300,8 +300,8 @@ def test_report_says_where_it_is_made(tmp_path, monkeypatch):
 
 
 def test_report_is_that_of_the_source_tree(tmp_path, monkeypatch):
-    (tmp_path / "validation").mkdir()
-    (tmp_path / "validation/report.py").write_text(
+    (tmp_path / "validation/report").mkdir(parents=True)
+    (tmp_path / "validation/report/main.py").write_text(
         "def main(argv):\n    print('made with', argv)\n    return 3\n"
     )
     done = subprocess.run(

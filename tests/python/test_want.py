@@ -7,8 +7,8 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel.how import LEVEL, TURNING
-from kreisel.times import PIECE
+from kreisel._request.quantities import TURNING, WANTED
+from kreisel._request.times import PIECE
 from test_running import FREE, TOP, WILD, scene_for, words_for
 
 MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
@@ -20,7 +20,7 @@ MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
 def test_want_keeps_the_bits_of_the_whole_path(method):
     scene, words = scene_for(method), words_for(method)
-    names = [*TURNING, *LEVEL]
+    names = [*WANTED]
     whole, path = (
         kr.solve(scene, MANY, method, **words),
         kr.solve(scene, MANY, method, want=names, **words),
@@ -38,7 +38,7 @@ def test_want_keeps_the_bits_of_the_whole_path(method):
 def test_want_is_all_there_is():
     path = kr.solve(TOP, 3, want=("energy", "t", "energy"))
     assert path.want == ("energy",) and path.t.tolist() == [0, 3] and path.energy.shape == (2,)
-    for name in (set(TURNING) | set(LEVEL)) - {"energy"}:
+    for name in WANTED.keys() - {"energy"}:
         with pytest.raises(
             AttributeError, match=rf"no '{name}': .*want=\('energy',\).*; add '{name}' to want"
         ):
@@ -57,7 +57,7 @@ def test_want_is_all_there_is():
 @pytest.mark.parametrize("scene", [TOP, kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin])
 def test_without_heading_what_does_not_turn_is_right(scene):
     times = np.linspace(0, 10, 300)
-    names = tuple(LEVEL)
+    names = tuple(name for name in WANTED if name not in TURNING)
     path, whole = kr.solve(scene, times, want=names), kr.solve(scene, times, digits=20)
     assert "attitude" in dict(path.plan.left_out)
     for name in names:

@@ -3,7 +3,7 @@
 import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
-from kreisel import plot
+from kreisel._ground import drawing as plot
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
@@ -127,8 +127,7 @@ def rod(rod, colour, azimuth=AZIMUTH):
     """A rod as thick as the moments say."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
-        plot.rod(
-            rod,
+        rod.plot(
             axes,
             thickness=0.045 * np.ptp(rod.centre, axis=0).max(),
             colour=colour,
