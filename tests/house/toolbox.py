@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,14 @@ def run(*command, cwd=ROOT, **environment):
     if done.returncode:
         pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
     return done.stdout
+
+
+def python(code, *words, timeout=60, **how):
+    """Runs code in a Python of its own, which Ctrl-C interrupts even where the tests were started
+    with it ignored, as nohup and shells do in the background; gives the process when it is done."""
+    heeding = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    command = [sys.executable, "-c", heeding + code, *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
 
 
 def need(*tools):
