@@ -5,7 +5,7 @@
  * the point before it: so where one looks does not change the path. */
 #include <float.h>
 #include <stdlib.h>
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 #include "top.h"
 

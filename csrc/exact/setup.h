@@ -7,7 +7,7 @@
  * not needed. */
 #ifndef KR_PLAN_H
 #define KR_PLAN_H
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 
 #ifdef __GNUC__

@@ -13,7 +13,7 @@ A function is a sum of terms, factor * quantity or factor * quantity * quantity,
     q_w q_x q_y q_z         the attitude
     apex_x y z              from the fixed point to the centre of mass (as path.apex), a unit vector, in space
     m_x y z                 angular momentum, in space [M L^2 T^-1]
-    vertical_x y z          the upward vertical, seen from the frame in which the body was described
+    body_vertical_x y z     the upward vertical, seen from the frame in which the body was described
     body_velocity_x y z     angular velocity, seen from there [T^-1]
     body_momentum_x y z     angular momentum, seen from there [M L^2 T^-1]
     spin                    angular velocity about the apex [T^-1]
@@ -46,9 +46,9 @@ Function = Mapping[str, float]
 Terms = tuple[tuple[float, int, int], ...]
 Block = tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 
-_NUMBER = {name: i for i, name in enumerate(_core.quantities)}
-_VECTORS = ("apex", "m", "vertical", "body_velocity", "body_momentum")
-_PRECESSION = {f"vertical_{i}*body_velocity_{i}": 1.0 for i in "xyz"} | {"apex_z*spin": -1.0}
+_NUMBER = _core.components
+_VECTORS = ("apex", "m", "body_vertical", "body_velocity", "body_momentum")
+_PRECESSION = {f"body_vertical_{i}*body_velocity_{i}": 1.0 for i in "xyz"} | {"apex_z*spin": -1.0}
 _SPEED = {f"body_velocity_{i}*body_velocity_{i}": 1.0 for i in "xyz"}
 
 
@@ -135,7 +135,7 @@ def extremum(
 
 
 def plane(normal: VectorLike, offset: float = 0.0, of: str = "apex", **more: Any) -> Event:
-    """A Poincare section: where <normal, v> passes the offset, v being 'apex', 'm', 'vertical', 'body_velocity' or
+    """A Poincare section: where <normal, v> passes the offset, v being 'apex', 'm', 'body_vertical', 'body_velocity' or
     'body_momentum'; the offset in units of v, the rest as in crossing."""
     if of not in _VECTORS:
         raise ValueError(errors.unknown("vector", str(of), _VECTORS))

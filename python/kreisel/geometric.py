@@ -154,8 +154,8 @@ def _guess(scene: Scene, t: float, target: float) -> tuple[str, float, float]:
     body = scene.body
     symmetric = methods["blanes_moan6"].applies_to(body)
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
-    potential = float(_core.potential(scene._block, np.array([scene._block[12:]]))[0])
-    kinetic = float(_core.kinetic(scene._block, np.array([scene._block[12:]]))[0])
+    potential = float(_core.values("potential", scene._block, np.array([scene._block[12:]]))[0])
+    kinetic = float(_core.values("kinetic", scene._block, np.array([scene._block[12:]]))[0])
     moment = sorted(body.moments)[1 if symmetric else 2]
     if symmetric:               # a drift is exact, so all error comes with the torque
         rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * (potential + lever) / moment)

@@ -12,7 +12,7 @@ from .scene import Scene
 # others do not.
 TURNING = {"q": 4, "m": 3, "q_low": 4, "m_low": 3, "velocity": 3, "torque": 3, "frame": 9, "apex": 3}
 LEVEL = dict.fromkeys(
-    ("nutation", "kinetic", "potential", "energy", "vertical", "axial", "kowalewski", "goryachev_chaplygin"), 1
+    ("nutation", "kinetic", "potential", "energy", "vertical_momentum", "axial_momentum", "kowalewski", "goryachev_chaplygin"), 1
 )
 WIDTHS = {"t": 1, **TURNING, **LEVEL}
 

@@ -43,37 +43,37 @@ class Path(States):
     @cached_property
     def velocity(self) -> Array:
         """(n, 3) angular velocity [T^-1]."""
-        return frozen(_core.velocity(self.scene._block, self.states))
+        return frozen(_core.values("velocity", self.scene._block, self.states))
 
     @cached_property
     def torque(self) -> Array:
         """(n, 3) torque of gravity about the fixed point, dm/dt [M L^2 T^-2]."""
-        return frozen(_core.torque(self.scene._block, self.states))
+        return frozen(_core.values("torque", self.scene._block, self.states))
 
     @cached_property
     def frame(self) -> Array:
         """(n, 3, 3) the principal axes: frame[:, 0], [:, 1], [:, 2] are the unit vectors N, B, T."""
-        return frozen(_core.frame(self.scene._block, self.states))
+        return frozen(_core.values("frame", self.scene._block, self.states))
 
     @cached_property
     def apex(self) -> Array:
         """(n, 3) unit vectors from the fixed point to the centre of mass; along T if they are the same point."""
-        return frozen(_core.apex(self.scene._block, self.states))
+        return frozen(_core.values("apex", self.scene._block, self.states))
 
     @cached_property
     def nutation(self) -> Array:
         """(n,) angle of the apex with the vertical e3, 0 upright, pi hanging; from its tangent, accurate at both [rad]."""
-        return frozen(_core.nutation(self.scene._block, self.states))
+        return frozen(_core.values("nutation", self.scene._block, self.states))
 
     @cached_property
     def kinetic(self) -> Array:
         """(n,) kinetic energy [M L^2 T^-2]."""
-        return frozen(_core.kinetic(self.scene._block, self.states))
+        return frozen(_core.values("kinetic", self.scene._block, self.states))
 
     @cached_property
     def potential(self) -> Array:
         """(n,) potential energy, zero with the centre of mass level with the fixed point [M L^2 T^-2]."""
-        return frozen(_core.potential(self.scene._block, self.states))
+        return frozen(_core.values("potential", self.scene._block, self.states))
 
     @cached_property
     def energy(self) -> Array:
@@ -81,25 +81,25 @@ class Path(States):
         return frozen(self.kinetic + self.potential)
 
     @cached_property
-    def vertical(self) -> Array:
+    def vertical_momentum(self) -> Array:
         """(n,) <m, e3>, constant for every top [M L^2 T^-1]."""
-        return frozen(_core.vertical(self.scene._block, self.states))
+        return frozen(_core.values("vertical_momentum", self.scene._block, self.states))
 
     @cached_property
-    def axial(self) -> Array:
+    def axial_momentum(self) -> Array:
         """(n,) <m, apex>, constant for a Lagrange top [M L^2 T^-1]."""
-        return frozen(_core.axial(self.scene._block, self.states))
+        return frozen(_core.values("axial_momentum", self.scene._block, self.states))
 
     @cached_property
     def kowalewski(self) -> Array:
         """(n,) the fourth integral K of a Kowalewski top (Bodack 2008, 5.1) [T^-4]; NaN for other bodies."""
-        return frozen(_core.kowalewski(self.scene._block, self.states))
+        return frozen(_core.values("kowalewski", self.scene._block, self.states))
 
     @cached_property
     def goryachev_chaplygin(self) -> Array:
         """(n,) the integral G of a Goryachev-Chaplygin top (Bodack 2008, 5.2) [T^-3]; constant only while <m, e3> = 0;
         NaN for other bodies."""
-        return frozen(_core.goryachev_chaplygin(self.scene._block, self.states))
+        return frozen(_core.values("goryachev_chaplygin", self.scene._block, self.states))
 
     def modified_energy(self, step: float) -> Array:
         """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1) [M L^2 T^-2].
@@ -120,7 +120,7 @@ class Path(States):
             return 0.0
         block = self.scene._block
         start = np.array([block[12:]])
-        kinetic, potential = float(_core.kinetic(block, start)[0]), float(_core.potential(block, start)[0])
+        kinetic, potential = float(_core.values("kinetic", block, start)[0]), float(_core.values("potential", block, start)[0])
         lever = float(np.linalg.norm(self.scene.body.com))
         size = max(kinetic, self.kinetic.max()) + self.scene.body.mass * abs(self.scene.gravity) * lever
         change = np.abs(self.energy - (kinetic + potential)).max()

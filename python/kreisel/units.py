@@ -53,7 +53,7 @@ def h_eps(path: Path, step: float) -> Array:
     """
     check.kind("path", path, Path)
     i1, i3 = _lagrange(path.scene.body)
-    kept: Array = path.modified_energy(check.number("step", step)) / i1 - (i1 / i3 - 1.0) * (path.axial / i1) ** 2 / 2.0
+    kept: Array = path.modified_energy(check.number("step", step)) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
     return kept
 
 

@@ -41,6 +41,13 @@ static inline int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
     }
     return n;
 }
-static const kr_term height = {1.0, KR_APEX_Z, KR_ONE};
-
+static inline kr_term term(double factor, const char *of, const char *times)
+{
+    const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
+    IS(t.of >= 0 && t.times >= 0);
+    return t;
+}
+/* The height of the apex: begin() sets it, first of all. */
+static kr_term height;
+static inline void begin(void) { height = term(1.0, "apex_z", "1"); }
 #endif

@@ -1,6 +1,7 @@
 /* Events: the search for roots by itself, and every quantity's polynomial. */
 #include "events.h"
 #include "events/roots.h"
+#include "model/quantities.h"
 
 /* The changes of sign of scale * prod (s - root), by the search; how many. */
 static int roots_of(int n, const double *root, double scale, double *found)
@@ -46,26 +47,36 @@ static void roots(void)
     }
 }
 
+/* The numbers of all components that events know; how many. */
+static int all_components(int *component)
+{
+    int n = 0;
+    for (int number = 0; number <= KR_QUANTITIES * KR_QUANTITY_MOST && n < MANY; number++)
+        if (kr_component_is(number)) component[n++] = number;
+    IS(n > 20 && n < MANY);
+    return n;
+}
 /* Every product of two quantities: its polynomial against the value of the states inside a step. */
 static void polynomials(int scene, int digits)
 {
     const kr_scene s = scene_of(scene);
+    int component[MANY];
+    const int components = all_components(component);
     kr_top *top = make(&s, (kr_config){.digits = digits}, NULL, 0);
-    for (int i = 0; i < KR_QUANTITY_COUNT * KR_QUANTITY_COUNT; i++) {
-        const kr_term term = {0.7, (kr_quantity)(i / KR_QUANTITY_COUNT),
-                              (kr_quantity)(i % KR_QUANTITY_COUNT)};
-        const kr_event g = {.terms = &term, .count = 1},
-                       rate = {.terms = &term, .count = 1, .extremum = 1};
+    for (int i = 0; i < components * components; i++) {
+        const kr_term product = {0.7, component[i / components], component[i % components]};
+        const kr_event g = {.terms = &product, .count = 1},
+                       rate = {.terms = &product, .count = 1, .extremum = 1};
         double c[KR_TERMS_ROOM], d[KR_TERMS_ROOM], there = 0.0;
         IS(kr_top_advance(top, 0.05 * i) == KR_OK);
         const kr_piece piece = top->method->piece(&top->main);
         const kr_state inside = kr_top_state(top);
-        const double size = kr_terms_size(top, &piece, 1, &term);
+        const double size = kr_terms_size(top, &piece, 1, &product);
         const double at =
             i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
         const int degree = kr_terms_polynomial(top, &piece, &g, c);
         for (int n = degree; n >= 0; n--) there = there * at + c[n];
-        NEAR(there, kr_terms_value(&s, &inside, 1, &term), 1e-14 * size);
+        NEAR(there, kr_terms_value(&s, &inside, 1, &product), 1e-14 * size);
         IS(at >= 0.0 && at <= 1.0 && kr_terms_polynomial(top, &piece, &rate, d) == degree - 1);
         for (int n = 0; n < degree; n++) NEAR(d[n], (n + 1) * c[n + 1], 1e-13 * size);
     }
@@ -75,9 +86,10 @@ static void polynomials(int scene, int digits)
 /* Without the heading the same is found, of what does not turn with it. */
 static void headless(void)
 {
-    static const kr_quantity turning[] = {KR_Q_W, KR_Q_Z, KR_APEX_X, KR_APEX_Y, KR_M_X, KR_M_Y};
+    static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
     const kr_scene s = scene_of(1);
-    const kr_term g[] = {height, {0.2, KR_M_Z, KR_VERTICAL_X}, {0.1, KR_SPIN, KR_BODY_MOMENTUM_Y}};
+    const kr_term g[] = {height, term(0.2, "m_z", "body_vertical_x"),
+                         term(0.1, "spin", "body_momentum_y")};
     kr_event e = {.terms = g, .count = 3, .extremum = 1}, f = e;
     double t[MANY], u[MANY];
     kr_top *whole = make(&s, (kr_config){0}, &e, 1),
@@ -86,8 +98,8 @@ static void headless(void)
     IS(n > 5 && seek_all(level, 20.0, u, NULL) == n);
     for (int i = 0; i < n; i++) NEAR(u[i], t[i], 1e-11);
     for (size_t i = 0; i < sizeof turning / sizeof *turning; i++) {
-        const kr_term term = {1.0, KR_SPIN, turning[i]};
-        kr_event turns = {.terms = &term, .count = 1};
+        const kr_term g_turns = term(1.0, "spin", turning[i]);
+        kr_event turns = {.terms = &g_turns, .count = 1};
         IS(kr_top_watch(whole, 1, &turns) == KR_OK &&
            kr_top_watch(level, 1, &turns) == KR_ERR_ARGUMENT);
     }
@@ -119,6 +131,7 @@ static void loaded(void)
 
 int main(void)
 {
+    begin();
     roots();
     headless();
     loaded();

@@ -1,6 +1,7 @@
 /* Runs that stop at events: what they find, that they leave the path alone, what is refused,
  * failures. */
 #include "events.h"
+#include "model/quantities.h"
 #include "taylor/taylor.h"
 
 static void nutation_of_lagrange_tops(void)
@@ -23,10 +24,10 @@ static void nutation_of_lagrange_tops(void)
 
 static void path_is_the_same(void)
 {
-    const kr_term precession[] = {{1.0, KR_VERTICAL_X, KR_BODY_VELOCITY_X},
-                                  {1.0, KR_VERTICAL_Y, KR_BODY_VELOCITY_Y},
-                                  {1.0, KR_VERTICAL_Z, KR_BODY_VELOCITY_Z},
-                                  {-1.0, KR_APEX_Z, KR_SPIN}};
+    const kr_term precession[] = {term(1.0, "body_vertical_x", "body_velocity_x"),
+                                  term(1.0, "body_vertical_y", "body_velocity_y"),
+                                  term(1.0, "body_vertical_z", "body_velocity_z"),
+                                  term(-1.0, "apex_z", "spin")};
     for (int digits = 16; digits <= 30; digits += 7) {
         const kr_scene s = scene_of(1);
         kr_event e[2] = {{.terms = precession, .count = 4},
@@ -60,7 +61,7 @@ static void at_the_border(void)
         const kr_state border = kr_top_state(top);
         const double level = kr_terms_value(&s, &border, 1, &height);
         for (int off = -20; off <= 20; off++) {
-            const kr_term g[] = {height, {-(level + off * 0x1p-54), KR_ONE, KR_ONE}};
+            const kr_term g[] = {height, term(-(level + off * 0x1p-54), "1", "1")};
             kr_event e = {.terms = g, .count = 2};
             double t[MANY];
             int here = 0;
@@ -95,8 +96,7 @@ static void two_in_one_step(void)
             const double aside = 0.5 * steps[k] * length;
             IS(kr_top_reset(to, &s.start) == KR_OK && kr_top_advance(to, at[i] - aside) == KR_OK);
             const kr_state before = kr_top_state(to);
-            const kr_term g[] = {height,
-                                 {-kr_terms_value(&s, &before, 1, &height), KR_ONE, KR_ONE}};
+            const kr_term g[] = {height, term(-kr_terms_value(&s, &before, 1, &height), "1", "1")};
             kr_event e = {.terms = g, .count = 2};
             kr_top *other = make(&s, (kr_config){0}, &e, 1);
             const int m = seek_all(other, at[i] + length, t, hits);
@@ -167,7 +167,7 @@ static void both_at_once(void)
 }
 static void kernels_agree(void)
 {
-    const kr_term g[] = {{1.0, KR_M_X, KR_APEX_Y}, {-1.0, KR_M_Y, KR_APEX_X}};
+    const kr_term g[] = {term(1.0, "m_x", "apex_y"), term(-1.0, "m_y", "apex_x")};
     const kr_scene s = scene_of(2);
     double first[MANY], t[MANY];
     int n = 0;
@@ -196,9 +196,9 @@ static void scaling(void)
     big.body.com = v_scale(length, s.body.com);
     big.gravity *= length / (time * time);
     big.start.m = v_scale(momentum, s.start.m);
-    const kr_term g[] = {{1.0, KR_M_X, KR_BODY_VELOCITY_Y}, {0.3, KR_SPIN, KR_ONE}};
-    const kr_term h[] = {{1.0 / momentum * time, KR_M_X, KR_BODY_VELOCITY_Y},
-                         {0.3 * time, KR_SPIN, KR_ONE}};
+    const kr_term g[] = {term(1.0, "m_x", "body_velocity_y"), term(0.3, "spin", "1")};
+    const kr_term h[] = {term(1.0 / momentum * time, "m_x", "body_velocity_y"),
+                         term(0.3 * time, "spin", "1")};
     kr_event e = {.terms = g, .count = 2}, f = {.terms = h, .count = 2};
     double t[MANY], u[MANY];
     kr_top *top = make(&s, (kr_config){0}, &e, 1), *other = make(&big, (kr_config){0}, &f, 1);
@@ -212,9 +212,9 @@ static void scaling(void)
 static void refusals(void)
 {
     const kr_scene s = scene_of(0);
-    const kr_term nothing = {0.0, KR_APEX_Z, KR_ONE}, bad = {NAN, KR_APEX_Z, KR_ONE};
-    const kr_term odd = {1.0, KR_QUANTITY_COUNT, KR_ONE};
-    const kr_term vast[2] = {{1e308, KR_M_X, KR_ONE}, {1e308, KR_M_Y, KR_ONE}};
+    const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
+    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_ONE};
+    const kr_term vast[2] = {term(1e308, "m_x", "1"), term(1e308, "m_y", "1")};
     kr_event good = {.terms = &height, .count = 1},
              wrong[] = {{.terms = NULL, .count = 1},
                         {.terms = &height, .count = 0},
@@ -246,7 +246,7 @@ static void refusals(void)
 static void failures(void)
 {
     const kr_scene s = scene_of(0);
-    const kr_term still = {1.0, KR_M_Z, KR_ONE};
+    const kr_term still = term(1.0, "m_z", "1");
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &still, .count = 1, .extremum = 1}};
     kr_hit hit = {7, 7};
@@ -259,6 +259,7 @@ static void failures(void)
 
 int main(void)
 {
+    begin();
     nutation_of_lagrange_tops();
     path_is_the_same();
     at_the_border();

@@ -147,7 +147,7 @@ def expected(path):
     fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(
         path.scene.body.kind
     )
-    lines = [path.scene.gravity * path.vertical, path.axial, path.energy]
+    lines = [path.scene.gravity * path.vertical_momentum, path.axial_momentum, path.energy]
     lines += [getattr(path, fourth)] if fourth else []
     return np.array([(line[-1], line[-1] - line[0]) for line in lines])
 

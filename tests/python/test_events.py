@@ -179,7 +179,7 @@ def test_where():
 
 
 def test_constant_of_the_motion_has_no_events():
-    vertical = {f"vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
+    vertical = {f"body_vertical_{i}*body_momentum_{i}": 1 for i in "xyz"}
     wanted = [
         events.crossing({"m_z": 1}, 1.46),
         events.extremum({"m_z": 1}),

@@ -125,7 +125,7 @@ def test_implicit_methods_say_where_they_do_not_converge(name):
 )
 def test_lagrange_tops_keep_the_axial_momentum(name):
     path = kr.solve(scene("lagrange"), 500, method=name, step=0.05, every=50)
-    assert np.ptp(path.axial) < 1e-11 and np.ptp(path.vertical) < 1e-12
+    assert np.ptp(path.axial_momentum) < 1e-11 and np.ptp(path.vertical_momentum) < 1e-12
 
 
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])

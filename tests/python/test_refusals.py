@@ -52,7 +52,7 @@ def test_bobenko_suris4():
     for scene, step in tops(200, ["lagrange"], 1):
         i1, i3 = scene.body.moments[0], scene.body.moments[2]
         start = kr.solve(scene, [0.0])
-        energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial[0] ** 2 / i1
+        energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
         torque, size = step**2 * lever(scene) / i1, step**2 * 2 * abs(energy)
         off = error(scene, "bobenko_suris4", step)
         if off is None:

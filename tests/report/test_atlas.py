@@ -208,7 +208,7 @@ def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
     path = kr.solve(scene, step * np.arange(20), "implicit_midpoint", step=step)
-    for p, q, before, after in zip(path.q, path.q[1:], path.axial, path.axial[1:]):
+    for p, q, before, after in zip(path.q, path.q[1:], path.axial_momentum, path.axial_momentum[1:]):
         w, *vector = kr.quaternion.multiply(
             kr.quaternion.conjugate(p), q
         )  # r^2 of r = (1, y) / |(1, y)|, y = h V / 4

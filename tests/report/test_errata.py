@@ -56,7 +56,7 @@ def test_c_does_not_become_right_with_smaller_steps():
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
     """a0 is e3 there, so that <m, p> / g and <m, a> are the same number, and g = p = 1 before scaling."""
     path = truth(SCENE, np.linspace(0, 20, 21)).path
-    assert path.axial == pytest.approx(path.vertical, abs=1e-10)
+    assert path.axial_momentum == pytest.approx(path.vertical_momentum, abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
     path = truth(errata_maps.TILTED, np.linspace(0, 10, 11)).path
     alpha, g = path.scene.body.moments[2], path.scene.body.mass * path.scene.gravity
     terms = (path.m**2).sum(-1) / 2 + g * path.apex[:, 2]
-    constant = (1 / alpha - 1) * path.axial[0] ** 2 / 2
+    constant = (1 / alpha - 1) * path.axial_momentum[0] ** 2 / 2
     assert constant > 1e-3 and path.energy - terms == pytest.approx(constant, abs=1e-9)
 
 

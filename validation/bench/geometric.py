@@ -79,8 +79,8 @@ def integrals():
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
         constants = {
             "modified energy": path.modified_energy4(step),
-            "<m,a>": path.axial,
-            "<m,e3>": path.vertical,
+            "<m,a>": path.axial_momentum,
+            "<m,e3>": path.vertical_momentum,
         }
         for what, values in constants.items():
             say(

@@ -147,5 +147,5 @@ def integrals_of(four):
     yield "top", "<m, p>", "<m, a>", "E"
     for name in ("red", "blue", "yellow", "green"):
         path = getattr(four, name).path
-        values = path.vertical * path.scene.gravity, path.axial, path.energy
+        values = path.vertical_momentum * path.scene.gravity, path.axial_momentum, path.energy
         yield name, *(f"{value[-1]:.6f} ({value[-1] - value[0]:+.0e})" for value in values)

@@ -87,14 +87,14 @@ def integrals(four):
         [
             charts.lines(
                 [
-                    ("Bobenko-Suris", t, four.blue.change("axial"), BLUE, "-"),
-                    ("Extrap", t, green.change("axial"), GREEN, "-"),
+                    ("Bobenko-Suris", t, four.blue.change("axial_momentum"), BLUE, "-"),
+                    ("Extrap", t, green.change("axial_momentum"), GREEN, "-"),
                 ],
                 "<m,a> - <m,a>(0)",
             )
         ],
-        f"At t = 600: Bobenko-Suris {abs(four.blue.change('axial')).max():.0e} at most, Extrap "
-        f"{green.change('axial')[-1]:.1e}.",
+        f"At t = 600: Bobenko-Suris {abs(four.blue.change('axial_momentum')).max():.0e} at most, Extrap "
+        f"{green.change('axial_momentum')[-1]:.1e}.",
     )
     end = 50
     yield Figure(

@@ -59,7 +59,7 @@ def theorem42(scene, step, end, every=1):
     """
     run = fixed(scene, "bobenko_suris", step, end, every)
     path, i3 = run.path, scene.body.moments[2]
-    rate = step * path.axial[0] / i3
+    rate = step * path.axial_momentum[0] / i3
     half = 0.5 * (2.0 * np.arctan(0.5 * rate) - rate) * every * np.arange(len(path))
     w, x, y, z = path.q.T
     c, s = np.cos(half), np.sin(half)

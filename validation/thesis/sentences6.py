@@ -93,7 +93,7 @@ def chosen(four, name, begin=200, end=300):
 
 
 def integrals(four):
-    moved = [np.ptp(run.path.vertical) for run in (four.blue, four.green)]
+    moved = [np.ptp(run.path.vertical_momentum) for run in (four.blue, four.green)]
     yield Sentence(
         "6.1.4",
         "<m, p> stays constant in both",
@@ -101,7 +101,7 @@ def integrals(four):
         max(moved) < 1e-10,
         "Extrap keeps no integral: its own error shows, of the size of its tolerance",
     )
-    exact, drift = abs(four.blue.change("axial")).max(), four.green.change("axial")
+    exact, drift = abs(four.blue.change("axial_momentum")).max(), four.green.change("axial_momentum")
     yield Sentence(
         "6.9",
         "<m, a>: Bobenko-Suris no error, Extrap small but constantly increasing",
