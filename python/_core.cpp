@@ -77,16 +77,27 @@ static py::tuple body_from_tensor(double mass, const doubles &inertia, const dou
 }
 static const char *body_kind(const kr_body &body, double rtol)
 {
-    static const char *const names[] = {"general", "euler", "lagrange", "kowalewski",
-                                        "goryachev_chaplygin"};
-    static_assert(sizeof names / sizeof *names == KR_GORYACHEV_CHAPLYGIN + 1, "a name for each");
-    return names[kr_body_kind(&body, rtol)];
+    return kr_kind_name(kr_body_kind(&body, rtol));
 }
 
 static py::dict status_table()
 {
     py::dict table;
     for (const auto &s : statuses) table[s.name] = py::make_tuple(s.what, s.text);
+    return table;
+}
+static py::list kind_names()
+{
+    py::list names;
+    for (int kind = 0; kind < KR_KIND_COUNT; kind++) names.append(kr_kind_name(kr_kind(kind)));
+    return names;
+}
+static py::dict flag_table()
+{
+    py::dict table;
+#define X(flag, bit, name, text) table[name] = bit;
+    KR_FLAG_LIST(X)
+#undef X
     return table;
 }
 static py::list method_table()
@@ -118,16 +129,6 @@ static py::list quantity_table()
     }
     return table;
 }
-static py::dict flag_table()
-{
-    return py::dict("SYMPLECTIC"_a = int(KR_SYMPLECTIC), "REVERSIBLE"_a = int(KR_REVERSIBLE),
-                    "ADAPTIVE"_a = int(KR_ADAPTIVE), "IMPLICIT"_a = int(KR_IMPLICIT),
-                    "ALGEBRAIC"_a = int(KR_ALGEBRAIC), "INTEGRABLE"_a = int(KR_INTEGRABLE),
-                    "LAGRANGE_ONLY"_a = int(KR_LAGRANGE_ONLY),
-                    "SYMMETRIC_ONLY"_a = int(KR_SYMMETRIC_ONLY),
-                    "EULER_ONLY"_a = int(KR_EULER_ONLY), "DIGITS"_a = int(KR_DIGITS),
-                    "HEADLESS"_a = int(KR_HEADLESS));
-}
 static bool method_applies(const std::string &method, const kr_body &body)
 {
     return kr_method_applies(method_of(method), &body) != 0;
@@ -153,8 +154,9 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
     m.attr("quantities") = quantity_table();
-    m.attr("KIND_RTOL") = KR_KIND_RTOL;
+    m.attr("kinds") = kind_names();
     m.attr("flags") = flag_table();
+    m.attr("KIND_RTOL") = KR_KIND_RTOL;
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);

@@ -36,8 +36,9 @@ statuses: dict[str, tuple[str, str]]
 methods: list[_Method]
 quantities: list[_Quantity]
 components: dict[str, int]
-KIND_RTOL: float
+kinds: list[str]
 flags: dict[str, int]
+KIND_RTOL: float
 
 def method_applies(method: str, body: bytes) -> bool: ...
 def method_suits(method: str, scene: bytes) -> bool: ...

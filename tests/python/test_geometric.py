@@ -3,8 +3,6 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.costs import page
-from toolbox import ROOT
 
 LAGRANGE, KOWALEWSKI, ASYMMETRIC = kr.scenes.thesis, kr.scenes.kowalewski, kr.scenes.asymmetric
 
@@ -87,26 +85,3 @@ def test_published_figures(capsys):
     assert geometric.main(["accuracy", "integrals", "gni", "simo_wong"]) == 0
     said = capsys.readouterr().out
     assert said.count("PASS") == 23 and "MISSED" not in said
-
-
-def test_table_of_methods():
-    lines = [line for line in page(kr.methods).splitlines() if line.startswith("|")]
-    assert len(lines) == 2 + len(kr.methods) and all(
-        line.count("|") == lines[0].count("|") for line in lines
-    )
-    assert all(any(line.startswith(f"| {name} |") for line in lines) for name in kr.methods)
-
-
-def test_methods_md_is_up_to_date():
-    """All but the measured costs: made again by `kreisel methods --markdown > METHODS.md`."""
-
-    def cells(text):
-        lines = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]
-        rows = [line.strip("| ").split(" | ") for line in lines]
-        return {row[0]: row[1:2] + row[-3:] for row in rows}
-
-    written = (ROOT / "METHODS.md").read_text()
-    now = cells(page(kr.methods))
-    optional = {"gsl_rk8pd", "gsl_bsimp"} - set(kr.methods)
-    assert {name: row for name, row in cells(written).items() if name not in optional} == now
-    assert "`kreisel methods --markdown > METHODS.md`" in written

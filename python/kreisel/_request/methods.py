@@ -12,7 +12,7 @@ from .._model.body import Body
 from .._model.scene import Scene
 
 # for some bodies only
-_SOME = FLAGS["LAGRANGE_ONLY"] | FLAGS["INTEGRABLE"] | FLAGS["SYMMETRIC_ONLY"] | FLAGS["EULER_ONLY"]
+_SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
 EXACT, ELSE = "exact", "taylor"  # what 'auto' takes: the first where it suits
 
 
@@ -36,48 +36,53 @@ class Method:
 
     @property
     def symplectic(self) -> bool:
-        return bool(self.flags & FLAGS["SYMPLECTIC"])
+        return bool(self.flags & FLAGS["symplectic"])
 
     @property
     def reversible(self) -> bool:
-        return bool(self.flags & FLAGS["REVERSIBLE"])
+        return bool(self.flags & FLAGS["reversible"])
 
     @property
     def adaptive(self) -> bool:
-        return bool(self.flags & FLAGS["ADAPTIVE"])
+        return bool(self.flags & FLAGS["adaptive"])
 
     @property
     def implicit(self) -> bool:
-        return bool(self.flags & FLAGS["IMPLICIT"])
+        return bool(self.flags & FLAGS["implicit"])
 
     @property
     def algebraic(self) -> bool:
-        return bool(self.flags & FLAGS["ALGEBRAIC"])
+        return bool(self.flags & FLAGS["algebraic"])
 
     @property
     def digits(self) -> bool:
         """Can be asked for more digits than a double has."""
-        return bool(self.flags & FLAGS["DIGITS"])
+        return bool(self.flags & FLAGS["digits"])
+
+    @property
+    def splitting(self) -> bool:
+        """Kicks and drifts in turn; a drift is exact where two moments are equal."""
+        return bool(self.flags & FLAGS["splitting"])
 
     @property
     def headless(self) -> bool:
         """Can leave out the heading of the top, its turn about the vertical."""
-        return bool(self.flags & FLAGS["HEADLESS"])
+        return bool(self.flags & FLAGS["headless"])
 
     @property
     def exact(self) -> bool:
         """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
-        return bool(self.flags & FLAGS["INTEGRABLE"])
+        return bool(self.flags & FLAGS["integrable"])
 
     @property
     def tops(self) -> str:
         """Those that it is for, in words."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
-            FLAGS["LAGRANGE_ONLY"]: lagrange,
-            FLAGS["INTEGRABLE"]: lagrange + ", and for any body without torque",
-            FLAGS["SYMMETRIC_ONLY"]: "two equal moments",
-            FLAGS["EULER_ONLY"]: "the centre of mass at the fixed point",
+            FLAGS["lagrange_only"]: lagrange,
+            FLAGS["integrable"]: lagrange + ", and for any body without torque",
+            FLAGS["symmetric_only"]: "two equal moments",
+            FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
         return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
 

@@ -15,7 +15,6 @@ from .request import Request, checked_every, request
 from .times import PIECE, listed
 
 Reasons = tuple[tuple[str, str], ...]
-_SPLIT = ("strang", "takahashi_imada4", "suzuki4", "blanes_moan6", "kahan_li6", "kahan_li8")
 
 
 @dataclass(frozen=True)
@@ -188,7 +187,7 @@ def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
         rows.append(("steps", "any state at once, by the closed form"))
         if _no_torque(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if name in _SPLIT and scene.body.is_symmetric:
+    if done.method.splitting and scene.body.is_symmetric:
         rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
     if states == 2 and want is None:
         rows.append(("states on the way", "only the start and the end are asked for"))

@@ -1,4 +1,4 @@
-"""Running: streams, checkpoints."""
+"""Runs: streams, and tops under way that are led on, saved and resumed with the same bits."""
 
 import itertools
 import math
@@ -8,17 +8,9 @@ import zlib
 import kreisel as kr
 import numpy as np
 import pytest
+from tops import WILD, scene_for, words_for
 
-TOP, FREE = kr.scenes.asymmetric, kr.scenes.dzhanibekov
-WILD = kr.scenes.thesis.replace(attitude=(0.8, 0.4, -0.2, 0.4), momentum=(5, -10, 5))
-
-
-def scene_for(name):
-    return next(s for s in (kr.scenes.thesis, FREE) if kr.methods[name].suits(s))
-
-
-def words_for(name):
-    return {} if kr.methods[name].adaptive else {"step": 0.0625}
+TOP = kr.scenes.asymmetric
 
 
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])

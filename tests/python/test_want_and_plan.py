@@ -7,10 +7,10 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._request.quantities import TURNING, WANTED
-from kreisel._request.times import PIECE
-from test_running import FREE, TOP, WILD, scene_for, words_for
+from inside import PIECE, TURNING, WANTED
+from tops import FREE, WILD, scene_for, words_for
 
+TOP = kr.scenes.asymmetric
 MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
 
 

@@ -1,32 +1,17 @@
-"""The nouns of the Python package: bodies and scenes are values, frames are converted, names say what they are."""
+"""Bodies and scenes are values, in any frame, in any words, and as TOML; the named scenes show what they say."""
 
 import dataclasses
 import json
 import pickle
-import subprocess
-import sys
 
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel import _core, quaternion
+from kreisel import quaternion
 from toolbox import ROOT
+from tops import CORNER, FIXED, GENERAL, TILT, matrix, unit
 
 RNG = np.random.default_rng(3)
-FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
-
-
-def unit(q):
-    return tuple((np.array(q) / np.linalg.norm(q)).tolist())
-
-
-def matrix(q):
-    return np.array([quaternion.turn(q, e) for e in np.eye(3).tolist()]).T
-
-
-CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
-TILT = unit((0.8, 0.4, -0.2, 0.4))
-SCENE = kr.Scene(CORNER, momentum=(0.172, -1.862, 1.46), attitude=TILT)
 
 
 # Bodies
@@ -125,7 +110,7 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
         body.mass, matrix(turn) @ np.diag(body.inertia) @ matrix(turn).T, matrix(turn) @ body.com
     )
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
-    scenes = [kr.Scene(b, SCENE.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
+    scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
     how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
     own, other = (kr.solve(scene, [1, 2], name, **how) for scene in scenes)
     for quantity in ("m", "velocity", "torque", "apex", "energy"):
@@ -163,29 +148,29 @@ def test_what_needs_no_rounding_is_exact():
 
 def test_scalar_last():
     w, x, y, z = TILT
-    scene = kr.Scene(CORNER, momentum=SCENE.momentum, attitude_xyzw=(x, y, z, w))
-    assert scene == SCENE and scene.attitude_xyzw == (x, y, z, w)
+    scene = kr.Scene(CORNER, momentum=GENERAL.momentum, attitude_xyzw=(x, y, z, w))
+    assert scene == GENERAL and scene.attitude_xyzw == (x, y, z, w)
 
 
 def test_values():
     again = kr.Scene(
-        kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), SCENE.momentum, SCENE.attitude, 1
+        kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), GENERAL.momentum, GENERAL.attitude, 1
     )
-    assert again == SCENE and hash(again) == hash(SCENE) and again.body == CORNER
-    assert pickle.loads(pickle.dumps(SCENE)) == SCENE
-    assert eval(repr(SCENE), {"Scene": kr.Scene, "Body": kr.Body}) == SCENE
+    assert again == GENERAL and hash(again) == hash(GENERAL) and again.body == CORNER
+    assert pickle.loads(pickle.dumps(GENERAL)) == GENERAL
+    assert eval(repr(GENERAL), {"Scene": kr.Scene, "Body": kr.Body}) == GENERAL
     with pytest.raises(dataclasses.FrozenInstanceError):
-        SCENE.gravity = 2.0
+        GENERAL.gravity = 2.0
     with pytest.raises(dataclasses.FrozenInstanceError):
         CORNER.mass = 2.0
 
 
 def test_replace():
-    assert dataclasses.replace(SCENE, gravity=2).gravity == 2.0
+    assert dataclasses.replace(GENERAL, gravity=2).gravity == 2.0
     assert dataclasses.replace(CORNER, mass=2).mass == 2.0
-    slow = SCENE.replace(body_velocity=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1))
+    slow = GENERAL.replace(body_velocity=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1))
     assert slow == kr.Scene(CORNER, body_velocity=(0, 0, 1))
-    assert SCENE.replace(momentum=SCENE.momentum) == SCENE
+    assert GENERAL.replace(momentum=GENERAL.momentum) == GENERAL
 
 
 # Named scenes
@@ -233,76 +218,4 @@ def test_named_scenes_show_what_they_say():
     ]
     for name in ("kowalewski", "goryachev_chaplygin"):
         assert path[name].scene.body.kind == name and np.ptp(getattr(path[name], name)) < 1e-7
-    assert kr.scenes.name_of(path["cusps"].scene) == "cusps" and kr.scenes.name_of(SCENE) == ""
-
-
-# Names and conventions
-
-
-def test_methods():
-    assert {"bobenko_suris", "bobenko_suris2", "strang", "rk4", "extrap"} <= set(kr.methods)
-    rk4 = kr.methods["rk4"]
-    assert (rk4.name, rk4.order, rk4.symplectic, rk4.adaptive, rk4.algebraic) == (
-        "rk4",
-        4,
-        False,
-        False,
-        True,
-    )
-    assert (
-        kr.methods["extrap"].adaptive
-        and kr.methods["strang"].symplectic
-        and kr.methods["strang"].reversible
-    )
-    assert all(
-        method.text and method.conserves and method.reference for method in kr.methods.values()
-    )
-    assert rk4.applies_to(CORNER) and not kr.methods["bobenko_suris"].applies_to(CORNER)
-    with pytest.raises(KeyError, match="did you mean 'strang'"):
-        kr.methods["strng"]
-
-
-def test_attitude_error():
-    half = np.array([1e-150, 1e-12, 0.4, np.pi / 2])
-    turns = np.stack([np.cos(half), np.sin(half), 0 * half, 0 * half], axis=-1)
-    np.testing.assert_allclose(kr.attitude_error(turns, (1, 0, 0, 0)), 2 * half, rtol=1e-15)
-    np.testing.assert_allclose(
-        kr.attitude_error(-turns[2], turns[None]), 2 * abs(half[None] - 0.4), atol=1e-15
-    )
-    assert kr.attitude_error(turns[:, None], turns[None]).shape == (4, 4)
-    with pytest.raises(ValueError, match="shape"):
-        kr.attitude_error(turns[:, :3], turns)
-
-
-def test_conventions_are_those_of_the_core():
-    quarter = kr.Scene(CORNER, momentum=(0, 0, 0), attitude=unit((1, 0, 0, 1)))
-    assert quaternion.turn(quarter.attitude, (1.0, 0.0, 0.0)) == pytest.approx((0, 1, 0), abs=1e-15)
-    expected = quaternion.turn(quarter.attitude, quaternion.turn(CORNER.axes, (1.0, 0.0, 0.0)))
-    assert kr.solve(quarter, [0.0]).frame[0, 0] == pytest.approx(expected, abs=1e-15)
-    assert "scalar first" in kr.conventions() and "(0.0, 1.0, 0.0)" in kr.conventions()
-
-
-def test_core_is_typed_as_its_stub_says():
-    stub = (ROOT / "python/kreisel/_core.pyi").read_text()
-    public = {name for name in dir(_core) if not name.startswith("_")}
-    typed = {
-        line.split("(")[0].removeprefix("def ").split(":")[0]
-        for line in stub.splitlines()
-        if line[:1].isalpha()
-    }
-    typed = {
-        word.removeprefix("class ")
-        for word in typed
-        if not word.startswith(("class _", "from ", "import "))
-    }
-    assert public == typed
-
-
-def test_import_needs_numpy_only():
-    code = "import sys, kreisel; print(sorted(sys.modules.keys() & {'scipy', 'rich', 'click', 'matplotlib', 'heyoka'}))"
-    assert (
-        subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True
-        ).stdout
-        == "[]\n"
-    )
+    assert kr.scenes.name_of(path["cusps"].scene) == "cusps" and kr.scenes.name_of(GENERAL) == ""
