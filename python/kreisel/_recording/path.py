@@ -353,17 +353,8 @@ def path_of(scene: Scene, done: Request, came: Rows) -> Path:
     """The path of what the core has recorded, with all its states."""
     _, states, low, counts, end = came
     step = done.step if end >= 0.0 else done.signed(True)
-    return Path(
-        scene,
-        states,
-        done.method.name,
-        step,
-        done.tol,
-        Stats(*counts),
-        done.digits,
-        _low=low,
-        _asked=done.asked,
-    )
+    name, stats, asked = done.method.name, Stats(*counts), done.asked
+    return Path(scene, states, name, step, done.tol, stats, done.digits, _low=low, _asked=asked)
 
 
 def good(scene: Scene, done: Request, came: Rows) -> Path:
