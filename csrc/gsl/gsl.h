@@ -1,4 +1,4 @@
-/* The equations that the GSL methods integrate, and their Jacobian. Floor 3. gsl.c uses them, and a
+/* The equations that the GSL methods integrate, and their Jacobian. gsl.c uses them, and a
  * test compares the two. */
 #ifndef KR_GSL_H
 #define KR_GSL_H

@@ -1,4 +1,4 @@
-/* What the Bobenko-Suris maps of the Lagrange top share. Floor 2. With a step h, the moments I1 =
+/* What the Bobenko-Suris maps of the Lagrange top share. With a step h, the moments I1 =
  * I_N = I_B and I3 = I_T, and the axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a

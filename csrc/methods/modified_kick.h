@@ -1,4 +1,4 @@
-/* The kick of Takahashi and Imada, one of order 4 but for a change of variables. Floor 2. With the
+/* The kick of Takahashi and Imada, one of order 4 but for a change of variables. With the
  * lever A and the vertical P seen from the body, k = -h^2/12, and a kick
  *     m += h e3 x q L q*,    L = A + k A x J^-1 (P x A),    P = q* e3 q
  * by the potential less h^2/24 <torque, J^-1 torque>, half kick, drift, half kick is conjugate to

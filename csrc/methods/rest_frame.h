@@ -1,4 +1,4 @@
-/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap. Floor 2. With
+/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap. With
  * the mass M, gravity p, the centre of mass a and the angular velocity w, all seen from space,
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
  *     A = I_N N N^t + I_B B B^t + I_T T T^t.

@@ -1,4 +1,4 @@
-/* Kick and free drift, for every method that is made of them. Floor 2. They are the flows of the
+/* Kick and free drift, for every method that is made of them. They are the flows of the
  * potential and of the kinetic energy in (McLachlan 1993, Reich 1994)
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
  * A kick changes m only, a drift q only. The |m|^2 part is a turn about m and commutes with the

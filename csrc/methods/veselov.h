@@ -1,4 +1,4 @@
-/* The discrete Moser-Veselov top, a free drift of second order. Floor 2. With M = q* m q, the
+/* The discrete Moser-Veselov top, a free drift of second order. With M = q* m q, the
  * moments I and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). It is solved for r by

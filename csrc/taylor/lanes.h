@@ -1,4 +1,4 @@
-/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Floor 3.
+/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side.
  * Each is a hardware vector where the instruction set has one so wide (x86-64-v4: 8 lanes, v3: 4,
  * baseline and arm64: 2), and else a pair of the next narrower width, down to plain C99 doubles.
  * fma is fused where the hardware can, and elsewhere a product and a sum: there are two sets of

@@ -1,5 +1,5 @@
 /* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of some 31 digits (Dekker
- * 1971). Floor 3. In memory the low words lie one kr_series behind the high words. From the end of
+ * 1971). In memory the low words lie one kr_series behind the high words. From the end of
  * this file on the words of lanes.h mean these vectors. This header is source that is compiled once
  * per instruction set, because lanes.h is. */
 #ifndef KR_LANES_DD_H

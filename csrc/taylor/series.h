@@ -1,4 +1,4 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. Floor 3. It is source, compiled once
+/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once
  * per instruction set and twice in each: the header of lanes that is included before says whether
  * its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. It is
  * fast, because every sum runs from the middle outwards, so that the two newest coefficients, for
