@@ -110,13 +110,13 @@ KR_API kr_status kr_body_check(const kr_body *body);
     X(LAGRANGE,            "lagrange")             /* symmetric, com on the axis */               \
     X(KOWALEWSKI,          "kowalewski")           /* moments 2 : 2 : 1, com across the axis */   \
     X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments 4 : 4 : 1, com across the axis */
-/* clang-format on */
 typedef enum kr_kind {
 #define X(kind, name) KR_##kind,
     KR_KIND_LIST(X)
 #undef X
-        KR_KIND_COUNT
+    KR_KIND_COUNT
 } kr_kind;
+/* clang-format on */
 KR_API const char *kr_kind_name(kr_kind kind);
 /* What the library takes for equal when it asks itself for the kind. */
 #define KR_KIND_RTOL 1e-12
@@ -126,13 +126,14 @@ KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 KR_API kr_scene kr_scene_default(void);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* Quantities of a state: a table. Vectors are seen from space, those named body_... from the
- * frame in which the body was described. Euler's angles are z-x-z: turns by precession_angle about
- * e3, by nutation about the line of nodes e3 x apex, by spin_angle about the apex. They carry the
- * axes of space to those of a frame with the apex for its third, which stays in the body: the frame
- * of description, turned to the apex the shortest way; where they are more than 120 degrees apart,
- * half a turn about the first axis and from there the shortest way. With the apex at a pole the two
- * angles about it are each half of the whole turn, up to pi. */
+/* Quantities of a state: a table to read. Vectors are seen from space, those named body_... from
+ * the frame in which the body was described. Euler's angles are z-x-z: turns by precession_angle
+ * about e3, by nutation about the line of nodes e3 x apex, and by spin_angle about the apex carry
+ * the axes of space to those of a frame that stays in the body and has the apex for its third. That
+ * is the frame of description, turned to the apex the shortest way; where the apex is more than 120
+ * degrees from its third axis, turned by half a turn about its first axis and from there the
+ * shortest way. With the apex at a pole the turn about it is shared equally between the two angles
+ * that are about one axis there. */
 enum {
     KR_TURNS = 1, /* changes when the top is turned about the vertical */
     KR_KEPT = 2,  /* an integral under gravity, of every top or of one kind */
@@ -158,7 +159,10 @@ KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_ONE = 0 };
 KR_API int kr_component_find(const char *name);
 
-/* The quantities that C programs ask for most, by functions of their own. */
+/* The quantities that C programs ask for most, by functions of their own: the angular velocity
+ * [T^-1], the torque of gravity [M L^2 T^-2], the apex, the principal axes N, B, T in space, the
+ * apex's angle with e3 [rad], kinetic and potential energy and their sum [M L^2 T^-2], <m, e3> and
+ * <m, apex> [M L^2 T^-1]. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
@@ -169,7 +173,9 @@ KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* K and G are in units of M/I1 and mass gravity |com| / I1, axis 1 along -com (thesis 5.1, 5.2). */
+/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1
+ * along -com: K [T^-4], G [T^-3]. NaN for a body that has none; G is constant only while
+ * <m, e3> = 0. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the
@@ -227,8 +233,9 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
  * takes the steps that it would take anyway. So a state depends neither on what else was asked for
  * nor on how the way there was divided. */
 typedef struct kr_config {
-    double
-        step;   /* of an adaptive method the first, 0: its own choice; negative: back in time [T] */
+    /* An adaptive method takes it for its first step, and chooses that itself where it is 0. A
+     * negative one leads back in time [T]. */
+    double step;
     double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
     int64_t max_steps; /* 0: no limit */
     /* This is called at least every 256 steps and 1024 states; not 0 stops the top. May be NULL. */

@@ -1,5 +1,6 @@
-// Thin: one Python name per C function; no numerics, no defaults, no messages.
-// A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an (n, 8) array, shared and not copied.
+// The binding is thin: it has no numerics, no defaults, no messages. What the core has as a table
+// Python gets as one. A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an
+// (n, 8) array, shared and not copied.
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -25,7 +26,9 @@ static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Funct
     doubles out(shape);
     double *to = out.mutable_data();
     const py::ssize_t width = n > 0 ? out.size() / n : 0;
-    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) { function(size_t(end - i), in + i, to + width * i); });
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        function(size_t(end - i), in + i, to + width * i);
+    });
     return out;
 }
 static std::vector<py::ssize_t> shape_of(const kr_quantity *quantity)
@@ -58,7 +61,8 @@ static doubles attitude_error(const doubles &a, const doubles &b)
     if (rows(b, 4) != n) throw py::value_error("an array has the wrong shape");
     doubles out(n);
     double *to = out.mutable_data();
-    auto *p = reinterpret_cast<const kr_quat *>(a.data()), *q = reinterpret_cast<const kr_quat *>(b.data());
+    auto *p = reinterpret_cast<const kr_quat *>(a.data()),
+         *q = reinterpret_cast<const kr_quat *>(b.data());
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
         for (; i < end; i++) to[i] = kr_attitude_error(p[i], q[i]);
     });
@@ -70,7 +74,8 @@ static py::tuple body_from_tensor(double mass, const doubles &inertia, const py:
 {
     kr_body body = {};
     if (inertia.size() != 9) throw py::value_error("an array has the wrong shape");
-    const kr_status status = kr_body_from_tensor(mass, inertia.data(), value_of<kr_vec3>(com), &body);
+    const kr_status status =
+        kr_body_from_tensor(mass, inertia.data(), value_of<kr_vec3>(com), &body);
     return py::make_tuple(name_of(status), array_of(body));
 }
 static const char *body_kind(const py::object &body, double rtol)
@@ -109,9 +114,10 @@ static py::list method_table()
     py::list table;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *m = kr_method_at(i);
-        table.append(py::dict("name"_a = kr_method_name(m), "text"_a = kr_method_text(m), "order"_a = kr_method_order(m),
-                              "conserves"_a = kr_method_conserves(m), "reference"_a = kr_method_reference(m),
-                              "flags"_a = kr_method_flags(m)));
+        table.append(
+            py::dict("name"_a = kr_method_name(m), "text"_a = kr_method_text(m),
+                     "order"_a = kr_method_order(m), "conserves"_a = kr_method_conserves(m),
+                     "reference"_a = kr_method_reference(m), "flags"_a = kr_method_flags(m)));
     }
     return table;
 }
@@ -124,10 +130,11 @@ static py::list quantity_table()
         py::list components;
         for (size_t k = 0; kr_quantity_axis(q, k); k++)
             components.append(std::string(kr_quantity_name(q)) + kr_quantity_axis(q, k));
-        table.append(py::dict("name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
-                              "turns"_a = (flags & KR_TURNS) != 0, "kept"_a = (flags & KR_KEPT) != 0,
-                              "in_events"_a = (flags & KR_SERIES) != 0, "dimension"_a = kr_quantity_dimension(q),
-                              "text"_a = kr_quantity_text(q), "components"_a = components));
+        table.append(py::dict(
+            "name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
+            "turns"_a = (flags & KR_TURNS) != 0, "kept"_a = (flags & KR_KEPT) != 0,
+            "in_events"_a = (flags & KR_SERIES) != 0, "dimension"_a = kr_quantity_dimension(q),
+            "text"_a = kr_quantity_text(q), "components"_a = components));
     }
     return table;
 }
@@ -143,9 +150,9 @@ static bool method_suits(const std::string &method, const py::object &scene)
     return kr_method_suits(method_of(method), &s) != 0;
 }
 
-void bind_events(py::module_ &m);       // _events.cpp
-void bind_exact(py::module_ &m);        // _exact.cpp
-void bind_run(py::module_ &m);          // _run.cpp
+void bind_events(py::module_ &m); // _events.cpp
+void bind_exact(py::module_ &m);  // _exact.cpp
+void bind_run(py::module_ &m);    // _run.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
