@@ -68,8 +68,7 @@ INLINE void sincos_turns(dd x, double *s, double *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Gives sinh and cosh of a, by exp(a) = 2^k exp(r) and its inverse, where |r| is at most ln 2 /
- * 2. */
+/* Gives sinh and cosh of a, by exp(a) = 2^k exp(r) and its inverse; |r| is at most (ln 2)/2. */
 INLINE void sinhcosh(dd a, double *s, double *c)
 {
     const double shift = 6755399441055744.0, up = a.hi * 1.44269504088896340736 + shift,
