@@ -2,9 +2,9 @@
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
  * Floor 2. Both sequences are palindromes: the table holds their first halves, the middle one is
  * what is left of the whole. A row without kicks composes any symmetric step of order 2, as
- * Strang's, by b_i = (a_i + a_(i+1)) / 2, at less cost than Suzuki's step repeated. A row with
- * kicks begins and ends with a drift (b_0 = 0); where the drift is exact and the kick leaves q it
- * needs Nystrom's conditions only, which are fewer. */
+ * Strang's, by b_i = (a_i + a_(i+1)) / 2, to order 6 and 8 at less cost than Suzuki's row repeated.
+ * A row with kicks begins and ends with a drift (b_0 = 0); where the drift is exact and the kick
+ * leaves q it needs Nystrom's conditions only, which are fewer. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
