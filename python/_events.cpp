@@ -1,14 +1,7 @@
 // Runs that look for events. An event comes from Python as (terms, where, extremum, direction, most, terminal), a term
-// as (factor, of, times), numbers into `quantities`. Floor 5.
+// as (factor, of, times), numbers of `components`.
 #include <vector>
 #include "watch.hpp"
-
-static const char *const quantities[] = {
-    "1", "q_w", "q_x", "q_y", "q_z", "apex_x", "apex_y", "apex_z", "m_x", "m_y", "m_z",
-    "vertical_x", "vertical_y", "vertical_z", "body_velocity_x", "body_velocity_y", "body_velocity_z",
-    "body_momentum_x", "body_momentum_y", "body_momentum_z", "spin",
-};
-static_assert(sizeof quantities / sizeof *quantities == KR_QUANTITY_COUNT, "a name for each");
 
 using terms = std::vector<kr_term>;
 static terms terms_of(const py::handle &list)
@@ -16,7 +9,7 @@ static terms terms_of(const py::handle &list)
     terms all;
     for (const py::handle &item : list) {
         const auto [factor, of, times] = item.cast<std::tuple<double, int, int>>();
-        all.push_back({factor, kr_quantity(of), kr_quantity(times)});
+        all.push_back({factor, of, times});
     }
     return all;
 }
@@ -97,7 +90,7 @@ static kr_status follow(kr_top *top, const double *t, size_t n, watched &wanted,
     }
     return status;
 }
-static py::tuple record_events(const doubles &scene, const std::string &method, double step, double tol, int digits,
+static py::tuple record_events(const py::object &scene, const std::string &method, double step, double tol, int digits,
                                int64_t max_steps, const doubles &t, const py::list &list, const py::object &progress)
 {
     const auto s = value_of<kr_scene>(scene);
@@ -126,7 +119,7 @@ static py::tuple record_events(const doubles &scene, const std::string &method, 
     return py::make_tuple(name_of(status), array_of_states(path.states), array_of_states(path.low), counts(stats),
                           numbers_of(events));
 }
-static doubles terms_value(const doubles &scene, const doubles &states, const py::list &list)
+static doubles terms_value(const py::object &scene, const doubles &states, const py::list &list)
 {
     const auto s = value_of<kr_scene>(scene);
     if (states.ndim() != 2 || states.shape(1) != 8) throw py::value_error("an array has the wrong shape");
@@ -140,12 +133,23 @@ static doubles terms_value(const doubles &scene, const doubles &states, const py
     return out;
 }
 
+static py::dict components()
+{
+    py::dict table("1"_a = int(KR_ONE));
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        for (size_t k = 0; kr_quantity_flags(quantity) & KR_SERIES && kr_quantity_axis(quantity, k); k++) {
+            const std::string name = std::string(kr_quantity_name(quantity)) + kr_quantity_axis(quantity, k);
+            table[name.c_str()] = kr_component_find(name.c_str());
+        }
+    }
+    return table;
+}
+
 void bind_events(py::module_ &m);
 void bind_events(py::module_ &m)
 {
-    py::list names;
-    for (const char *name : quantities) names.append(name);
-    m.attr("quantities") = names;
+    m.attr("components") = components();
     m.def("record_events", record_events, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a,
           "events"_a, "progress"_a = py::none());
     m.def("terms_value", terms_value, "scene"_a, "states"_a, "terms"_a);

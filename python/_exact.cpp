@@ -1,12 +1,14 @@
-// The closed form. A plan goes to Python as the doubles that it is made of. Floor 5.
+// The closed form. A plan goes to Python as the doubles that it is made of.
 #include <algorithm>
 #include <cmath>
 #include <vector>
 #include "arrays.hpp"
 
-// A scene's block, which is a tuple of floats: without the way through an array.
-static kr_scene scene_of(const py::tuple &block)
+// A scene's block; where it is a tuple of floats, without the way through an array.
+static kr_scene scene_of(const py::object &given)
 {
+    if (!PyTuple_Check(given.ptr())) return value_of<kr_scene>(given);
+    const auto block = py::reinterpret_borrow<py::tuple>(given);
     constexpr size_t n = sizeof(kr_scene) / sizeof(double);
     double numbers[n];
     kr_scene scene;
@@ -23,7 +25,7 @@ template <class Plan> static py::tuple planned(kr_status status, const Plan &pla
     static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
     return py::make_tuple(name_of(status), curve.period, curve.precession, curve.spin, array_of(plan));
 }
-static py::tuple exact_plan(const py::tuple &scene)
+static py::tuple exact_plan(const py::object &scene)
 {
     const kr_scene s = scene_of(scene);
     kr_exact plan = {};
@@ -58,7 +60,7 @@ static py::tuple exact_plans(const py::list &blocks)
 {
     std::vector<kr_scene> scenes;
     scenes.reserve(blocks.size());
-    for (const auto &block : blocks) scenes.push_back(scene_of(py::cast<py::tuple>(block)));
+    for (const auto &block : blocks) scenes.push_back(scene_of(py::reinterpret_borrow<py::object>(block)));
     doubles out({py::ssize_t(scenes.size()), py::ssize_t(sizeof(kr_exact) / sizeof(double))});
     auto *plans = reinterpret_cast<kr_exact *>(out.mutable_data());
     kr_status status = KR_OK;
@@ -87,7 +89,7 @@ static doubles exact_plans_states(const doubles &plans, const doubles &t)
     });
     return out;
 }
-static py::tuple exact_map_plan(const py::tuple &scene, double step)
+static py::tuple exact_map_plan(const py::object &scene, double step)
 {
     const kr_scene s = scene_of(scene);
     kr_exact_map map = {};

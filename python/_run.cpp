@@ -1,4 +1,4 @@
-// Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints. Floor 5.
+// Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints.
 #include <atomic>
 #include "watch.hpp"
 
@@ -24,7 +24,7 @@ class run {
     };
 
 public:
-    kr_status start(const doubles &scene, const std::string &method, double step, double tol, int digits, int64_t max_steps,
+    kr_status start(const py::object &scene, const std::string &method, double step, double tol, int digits, int64_t max_steps,
                     bool leave_heading)
     {
         const auto s = value_of<kr_scene>(scene);
@@ -84,14 +84,14 @@ public:
     double time() const { return kr_top_state(top.get()).t; }
 };
 
-static py::tuple start(const doubles &scene, const std::string &method, double step, double tol, int digits,
+static py::tuple start(const py::object &scene, const std::string &method, double step, double tol, int digits,
                        int64_t max_steps, bool leave_heading)
 {
     auto made = std::make_unique<run>();
     const kr_status status = made->start(scene, method, step, tol, digits, max_steps, leave_heading);
     return py::make_tuple(name_of(status), status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
-static py::tuple record(const doubles &scene, const std::string &method, double step, double tol, int digits,
+static py::tuple record(const py::object &scene, const std::string &method, double step, double tol, int digits,
                         int64_t max_steps, const doubles &t, bool leave_heading, const py::object &progress)
 {
     run once;

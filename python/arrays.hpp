@@ -1,4 +1,4 @@
-// Values of kreisel.h as arrays of the doubles that they are made of, and statuses as names. Floor 5.
+// Values of kreisel.h as arrays of the doubles that they are made of, and statuses as names.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -35,14 +35,20 @@ template <class Work> inline void in_pieces(py::ssize_t n, Work work)
     }
 }
 
-// Arrays in and out.
+// Values in and out: in as the bytes of one, or as a row of the doubles that it is made of.
 static_assert(sizeof(kr_state) == 8 * sizeof(double) && sizeof(kr_scene) == 20 * sizeof(double), "plain doubles");
-template <class T> inline T value_of(const doubles &a)
+template <class T> inline T value_in(const void *memory, py::ssize_t size)
 {
     T value;
-    if (a.nbytes() != sizeof value) throw py::value_error("an array of doubles has the wrong size");
-    std::memcpy(&value, a.data(), sizeof value);
+    if (size != py::ssize_t(sizeof value)) throw py::value_error("an array of doubles has the wrong size");
+    std::memcpy(&value, memory, sizeof value);
     return value;
+}
+template <class T> inline T value_of(const doubles &row) { return value_in<T>(row.data(), row.nbytes()); }
+template <class T> inline T value_of(const py::object &given)
+{
+    if (PyBytes_Check(given.ptr())) return value_in<T>(PyBytes_AS_STRING(given.ptr()), PyBytes_GET_SIZE(given.ptr()));
+    return value_of<T>(given.cast<doubles>());
 }
 template <class T> inline doubles array_of(const T &value)
 {

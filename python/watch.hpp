@@ -1,4 +1,4 @@
-// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has come. Floor 5.
+// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has come.
 #pragma once
 #include <chrono>
 #include <memory>

@@ -1,4 +1,4 @@
-/* Checkpoints: a top as bytes, and back. Floor 4. All that it is goes along - both its runs with
+/* Checkpoints: a top as bytes, and back. All that it is goes along - both its runs with
  * all their work, clocks, counts, own units - but for pointers, which the top that is loaded has of
  * its own. So a fixed-step run goes on on its grid, an adaptive one with the step and order that it
  * was about to take, a dense one inside its piece. */

@@ -1,4 +1,4 @@
-/* The table of methods, and the texts of the status codes. Floor 4. */
+/* The table of methods, and the texts of the status codes. */
 #include "model/body.h"
 #include "method.h"
 

@@ -1,11 +1,11 @@
-/* The driver's upper half: a top in motion as its user sees it. Floor 4. It owns the user's frame,
+/* The driver's upper half: a top in motion as its user sees it. It owns the user's frame,
  * units and clock, and landing; steps.c owns limits, finiteness, interruption and the last good
  * state; methods only step. A fixed-step run stands on the grid start.t + k step, an adaptive one
  * where its own steps end. A time between two such points is read by a second run, begun anew at
  * the point before it: so where one looks does not change the path. */
 #include <float.h>
 #include <stdlib.h>
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 #include "top.h"
 

@@ -29,7 +29,6 @@ static void put(double y[], kr_quat q, kr_vec3 w)
     y[0] = q.w, y[1] = q.x, y[2] = q.y, y[3] = q.z;
     y[4] = w.x, y[5] = w.y, y[6] = w.z;
 }
-static kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
 /* GSL takes an error that is no number for none at all; this code makes it give up. */
 static int finite_or_bad(const double *a, int n)
 {

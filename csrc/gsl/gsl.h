@@ -1,5 +1,4 @@
-/* The equations that the GSL methods integrate, and their Jacobian: for gsl.c, and to be tested.
- * Floor 3. */
+/* The equations that the GSL methods integrate, and their Jacobian: for gsl.c, and to be tested. */
 #ifndef KR_GSL_H
 #define KR_GSL_H
 #include "method.h"

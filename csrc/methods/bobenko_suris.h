@@ -1,4 +1,4 @@
-/* What the Bobenko-Suris maps of the Lagrange top share. Floor 2. With I1 = I_N = I_B, I3 = I_T, a
+/* What the Bobenko-Suris maps of the Lagrange top share. With I1 = I_N = I_B, I3 = I_T, a
  * = q e3 q*:
  *     drift  q <- Cay(h m / I1) q Spin,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a

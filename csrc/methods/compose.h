@@ -1,5 +1,5 @@
 /* Coefficients of symmetric compositions of kicks and drifts, and how they are laid out for a step.
- * Floor 2.
+ *
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s       in parts of the step; both palindromes
  * The table holds their first halves; the middle one is what is left of the whole. Rows without
  * kicks compose Strang's step, or any symmetric one of order 2: b_i = (a_i + a_(i+1)) / 2. The

@@ -1,5 +1,5 @@
 /* What the compositions of kicks and free drifts share: splitting.h with the coefficients of
- * compose.h. Floor 2. They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * compose.h. They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
  * energy up to a bounded O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H

@@ -1,5 +1,5 @@
 /* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
- * form. Floor 2. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing errs in even
+ * form. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing errs in even
  * powers of 1 / n_j; hence, by Aitken and Neville,
  *     T(j,1) = midpoint with n_j,    T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1)
  * A step ends at a row j where T(j,j) - T(j,j-1) is within tol in the thesis' norm (4.1.1); the

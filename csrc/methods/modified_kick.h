@@ -1,4 +1,4 @@
-/* The kick of Takahashi and Imada: one of order 4, but for a change of variables. Floor 2.
+/* The kick of Takahashi and Imada: one of order 4, but for a change of variables.
  *     kick h:  m += h e3 x q L q*,    L = A - h^2/12 A x J^-1 (P x A),    P = q* e3 q,    A the lever
  * is a kick by the potential less h^2/24 <torque, J^-1 torque>. Half kick, drift, half kick with it
  * is conjugate to order 4 by the flow of G = -h^2/12 d(potential)/dt, the processor; with k =

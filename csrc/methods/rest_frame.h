@@ -1,4 +1,4 @@
-/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap. Floor 2.
+/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap.
  *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,     A = I_N N N^t + I_B B B^t + I_T T T^t
  * They keep neither |N| = 1 nor N.B = 0: a method that integrates them leaves the group by its own
  * error. */

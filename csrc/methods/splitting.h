@@ -1,5 +1,5 @@
 /* Kick and free drift, the parts of H = potential + |m|^2/2I_B + residual, for every method made of
- * them. Floor 2.
+ * them.
  *     residual = (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2
  * (McLachlan 1993, Reich 1994). A kick changes m only, a drift q only. The |m|^2 part is a turn
  * about m itself and commutes with the others, so a symmetric body (I_N = I_B) drifts without

@@ -1,4 +1,4 @@
-/* The discrete Moser-Veselov top: a free drift of second order. Floor 2. With M = q* m q and rho =
+/* The discrete Moser-Veselov top: a free drift of second order. With M = q* m q and rho =
  * (r0, r) a unit quaternion,
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Solved for r by Newton's

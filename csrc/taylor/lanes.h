@@ -1,4 +1,4 @@
-/* Lanes: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Floor 3. Each width
+/* Lanes: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Each width
  * is a hardware vector where the instruction set has it, and else a pair of the next narrower
  * width, down to plain C99 doubles. The widest vectors: x86-64-v4 8 lanes, v3 4, baseline and arm64
  * 2. fma is fused where the hardware can, elsewhere a product and a sum: two sets of bits, not

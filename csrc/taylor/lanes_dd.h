@@ -1,5 +1,5 @@
 /* Lanes of double-doubles: each lane an unevaluated sum hi + lo of some 31 digits (Dekker 1971).
- * From the end of this file on the words of lanes.h mean these. Floor 3. In memory low words lie
+ * From the end of this file on the words of lanes.h mean these. In memory low words lie
  * one kr_series behind high words. */
 #ifndef KR_LANES_DD_H
 #define KR_LANES_DD_H

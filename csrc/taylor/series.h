@@ -1,6 +1,6 @@
 /* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes
  * included before says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h),
- * and how many go at once. Floor 3. What makes it fast: every sum runs from the middle outwards, so
+ * and how many go at once. What makes it fast: every sum runs from the middle outwards, so
  * that the two newest coefficients, for which everything waits, come last; terms j, m and m, j go
  * side by side; and the compiler knows the order, so that it can lay out the loops. */
 #include <stdint.h>

@@ -1,4 +1,4 @@
-/* The heavy top as a Taylor series. Floor 3; private to taylor/.
+/* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the upward vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass * gravity * com

@@ -97,12 +97,12 @@ static void far_away(kr_scene s, double step, double within)
     kr_exact_map closed;
     IS(kr_exact_map_plan(&s, config.step, &closed) == KR_OK);
     const double energy = kr_state_modified_energy(&s, &s.start, config.step),
-                 axial = kr_state_axial(&s, &s.start);
+                 axial = kr_state_axial_momentum(&s, &s.start);
     const double most = fabs(energy) + kr_state_kinetic(&s, &s.start), size = v_length(s.start.m);
     for (int64_t k = 1; k < 1000000000000; k *= -7) {
         const kr_state e = kr_exact_map_state(&closed, k);
         NEAR(kr_state_modified_energy(&s, &e, config.step), energy, 1e-14 * most);
-        NEAR(kr_state_axial(&s, &e), axial, 1e-14 * size);
+        NEAR(kr_state_axial_momentum(&s, &e), axial, 1e-14 * size);
         kr_scene here = s;
         here.start = e;
         kr_top *top = NULL;

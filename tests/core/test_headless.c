@@ -35,9 +35,9 @@ static void invariants(const kr_scene *s, double t_end, double bound)
         NEAR(kr_state_apex(s, &some[i]).z, kr_state_apex(s, &whole[i]).z, bound);
         NEAR(kr_state_kinetic(s, &some[i]), kr_state_kinetic(s, &whole[i]), bound * size);
         NEAR(kr_state_potential(s, &some[i]), kr_state_potential(s, &whole[i]), bound * size);
-        NEAR(kr_state_axial(s, &some[i]), kr_state_axial(s, &whole[i]),
+        NEAR(kr_state_axial_momentum(s, &some[i]), kr_state_axial_momentum(s, &whole[i]),
              bound * v_length(s->start.m) + bound * size);
-        NEAR(kr_state_vertical(s, &some[i]), s->start.m.z, bound);
+        NEAR(kr_state_vertical_momentum(s, &some[i]), s->start.m.z, bound);
         NEAR(v_length(some[i].m), v_length(whole[i].m), bound * size);
     }
     IS(kr_attitude_error(whole[LOOKS - 1].q, some[LOOKS - 1].q) > 1e-3);

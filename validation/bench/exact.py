@@ -43,7 +43,7 @@ def library(compiler="gcc"):
     compiler = shutil.which(compiler) or exit(f"needs {compiler}")
     jobs = [(file, ["-DKR_X86"]) for file in [*CORE, Path(__file__).with_suffix(".c")]]
     jobs += [
-        (file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in PER_SET
+        (file, [*options, f"-DKR_ISA={name}"]) for name, options in SETS.items() for file in PER_SET
     ]
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "bench_exact.so"

@@ -101,7 +101,10 @@ def integrals(four):
         max(moved) < 1e-10,
         "Extrap keeps no integral: its own error shows, of the size of its tolerance",
     )
-    exact, drift = abs(four.blue.change("axial_momentum")).max(), four.green.change("axial")
+    exact, drift = (
+        abs(four.blue.change("axial_momentum")).max(),
+        four.green.change("axial_momentum"),
+    )
     yield Sentence(
         "6.9",
         "<m, a>: Bobenko-Suris no error, Extrap small but constantly increasing",

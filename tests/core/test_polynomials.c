@@ -1,5 +1,8 @@
-/* The search for the places inside a step where a polynomial changes its sign. */
+/* What events look at inside a step: the search for the places where a polynomial changes its sign,
+ * and the polynomial of every product of two components. */
 #include "events/roots.h"
+#include "events/terms.h"
+#include "model/quantities.h"
 #include "random.h"
 #include "tops.h"
 
@@ -58,9 +61,50 @@ static void random_roots(void)
     IS(tried > 1000);
 }
 
+/* Writes the numbers of all components that events know, and returns how many there are. */
+static int all_components(int *component)
+{
+    int n = 0;
+    for (int number = 0; number <= KR_QUANTITIES * KR_QUANTITY_MOST && n < MANY; number++)
+        if (kr_component_is(number)) component[n++] = number;
+    IS(n > 20 && n < MANY);
+    return n;
+}
+/* The polynomial of every product of two components has the values of the states inside a step. */
+static void products(const kr_scene *s, int digits)
+{
+    int component[MANY];
+    const int components = all_components(component);
+    kr_top *top = make(s, taylor(), (kr_config){.digits = digits});
+    IS(kr_top_watch(top, 0, NULL) == KR_OK);
+    for (int i = 0; i < components * components; i++) {
+        const kr_term product = {0.7, component[i / components], component[i % components]};
+        const kr_event g = {.terms = &product, .count = 1},
+                       rate = {.terms = &product, .count = 1, .extremum = 1};
+        double c[KR_TERMS_ROOM], d[KR_TERMS_ROOM], there = 0.0;
+        IS(kr_top_advance(top, 0.05 * i) == KR_OK);
+        const kr_piece piece = top->method->piece(&top->main);
+        const kr_state inside = kr_top_state(top);
+        const double size = kr_terms_size(top, &piece, 1, &product);
+        const double at =
+            i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
+        const int degree = kr_terms_polynomial(top, &piece, &g, c);
+        for (int n = degree; n >= 0; n--) there = there * at + c[n];
+        NEAR(there, kr_terms_value(s, &inside, 1, &product), 1e-14 * size);
+        IS(at >= 0.0 && at <= 1.0 && kr_terms_polynomial(top, &piece, &rate, d) == degree - 1);
+        for (int n = 0; n < degree; n++) NEAR(d[n], (n + 1) * c[n + 1], 1e-13 * size);
+    }
+    kr_top_free(top);
+}
+
 int main(void)
 {
+    kr_scene scenes[3] = {kr_scene_default(), tilted(), tilted()};
     named_roots();
     random_roots();
+    scenes[1].body = scenes[2].body = general_body();
+    scenes[2].gravity = -2.5;
+    for (int i = 0; i < 3; i++)
+        for (int digits = 16; digits <= 30; digits += 7) products(&scenes[i], digits);
     return check_result();
 }
