@@ -43,7 +43,7 @@ static kr_term term(double factor, const char *of, const char *times)
 }
 static kr_term height; /* that of the apex; set by main */
 
-/* Without the heading the same is found, of what does not turn with it. */
+/* Without the heading events of what does not turn with it are found at the same times. */
 static void headless(void)
 {
     static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
@@ -66,7 +66,7 @@ static void headless(void)
     kr_top_free(whole);
     kr_top_free(level);
 }
-/* A top that is loaded where another stood, at an event, goes on to the next. */
+/* A top goes on to the next event when it is loaded where another stood at one. */
 static void loaded(void)
 {
     static char memory[1 << 16];
@@ -136,8 +136,7 @@ static void path_is_the_same(void)
     }
 }
 
-/* A height that the apex has where a step ends, to the last bits and just beside them: passed once,
- * there. */
+/* The apex passes a height once where a step ends just there, to the last bits or beside them. */
 static void at_the_border(void)
 {
     const kr_scene s = scene_of(1);
@@ -198,7 +197,7 @@ static void two_in_one_step(void)
     }
 }
 
-/* One that starts late, and one that is told again to watch, where an event is: each found once. */
+/* Each event is found once by a top that starts late, and by one that is told again to watch. */
 static void starts(void)
 {
     const kr_scene s = scene_of(1);
@@ -271,7 +270,7 @@ static void kernels_agree(void)
         kr_top_free(top);
     }
 }
-/* Units of length, mass and time by powers of two. */
+/* Units of length, mass and time that are powers of two scale the times of events exactly. */
 static void scaling(void)
 {
     const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,

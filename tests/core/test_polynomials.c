@@ -41,7 +41,8 @@ static void named_roots(void)
     IS(roots_of(1, outside, 0.0, found) == 0);
     IS(roots_of(2, twice, INFINITY, found) == 0 && roots_of(2, twice, NAN, found) == 0);
 }
-/* Twelve roots, of which four may lie outside; roots closer than 0.01 may be told apart or not. */
+/* The roots inside the step are found and no others; eight of the twelve may lie outside. Cases
+ * with two roots closer than 0.01 are left out. */
 static void random_roots(void)
 {
     double found[MANY];

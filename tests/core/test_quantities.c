@@ -4,7 +4,7 @@
 #include "tops.h"
 
 static const double pi = 3.14159265358979323846;
-/* Any top, in any state. */
+/* A top with the centre of mass anywhere, in any state. */
 static kr_scene random_scene(void)
 {
     kr_scene s = kr_scene_default();
@@ -89,7 +89,7 @@ static void definitions(void)
         IS(value("axial_momentum", &s) == v_dot(start->m, apex));
     }
 }
-/* What the table says of turns about the vertical, and of integrals of the default scene's top. */
+/* What the table says to turn about the vertical does, and nothing else does. */
 static void flags(void)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
@@ -128,7 +128,7 @@ static void integrals(void)
     kr_top_free(top);
 }
 
-/* The tilt by its definition: the shortest turn to the apex, by the angle and the axis of it. */
+/* The shortest turn to the apex, by the definition: its angle about its axis. */
 static kr_quat tilt_to(kr_vec3 a)
 {
     const kr_vec3 from = v3(0, 0, a.z < -0.5 ? -1 : 1), across = v_cross(from, a);
@@ -154,7 +154,7 @@ static void eulers_angles(void)
         NEAR(angle_apart(precession, atan2(apex.x, -apex.y)), 0.0, 1e-12);
     }
 }
-/* Their rates: the spin is the rate of the third and its share of the first. */
+/* The spin is the rate of the spin angle and its share of that of the precession. */
 static void rates(void)
 {
     kr_scene s = random_scene();
@@ -178,7 +178,7 @@ static void rates(void)
     }
     kr_top_free(top);
 }
-/* Upright and hanging tops: each angle has its half of the turn, whatever the signs of zeros; just
+/* In upright and hanging tops each angle has half of the turn, whatever the signs of zeros; just
  * beside the pole their sum or difference is that turn. */
 static void poles(void)
 {
