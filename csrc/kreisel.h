@@ -99,13 +99,22 @@ KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 
                                   kr_body *body);
 KR_API kr_status kr_body_check(const kr_body *body);
 
+/* Kinds of tops, the integrable ones by those who solved them. */
+/* clang-format off */
+#define KR_KIND_LIST(X)                                                                           \
+    X(GENERAL,             "general")              /* none of these */                            \
+    X(EULER,               "euler")                /* supported at its centre of mass */          \
+    X(LAGRANGE,            "lagrange")             /* symmetric, com on the axis */               \
+    X(KOWALEWSKI,          "kowalewski")           /* moments as 2 : 2 : 1, com across the axis */ \
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments as 4 : 4 : 1, com across the axis */
+/* clang-format on */
 typedef enum kr_kind {
-    KR_GENERAL,
-    KR_EULER,
-    KR_LAGRANGE,
-    KR_KOWALEWSKI,
-    KR_GORYACHEV_CHAPLYGIN
+#define X(kind, name) KR_##kind,
+    KR_KIND_LIST(X)
+#undef X
+        KR_KIND_COUNT
 } kr_kind;
+KR_API const char *kr_kind_name(kr_kind kind);
 #define KR_KIND_RTOL 1e-12 /* what the library takes for equal when it asks itself for the kind */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
@@ -168,22 +177,31 @@ KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s
 /* The angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
-/* Methods: a table to read. */
+/* Methods: a table. Flags say what a method is, and which bodies it takes. */
+/* clang-format off */
+#define KR_FLAG_LIST(X)                                                                           \
+    X(SYMPLECTIC,        1, "symplectic",     "keeps the symplectic form")                        \
+    X(REVERSIBLE,        2, "reversible",     "a step back undoes a step")                        \
+    X(ADAPTIVE,          4, "adaptive",       "chooses its steps by a tolerance")                 \
+    X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
+    X(ALGEBRAIC,        16, "algebraic",      "takes only + - * / sqrt: the same bits everywhere") \
+    X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
+    X(DENSE,            64, "dense",          "gives the state anywhere inside its last step")    \
+    X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
+    X(INTEGRABLE,      256, "integrable",     "for Lagrange tops, and where no torque acts")      \
+    X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
+    X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
+    X(DIGITS,         2048, "digits",         "can give more digits than a double has")           \
+    X(HEADLESS,       4096, "headless",       "can leave out the turn about the vertical")
+/* clang-format on */
 enum {
-    KR_SYMPLECTIC = 1,
-    KR_REVERSIBLE = 2,
-    KR_ADAPTIVE = 4, /* chooses its steps by a tolerance */
-    KR_IMPLICIT = 8,
-    KR_ALGEBRAIC = 16,       /* only + - * / sqrt: the same bits from every compiler and libm */
-    KR_ABSOLUTE = 32,        /* its tolerance is absolute in the user's unit of time */
-    KR_DENSE = 64,           /* adaptive, and gives the state anywhere inside its last step */
-    KR_LAGRANGE_ONLY = 128,  /* for symmetric bodies with the centre of mass on the axis */
-    KR_INTEGRABLE = 256,     /* for those, and for any body on which no torque acts */
-    KR_SYMMETRIC_ONLY = 512, /* for bodies with two equal moments */
-    KR_EULER_ONLY = 1024,    /* for bodies supported at their centre of mass */
-    KR_DIGITS = 2048,        /* can be asked for more digits than a double has */
-    KR_HEADLESS = 4096       /* can leave out the heading: the turn about the vertical */
+#define X(flag, bit, name, text) KR_##flag = bit,
+    KR_FLAG_LIST(X)
+#undef X
 };
+KR_API unsigned kr_flag_find(const char *name); /* 0 if unknown */
+KR_API const char *kr_flag_name(unsigned flag); /* of one flag; NULL if there is none */
+KR_API const char *kr_flag_text(unsigned flag);
 typedef struct kr_method kr_method;
 KR_API size_t kr_method_count(void);
 KR_API const kr_method *kr_method_at(size_t i);

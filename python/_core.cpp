@@ -75,9 +75,8 @@ static py::tuple body_from_tensor(double mass, const doubles &inertia, const py:
 }
 static const char *body_kind(const py::object &body, double rtol)
 {
-    static const char *const names[] = {"general", "euler", "lagrange", "kowalewski", "goryachev_chaplygin"};
     const auto b = value_of<kr_body>(body);
-    return names[kr_body_kind(&b, rtol)];
+    return kr_kind_name(kr_body_kind(&b, rtol));
 }
 static const char *scene_check(const py::object &scene)
 {
@@ -89,6 +88,20 @@ static py::dict status_table()
 {
     py::dict table;
     for (const auto &s : statuses) table[s.name] = py::make_tuple(s.what, s.text);
+    return table;
+}
+static py::list kind_names()
+{
+    py::list names;
+    for (int kind = 0; kind < KR_KIND_COUNT; kind++) names.append(kr_kind_name(kr_kind(kind)));
+    return names;
+}
+static py::dict flag_table()
+{
+    py::dict table;
+#define X(flag, bit, name, text) table[name] = bit;
+    KR_FLAG_LIST(X)
+#undef X
     return table;
 }
 static py::list method_table()
@@ -143,6 +156,8 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
     m.attr("quantities") = quantity_table();
+    m.attr("kinds") = kind_names();
+    m.attr("flags") = flag_table();
     m.attr("KIND_RTOL") = KR_KIND_RTOL;
     m.attr("SYMPLECTIC") = int(KR_SYMPLECTIC);
     m.attr("REVERSIBLE") = int(KR_REVERSIBLE);

@@ -14,7 +14,7 @@ typedef struct {
 /* A top up to its last state; what may follow there is the user's memory, and not kept. */
 enum { KEPT = offsetof(kr_top, low) + sizeof(kr_state) };
 
-static int runs(const kr_top *top) { return top->method->flags & KR_DENSE ? 1 : 2; }
+static int runs(const kr_top *top) { return top->method->at ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
 
 static void put_name(char *to, size_t size, const char *name)

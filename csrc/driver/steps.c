@@ -33,7 +33,7 @@ static void plan_look(kr_top *top)
 }
 void kr_steps_keep(kr_top *top)
 {
-    if (!(top->method->flags & KR_DENSE)) copy_motion(&top->kept, &top->main, top->method->work);
+    if (!top->method->at) copy_motion(&top->kept, &top->main, top->method->work);
     top->kept_k = top->k;
     plan_look(top);
 }

@@ -12,6 +12,15 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
+/* v_of and v_put read and write a vector that stands as three numbers among the variables of a
+ * differential equation. */
+static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
+static inline void v_put(double *y, kr_vec3 v)
+{
+    y[0] = v.x;
+    y[1] = v.y;
+    y[2] = v.z;
+}
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
@@ -54,6 +63,12 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
+/* q and -q are one attitude. This returns the one that is nearer to the last, so that an attitude
+ * moves continuously. */
+static inline kr_quat q_near(kr_quat q, kr_quat last)
+{
+    return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
+}
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
 /* Gives q unit length again where only rounding has changed it, by one step of Newton's method,
  * which needs no root. The correction is added, because a factor near 1 would be rounded itself,

@@ -31,12 +31,6 @@ static inline vec_dd vdd_scale(dd s, vec_dd a)
     const vec_dd v = {dd_mul(s, a.x), dd_mul(s, a.y), dd_mul(s, a.z)};
     return v;
 }
-/* Divides axis by axis, as the moments of inertia do along the principal axes. */
-static inline vec_dd vdd_over(vec_dd a, kr_vec3 b)
-{
-    const vec_dd v = {dd_div(a.x, dd_of(b.x)), dd_div(a.y, dd_of(b.y)), dd_div(a.z, dd_of(b.z))};
-    return v;
-}
 static inline dd vdd_dot(vec_dd a, vec_dd b)
 {
     return dd_add(dd_add(dd_mul(a.x, b.x), dd_mul(a.y, b.y)), dd_mul(a.z, b.z));

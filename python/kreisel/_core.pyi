@@ -34,6 +34,8 @@ statuses: dict[str, tuple[str, str]]
 methods: list[_Method]
 quantities: list[_Quantity]
 components: dict[str, int]
+kinds: list[str]
+flags: dict[str, int]
 KIND_RTOL: float
 SYMPLECTIC: int
 REVERSIBLE: int

@@ -53,10 +53,10 @@ def need_gsl():
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)("needs GSL")
 
 
-def core_sources():
+def core_sources(csrc=CSRC):
     """What the library is made of, the adapters to GSL and the page's own file apart."""
     return sorted(
-        file for file in CSRC.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
+        file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )
 
 
