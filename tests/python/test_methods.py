@@ -139,9 +139,15 @@ CONSERVED = {  # what the words of the table promise: the quantities that stay, 
 }
 
 
-@pytest.mark.parametrize(
-    "name, body", cases(lambda name, body: body in CONSERVED[kr.methods[name].conserves])
-)
+def is_promised(name, body):
+    return body in CONSERVED.get(kr.methods[name].conserves, {})
+
+
+def test_what_the_words_of_the_table_promise_is_known():
+    assert {method.conserves for method in kr.methods.values()} <= set(CONSERVED)
+
+
+@pytest.mark.parametrize("name, body", cases(is_promised))
 def test_what_the_table_promises_is_conserved(name, body):
     """Modified energies and rational integrals have tests of their own."""
     method = kr.methods[name]
