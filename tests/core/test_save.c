@@ -31,8 +31,8 @@ static void load(kr_top *top, const unsigned char *saved)
 {
     IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK);
 }
-/* One top is never stopped. The other is stopped before each of the times, saved to an odd address,
- * and another goes on in its place. */
+/* One top is never stopped. The other is stopped before each of the times and saved to an odd
+ * address, and a third goes on in its place. */
 static void goes_on(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
@@ -116,7 +116,7 @@ static void after_a_failure(void)
     kr_top_free(on);
 }
 
-/* Bytes of which any was changed or is missing are not taken, and the top stays as it was. */
+/* Bytes of which any was changed or is missing are refused, and the top stays as it was. */
 static void refusals(const char *name)
 {
     static unsigned char saved[MOST], bad[MOST];
