@@ -217,16 +217,16 @@ def view(scene: kr.Scene, file: str | None) -> None:
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def report(arguments: tuple[str, ...]) -> None:
     """Accuracy, speed and stability of every method, on the report's scenes or on SCENE.toml files; --help says more. Its
-    machinery is validation/report.py, in the source tree."""
+    machinery is validation/, in the source tree."""
     here = File.cwd()
-    if not (here / "validation" / "report.py").is_file():
+    if not (here / "validation" / "__main__.py").is_file():
         raise click.ClickException(
-            "the report is made in the top folder of the source tree, which has validation/report.py; "
+            "the report is made in the top folder of the source tree, which has validation/; "
             f"{here} has not. Get the source, and run `make report` there"
         )
     sys.path.insert(0, str(here))
     try:
-        machinery = importlib.import_module("validation.report")
+        machinery = importlib.import_module("validation.__main__")
     except ModuleNotFoundError as error:
         if (error.name or "").startswith("validation"):
             raise
