@@ -1,6 +1,7 @@
 """The stability atlas, the random and the published tops. Nothing here asserts a time."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import pi
 
 import kreisel as kr
@@ -96,7 +97,8 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def with_fault(fault):
-    """Everybody of kreisel, each with the fault: a function of (who, problem, scene, times, setting)."""
+    """Gives everybody of kreisel, each with the fault: a function of (who, problem, scene, times,
+    setting)."""
 
     def everybody(scene, radians):
         return [
@@ -156,7 +158,8 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_lost_kick_is_found():
-    """One step without gravity in the middle: as long however short the step, or as long as the step."""
+    """One step in the middle has no gravity: as long however short the step, or as long as the
+    step."""
     case, method = CASES[FAULTY[0]], cells.ours(kr.methods["suzuki4"])
 
     def losing(seconds):
@@ -201,11 +204,13 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
-    """h (1 - cos theta) <v, a_> <torque at a_, v> a step (stiff.py): its energy creeps by no fault of the implementation."""
+    """The change a step is h (1 - cos theta) <v, a_> <torque at a_, v> (stiff.py): its energy
+    creeps by no fault of the implementation."""
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
     path = kr.solve(scene, step * np.arange(20), "implicit_midpoint", step=step)
-    for p, q, before, after in zip(path.q, path.q[1:], path.axial, path.axial[1:]):
+    momenta = pairwise(path.axial)
+    for (p, q), (before, after) in zip(pairwise(path.q), momenta, strict=True):
         w, *vector = kr.quaternion.multiply(
             kr.quaternion.conjugate(p), q
         )  # r^2 of r = (1, y) / |(1, y)|, y = h V / 4

@@ -1,11 +1,11 @@
 """The programs of validation/bench: each can be asked what it measures."""
 
 import importlib
-from pathlib import Path
 
 import pytest
+from toolbox import ROOT
 
-FOLDER = Path(__file__).resolve().parents[2] / "validation/bench"
+FOLDER = ROOT / "validation/bench"
 PROGRAMS = sorted(file.stem for file in FOLDER.glob("*.py") if "__main__" in file.read_text())
 
 

@@ -1,4 +1,5 @@
-"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected one holds."""
+"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected
+one holds."""
 
 import kreisel as kr
 import numpy as np
@@ -49,7 +50,8 @@ def test_c_does_not_become_right_with_smaller_steps():
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """a0 is e3 there, so that <m, p> / g and <m, a> are the same number, and g = p = 1 before scaling."""
+    """There a0 is e3, so that <m, p> / g and <m, a> are one number, and g = p = 1 before
+    scaling."""
     course = truth(SCENE, np.linspace(0, 20, 21))
     assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)
 

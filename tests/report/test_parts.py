@@ -8,11 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-
 import kreisel as kr
+import pytest
+from toolbox import ROOT
 
 from validation.report import page
 from validation.report.contents import PARTS

@@ -1,4 +1,5 @@
-"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it stands on."""
+"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it
+stands on."""
 
 import re
 

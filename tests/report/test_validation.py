@@ -30,7 +30,10 @@ def test_a_truth_computed_anew_is_the_one_kept():
     (state,) = reference.states(problem, [SHORT])
     assert reference.angle(state, numbers(kept["attitude"])) < 1e-31
     with mp.workdps(reference.DIGITS):
-        assert max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]))) < 1e-30
+        assert (
+            max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]), strict=True))
+            < 1e-30
+        )
 
 
 @pytest.mark.parametrize("name, t", TIMES)
@@ -42,7 +45,10 @@ def test_truths_keep_what_a_top_keeps(name, t):
         up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
         assert abs(sum(c * c for c in state[:4]) - 1) < 1e-32, "unit quaternion"
         assert (
-            abs(sum(m * u for m, u in zip(state[4:], up)) - mp.mpf(problem.momentum[2])) < 1e-30
+            abs(
+                sum(m * u for m, u in zip(state[4:], up, strict=True)) - mp.mpf(problem.momentum[2])
+            )
+            < 1e-30
         ), "<m, e3>"
     assert reference.energy_error(problem, state) < 1e-31
     assert 0 < kept["agreement"] < 1e-28
@@ -241,7 +247,8 @@ def test_the_report_writes_the_table_of_the_readme(quick):
 
 
 def test_the_report_takes_a_scene_of_ones_own(tmp_path):
-    """Described in a frame that is not its principal one: errors must come out small all the same."""
+    """It is described in a frame that is not its principal one: errors must come out small all the
+    same."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0

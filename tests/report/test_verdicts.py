@@ -3,13 +3,10 @@
 import ast
 import re
 from dataclasses import fields
-from pathlib import Path
-
-import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
 
 import kreisel as kr
+import pytest
+from toolbox import ROOT
 
 from validation.parts import atlas, cases, cells, ensemble, left_out, published, stiff, truth
 from validation.parts.judge import DRIFT

@@ -1,1 +1,2 @@
-"""Pictures as SVG: lines, distributions, heat maps and spheres, which know no part of the report."""
+"""Pictures as SVG: lines, distributions, heat maps and spheres, which know no part of the
+report."""

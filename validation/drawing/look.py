@@ -1,12 +1,13 @@
-"""The look that all pictures share: SVG that takes its ink from the page around it, light or dark."""
+"""The look that all pictures share: SVG that takes its ink from the page around it, light or
+dark."""
 
 import io
 
 import matplotlib
 
 matplotlib.use("svg")
-import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
-import numpy as np  # noqa: E402
+import matplotlib.pyplot as plt
+import numpy as np
 
 INK = "#010203"  # stands for the page's own colour of text
 FAINT = "#8c8c8c"

@@ -95,8 +95,8 @@ def families_shown(found):
 
 
 def note(cell):
-    """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or lost
-    in spite of a tolerance; None if nothing is."""
+    """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or
+    lost in spite of a tolerance; None if nothing is."""
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
         # The rest of the message stands in the table's file.

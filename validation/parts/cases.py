@@ -1,4 +1,5 @@
-"""The cases of the stability atlas: stiff and extreme tops, and steps from far too small to far too large.
+"""The cases of the stability atlas: stiff and extreme tops, and steps from far too small to far too
+large.
 
 Horizons are counted in turns: 2 pi over the angular velocity at the start, or over the pendulum's
 frequency if that is more; where a case gives its own rate, over that.

@@ -31,7 +31,7 @@ SIGNS = {
     "rounding": "no more than one rounding at every evaluation of the torque, all in the same "
     "direction",
 }
-BLOW_UP, STOPPED, REFUSED, DRIFT = "×", "S", "R", "d"  # noqa: RUF001  (a cross, not an x)
+BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
 ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
 MARKS = {
     ALARM: "wrong in silence",

@@ -2,7 +2,10 @@
 
 from collections import Counter
 
-NUMBERS = "no one two three four five six seven eight nine ten eleven twelve".split()
+NUMBERS = (
+    *("no", "one", "two", "three", "four", "five", "six"),
+    *("seven", "eight", "nine", "ten", "eleven", "twelve"),
+)
 
 
 def number(n):
@@ -30,7 +33,7 @@ def power(x):
 
 def digits(value, form=".0e"):
     """Writes a number, or a dash where it is not known."""
-    return "–" if value is None else format(value, form)  # noqa: RUF001  (a dash, not a minus)
+    return "\N{EN DASH}" if value is None else format(value, form)
 
 
 def milliseconds(seconds):

@@ -142,7 +142,8 @@ class ScipyRun:
 
 @cache
 def general_heyoka(tol):
-    """Compiles one integrator for every top: it is slower than one for a single top, and errs alike."""
+    """Compiles one integrator for every top, which is slower than one for a single top, and errs
+    alike."""
     zeros = np.zeros(equations.COEFFICIENTS)
     return hy.taylor_adaptive(
         equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
@@ -150,7 +151,8 @@ def general_heyoka(tol):
 
 
 def series_order(tol):
-    """Gives the order of heyoka's series, which is how often a step evaluates the right-hand side."""
+    """Gives the order of heyoka's series, which is how often a step evaluates the right-hand
+    side."""
     return math.ceil(1 - math.log(tol) / 2)
 
 

@@ -63,8 +63,8 @@ def which_rotation():
 
 
 def summed_alpha():
-    """Gives I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss' rule,
-    which is exact here."""
+    """Gives I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss'
+    rule, which is exact here."""
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()

@@ -64,7 +64,7 @@ def moving(h=1e-4, t=3.0):
     "difference of kappa1 = -2 tr((Phi^-1 e Phi)' N) from <T', N>",
 )
 def curvature():
-    Phi, change, (n, b, t), rates = moving()
+    Phi, change, (n, b, _), rates = moving()
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
     formula = su2.hat((rates[2] @ b, -kappa1, -rates[0] @ b))
@@ -171,8 +171,8 @@ def integral_k():
     path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)
     weight = body.mass * path.scene.gravity * np.linalg.norm(body.com) / i1
-    m3, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
-    p3, p2, p1 = (weight * path.frame[:, :, 2]).T
+    _, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
+    _, p2, p1 = (weight * path.frame[:, :, 2]).T
     values = [
         (m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)
     ]

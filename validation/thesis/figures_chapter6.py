@@ -275,6 +275,6 @@ def equal_evaluations(by_step):
             line_charts.lines(frames, "frame error L [rad]"),
             line_charts.lines(largest_of_all, "largest L to t = 30 [rad]", log=True, xlabel="eps2"),
         ],
-        f"For eps2 = 0.2: Runge-Kutta {rk4.max():.2g}, Bobenko-Suris {bs.max():.2g} rad. Right: all "
-        "eps2.",
+        f"For eps2 = 0.2: Runge-Kutta {rk4.max():.2g}, Bobenko-Suris {bs.max():.2g} rad. "
+        "Right: all eps2.",
     )

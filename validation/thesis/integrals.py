@@ -33,7 +33,8 @@ class Fourth:
 
 
 def fourth(kind):
-    """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300 units."""
+    """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300
+    units."""
     course = restarted(adjusted(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
     return Fourth(course.t, float(values[0]), values - values[0])

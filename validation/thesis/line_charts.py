@@ -72,8 +72,8 @@ def two_scales(t, left, right, labels, colours):
 
 
 def geodesic():
-    """Draws figure 6.5: S3 as a sphere, E and the north pole, and the shorter of the ways from E and
-    -E."""
+    """Draws figure 6.5: S3 as a sphere, E and the north pole, and the shorter of the ways from E
+    and -E."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)

@@ -1,4 +1,5 @@
-"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each beside what is true."""
+"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each beside what is
+true."""
 
 import numpy as np
 
@@ -108,8 +109,8 @@ def at_equal_time(timed):
 
 
 def overtaken(timed):
-    """Says from when on Extrap's largest error so far exceeds that of Bobenko-Suris with equal time;
-    None for never."""
+    """Says from when on Extrap's largest error so far exceeds that of Bobenko-Suris with equal
+    time; None for never."""
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])
     return None if last == len(ahead) - 1 else float(timed.t[last + 1])

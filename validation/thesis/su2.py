@@ -27,8 +27,8 @@ def turned(Phi, x):
 
 
 def rotation(axis, angle):
-    """Gives the Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi turns
-    by -angle."""
+    """Gives the Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi
+    turns by -angle."""
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * hat(axis)
 
 
@@ -62,7 +62,7 @@ def theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Gives the attitude at the end, by the theorem. c_of: 'a' or the text's 'p'; side: that of w_k
     on the quaternion, 'inverse' for g the rotation from rest to body frame; text: 2/c in the second
     form."""
-    i1, _, alpha = scaled.body.moments
+    alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
     G, m = matrix(np.array(scaled.attitude)), np.array(scaled.momentum)
     a = vec(G @ E3 @ np.linalg.inv(G))
