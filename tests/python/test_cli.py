@@ -117,8 +117,8 @@ def test_report_says_where_it_is_made(tmp_path, monkeypatch):
 
 
 def test_report_is_that_of_the_source_tree(tmp_path, monkeypatch):
-    (tmp_path / "validation/report").mkdir(parents=True)
-    (tmp_path / "validation/report/main.py").write_text(
+    (tmp_path / "validation").mkdir()
+    (tmp_path / "validation/__main__.py").write_text(
         "def main(argv):\n    print('made with', argv)\n    return 3\n"
     )
     done = subprocess.run(
