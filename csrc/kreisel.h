@@ -99,13 +99,22 @@ KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 
                                   kr_body *body);
 KR_API kr_status kr_body_check(const kr_body *body);
 
+/* Kinds of tops, the integrable ones by those who solved them. */
+/* clang-format off */
+#define KR_KIND_LIST(X)                                                                           \
+    X(GENERAL,             "general")              /* none of these */                            \
+    X(EULER,               "euler")                /* supported at its centre of mass */          \
+    X(LAGRANGE,            "lagrange")             /* symmetric, com on the axis */               \
+    X(KOWALEWSKI,          "kowalewski")           /* moments as 2 : 2 : 1, com across the axis */ \
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments as 4 : 4 : 1, com across the axis */
+/* clang-format on */
 typedef enum kr_kind {
-    KR_GENERAL,
-    KR_EULER,
-    KR_LAGRANGE,
-    KR_KOWALEWSKI,
-    KR_GORYACHEV_CHAPLYGIN
+#define X(kind, name) KR_##kind,
+    KR_KIND_LIST(X)
+#undef X
+        KR_KIND_COUNT
 } kr_kind;
+KR_API const char *kr_kind_name(kr_kind kind);
 #define KR_KIND_RTOL 1e-12 /* what the library takes for equal when it asks itself for the kind */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
@@ -113,26 +122,50 @@ KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 KR_API kr_scene kr_scene_default(void);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* Quantities of a state. */
-/* angular velocity, in space [T^-1] */
+/* Quantities of a state: a table. Vectors are seen from space, those named body_... from the
+ * frame in which the body was described. Euler's angles are z-x-z: turns by precession_angle about
+ * e3, by nutation about the line of nodes e3 x apex, by spin_angle about the apex. They carry the
+ * axes of space to those of a frame with the apex for its third, which stays in the body: the frame
+ * of description, turned to the apex the shortest way; where they are more than 120 degrees apart,
+ * half a turn about the first axis and from there the shortest way. With the apex at a pole the two
+ * angles about it are each half of the whole turn, up to pi. */
+enum {
+    KR_TURNS = 1, /* changes when the top is turned about the vertical */
+    KR_KEPT = 2,  /* an integral under gravity, of every top or of one kind */
+    KR_SERIES = 4 /* its components are known to events */
+};
+typedef struct kr_quantity kr_quantity;
+KR_API size_t kr_quantity_count(void);
+KR_API const kr_quantity *kr_quantity_at(size_t i);
+KR_API const kr_quantity *kr_quantity_find(const char *name); /* NULL if unknown */
+KR_API const char *kr_quantity_name(const kr_quantity *quantity);
+KR_API const char *kr_quantity_text(const kr_quantity *quantity);      /* what it is */
+KR_API const char *kr_quantity_dimension(const kr_quantity *quantity); /* "M L^2 T^-1" */
+KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);        /* 1, 3, 4 or 9 */
+KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
+/* Its values at n states, n times its doubles. */
+KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                               const kr_state states[], double out[]);
+/* Component i of a quantity is called by its name with this behind it: "" or "_x" and the like;
+ * NULL beyond the last. */
+KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
+/* The number of a component of what has KR_SERIES, as "apex_z", "q_w", "spin"; KR_ONE for "1", the
+ * constant; -1 if there is none. */
+enum { KR_ONE = 0 };
+KR_API int kr_component_find(const char *name);
+
+/* The quantities that C programs ask for most, by functions of their own. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
-/* dm/dt [M L^2 T^-2] */
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
-/* direction of the centre of mass in space; of T if there is no lever */
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
-/* N, B, T in space */
 KR_API void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3]);
-/* angle of the apex with e3, 0 .. pi [rad] */
 KR_API double kr_state_nutation(const kr_scene *scene, const kr_state *s);
-KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s); /* [M L^2 T^-2] */
+KR_API double kr_state_kinetic(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
-/* <m, e3> = <m, p> / g [M L^2 T^-1] */
-KR_API double kr_state_vertical(const kr_scene *scene, const kr_state *s);
-/* <m, apex> = <m, a> / |a| */
-KR_API double kr_state_axial(const kr_scene *scene, const kr_state *s);
-/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1
- * along -com: [T^-4], [T^-3]. NaN for a body that has none; the second is constant only while <m,
- * e3> = 0. */
+KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
+KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
+KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
+/* K and G are in units of M/I1 and mass gravity |com| / I1, axis 1 along -com (thesis 5.1, 5.2). */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the
@@ -141,25 +174,35 @@ KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s,
 /* The energy that bobenko_suris4 keeps at this step: E up to a constant and O(step^4). NaN for
  * other bodies, and where the step is too large for the method. */
 KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
-/* angle of the rotation between them, 0 .. pi [rad] */
+/* The angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
-/* Methods: a table to read. */
+/* Methods: a table. Flags say what a method is, and which bodies it takes. */
+/* clang-format off */
+#define KR_FLAG_LIST(X)                                                                           \
+    X(SYMPLECTIC,        1, "symplectic",     "keeps the symplectic form")                        \
+    X(REVERSIBLE,        2, "reversible",     "a step back undoes a step")                        \
+    X(ADAPTIVE,          4, "adaptive",       "chooses its steps by a tolerance")                 \
+    X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
+    X(ALGEBRAIC,        16, "algebraic",      "takes only + - * / sqrt: the same bits everywhere") \
+    X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
+    X(DENSE,            64, "dense",          "gives the state anywhere inside its last step")    \
+    X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
+    X(INTEGRABLE,      256, "integrable",     "for Lagrange tops, and where no torque acts")      \
+    X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
+    X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
+    X(DIGITS,         2048, "digits",         "can give more digits than a double has")           \
+    X(HEADLESS,       4096, "headless",       "can leave out the turn about the vertical")        \
+    X(SPLITTING,      8192, "splitting",      "kicks and drifts in turn")
+/* clang-format on */
 enum {
-    KR_SYMPLECTIC = 1,
-    KR_REVERSIBLE = 2,
-    KR_ADAPTIVE = 4, /* chooses its steps by a tolerance */
-    KR_IMPLICIT = 8,
-    KR_ALGEBRAIC = 16,       /* only + - * / sqrt: the same bits from every compiler and libm */
-    KR_ABSOLUTE = 32,        /* its tolerance is absolute in the user's unit of time */
-    KR_DENSE = 64,           /* adaptive, and gives the state anywhere inside its last step */
-    KR_LAGRANGE_ONLY = 128,  /* for symmetric bodies with the centre of mass on the axis */
-    KR_INTEGRABLE = 256,     /* for those, and for any body on which no torque acts */
-    KR_SYMMETRIC_ONLY = 512, /* for bodies with two equal moments */
-    KR_EULER_ONLY = 1024,    /* for bodies supported at their centre of mass */
-    KR_DIGITS = 2048,        /* can be asked for more digits than a double has */
-    KR_HEADLESS = 4096       /* can leave out the heading: the turn about the vertical */
+#define X(flag, bit, name, text) KR_##flag = bit,
+    KR_FLAG_LIST(X)
+#undef X
 };
+KR_API unsigned kr_flag_find(const char *name); /* 0 if unknown */
+KR_API const char *kr_flag_name(unsigned flag); /* of one flag; NULL if there is none */
+KR_API const char *kr_flag_text(unsigned flag);
 typedef struct kr_method kr_method;
 KR_API size_t kr_method_count(void);
 KR_API const kr_method *kr_method_at(size_t i);
@@ -232,36 +275,11 @@ KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
-/* Events: where, on taylor's way, a function g of the state passes zero: a sum of terms factor * of
- * * times, of q, what is seen from space (the apex, m), from the frame of description (the others),
- * and the spin about the apex. */
-typedef enum kr_quantity {
-    KR_ONE,
-    KR_Q_W,
-    KR_Q_X,
-    KR_Q_Y,
-    KR_Q_Z,
-    KR_APEX_X,
-    KR_APEX_Y,
-    KR_APEX_Z,
-    KR_M_X,
-    KR_M_Y,
-    KR_M_Z,
-    KR_VERTICAL_X,
-    KR_VERTICAL_Y,
-    KR_VERTICAL_Z,
-    KR_BODY_VELOCITY_X,
-    KR_BODY_VELOCITY_Y,
-    KR_BODY_VELOCITY_Z,
-    KR_BODY_MOMENTUM_X,
-    KR_BODY_MOMENTUM_Y,
-    KR_BODY_MOMENTUM_Z,
-    KR_SPIN,
-    KR_QUANTITY_COUNT
-} kr_quantity;
+/* Events: where, on taylor's way, a function g of the state passes zero. It is a sum of terms,
+ * factor * of * times, of components as kr_component_find numbers them. */
 typedef struct kr_term {
     double factor;
-    kr_quantity of, times;
+    int of, times;
 } kr_term;
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);

@@ -1,4 +1,4 @@
-/* What a method is: how to step. Floor 2. One method = one file in methods/ and one line in
+/* What a method is: how to step. One method = one file in methods/ and one line in
  * methods.def. A method sees a run: the top in its working axes and own units. Everything above
  * that - the user's frame, his units and clock, landing, limits, finiteness, interruption, the last
  * good state - belongs to the driver (top.c). */

@@ -1,4 +1,4 @@
-/* Checkpoints: a top as bytes, and back. Floor 4. All that it is goes along - both its runs with
+/* Checkpoints: a top as bytes, and back. All that it is goes along - both its runs with
  * all their work, clocks, counts, own units - but for pointers, which the top that is loaded has of
  * its own. So a fixed-step run goes on on its grid, an adaptive one with the step and order that it
  * was about to take, a dense one inside its piece. */
@@ -14,7 +14,7 @@ typedef struct {
 /* A top up to its last state; what may follow there is the user's memory, and not kept. */
 enum { KEPT = offsetof(kr_top, low) + sizeof(kr_state) };
 
-static int runs(const kr_top *top) { return top->method->flags & KR_DENSE ? 1 : 2; }
+static int runs(const kr_top *top) { return top->method->at ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
 
 static void put_name(char *to, size_t size, const char *name)

@@ -1,5 +1,5 @@
-/* In and out of own units with more digits than a double has, for runs that ask for them. Floor 4;
- * so top.c for all others. Everything that the user gave is meant to the last bit; what is
+/* In and out of own units with more digits than a double has, for runs that ask for them;
+ * top.c does it for all others. Everything that the user gave is meant to the last bit; what is
  * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
  * principal ones, which no rounding separates from the moments. */
 #include "numbers/su2_dd.h"

@@ -1,17 +1,6 @@
-/* The table of methods, and the texts of the status codes. Floor 4. */
+/* The table of methods, made of methods.def, and the bodies that each takes. */
 #include "model/body.h"
 #include "method.h"
-
-static const char *const texts[] = {
-#define X(name, what, text) text,
-    KR_STATUS_LIST(X)
-#undef X
-};
-const char *kr_status_text(kr_status s)
-{
-    return (unsigned)s < KR_STATUS_COUNT ? texts[s] : "unknown status";
-}
-const char *kr_version(void) { return KR_VERSION; }
 
 static const kr_method *const methods[] = {
 #define X(id) &kr_method_##id,
@@ -31,7 +20,7 @@ const char *kr_method_text(const kr_method *m) { return m->text; }
 const char *kr_method_conserves(const kr_method *m) { return m->conserves; }
 const char *kr_method_reference(const kr_method *m) { return m->reference; }
 int kr_method_order(const kr_method *m) { return m->order; }
-unsigned kr_method_flags(const kr_method *m) { return m->flags; }
+unsigned kr_method_flags(const kr_method *m) { return m->flags | (m->at ? KR_DENSE : 0); }
 
 int kr_method_applies(const kr_method *m, const kr_body *body)
 {

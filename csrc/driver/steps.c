@@ -1,4 +1,4 @@
-/* The driver's lower half: main's steps, and its last good state. Floor 4. Every CHECK steps a
+/* The driver's lower half: main's steps, and its last good state. Every CHECK steps a
  * fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
  * steps misses nothing, and a run that failed is repeated from where it was kept to find its last
  * good state. An adaptive run is looked at in every step, a dense one looks after itself. */
@@ -33,7 +33,7 @@ static void plan_look(kr_top *top)
 }
 void kr_steps_keep(kr_top *top)
 {
-    if (!(top->method->flags & KR_DENSE)) copy_motion(&top->kept, &top->main, top->method->work);
+    if (!top->method->at) copy_motion(&top->kept, &top->main, top->method->work);
     top->kept_k = top->k;
     plan_look(top);
 }

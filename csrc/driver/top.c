@@ -1,11 +1,11 @@
-/* The driver's upper half: a top in motion as its user sees it. Floor 4. It owns the user's frame,
+/* The driver's upper half: a top in motion as its user sees it. It owns the user's frame,
  * units and clock, and landing; steps.c owns limits, finiteness, interruption and the last good
  * state; methods only step. A fixed-step run stands on the grid start.t + k step, an adaptive one
  * where its own steps end. A time between two such points is read by a second run, begun anew at
  * the point before it: so where one looks does not change the path. */
 #include <float.h>
 #include <stdlib.h>
-#include "model/body.h"
+#include "model/scene.h"
 #include "numbers/dd.h"
 #include "top.h"
 
@@ -89,7 +89,7 @@ static kr_status fixed_at(kr_top *top, double t, kr_state *s)
 }
 static kr_status adaptive_at(kr_top *top, double t, kr_state *s)
 {
-    const int dense = (top->method->flags & KR_DENSE) != 0;
+    const int dense = top->method->at != NULL;
     const dd span = two_sum(t, -top->scene.start.t);
     const double goal = span.hi / top->time_unit;
     while (top->forward * (goal - top->main.clock) > 0.0) {
@@ -172,10 +172,7 @@ static int digits_of(const kr_method *method, const kr_config *config)
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
 /* Of all runs. */
-static size_t words(const kr_method *method)
-{
-    return (method->flags & KR_DENSE ? 1 : 3) * method->work;
-}
+static size_t words(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
 kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                         kr_top **out)
 {
@@ -199,7 +196,7 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     top->main.digits = digits_of(method, &config);
     top->main.leave_heading = config.leave_heading;
     top->main.work = top->memory + (LINE - (uintptr_t)top->memory / sizeof(double) % LINE) % LINE;
-    if (!(method->flags & KR_DENSE)) {
+    if (!method->at) {
         top->kept.work = top->main.work + method->work;
         top->side.work = top->kept.work + method->work;
     }
@@ -259,8 +256,8 @@ kr_status kr_top_step(kr_top *top)
     if (!top) return KR_ERR_ARGUMENT;
     if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->k + 1));
     if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
-        status = top->method->flags & KR_DENSE ? kr_steps_dense(top, top->forward * INFINITY)
-                                               : kr_steps_adaptive(top);
+        status =
+            top->method->at ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
     kr_top_come_up(top, top->forward * INFINITY);
     return status;
 }

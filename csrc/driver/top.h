@@ -1,4 +1,4 @@
-/* A top in motion, as the driver sees it. Floor 4; shared by top.c (the user's side) and steps.c
+/* A top in motion, as the driver sees it. Shared by top.c (the user's side) and steps.c
  * (the methods' side). */
 #ifndef KR_TOP_H
 #define KR_TOP_H

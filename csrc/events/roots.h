@@ -1,4 +1,4 @@
-/* Where a polynomial on [0, 1] changes its sign, from left to right. Floor 6. */
+/* Where a polynomial on [0, 1] changes its sign, from left to right. */
 #ifndef KR_ROOTS_H
 #define KR_ROOTS_H
 #include "method.h"

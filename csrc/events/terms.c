@@ -3,6 +3,7 @@
  * with e a unit vector there and v in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * Kept in the units of the step, powers of two in which every quantity is at most one. */
+#include "model/quantities.h"
 #include "terms.h"
 
 enum { PAD = 8, ROOM = KR_TERMS_ROOM }; /* zeros before and after what is multiplied */
@@ -16,20 +17,15 @@ typedef struct view {
     void (*product)(const double *a, const double *b, int order, double *c);
 } view;
 
-/* of a component's: components come in threes from KR_Q_X on */
-static kr_vec3 unit_vector(kr_quantity id)
+static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
+/* The unit of a component, by its quantity's dimension: a power of two. */
+static double unit_of(const kr_top *top, double rate, int number)
 {
-    const int i = ((int)id - KR_Q_X) % 3;
-    return v3(i == 0, i == 1, i == 2);
-}
-static int is_body_momentum(kr_quantity id)
-{
-    return id >= KR_BODY_MOMENTUM_X && id <= KR_BODY_MOMENTUM_Z;
-}
-static double unit_of(const kr_top *top, double rate, kr_quantity id)
-{
-    if ((id >= KR_M_X && id <= KR_M_Z) || is_body_momentum(id)) return top->momentum_unit * rate;
-    return id >= KR_BODY_VELOCITY_X ? rate / top->time_unit : 1.0;
+    if (number == KR_ONE) return 1.0;
+    const kr_component c = kr_component_of(number);
+    const char *dimension = kr_quantity_dimension(kr_quantity_at((size_t)c.quantity));
+    if (strcmp(dimension, "M L^2 T^-1") == 0) return top->momentum_unit * rate;
+    return strcmp(dimension, "T^-1") == 0 ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])
 {
@@ -52,25 +48,23 @@ static void multiply(const view *v, const double *a, const double *b, double *c)
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* What is seen from the body; the attitude. */
-static void add_linear(const view *v, double factor, kr_quantity id, double *c)
+/* What is linear in the attitude, in the vertical and in the velocity seen from the body. */
+static void add_of_attitude(const view *v, kr_quat weight, double *c)
 {
-    const kr_quat axes = v->top->axes;
-    kr_quat weight;
-    if (id == KR_Q_W)
-        weight = axes;
-    else if (id <= KR_Q_Z)
-        weight = q_mul(pure(unit_vector(id)), axes);
-    else if (id == KR_APEX_Z || id == KR_SPIN)
-        weight = pure(v->top->apex);
-    else
-        weight = pure(q_turn_back(axes, unit_vector(id)));
-    if (is_body_momentum(id)) weight = pure(v_times(v->top->main.inertia, q_vec(weight)));
-    weight = q_scale(factor, weight);
-    if (id >= KR_BODY_VELOCITY_X)
-        for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
-    else
-        for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + (id <= KR_Q_Z ? 0 : 4));
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
+}
+static void add_of_vertical(const view *v, kr_quat weight, double *c)
+{
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
+}
+static void add_of_velocity(const view *v, kr_quat weight, double *c)
+{
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
+}
+/* An axis of the frame of description, in working axes. */
+static kr_quat described_axis(const view *v, int axis)
+{
+    return pure(q_turn_back(v->top->axes, unit_vector(axis)));
 }
 static void clear(const view *v, series s)
 {
@@ -94,30 +88,69 @@ static void add_turned(const view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply(v, left[i] + PAD, right[i] + PAD, c);
 }
-static void add_momentum(const view *v, double factor, kr_quantity id, double *c)
+
+/* The quantities, one component each: c gets factor times its series. */
+static void add_q(const view *v, double factor, int axis, double *c)
+{
+    const kr_quat axes = v->top->axes,
+                  weight = axis == 0 ? axes : q_mul(pure(unit_vector(axis - 1)), axes);
+    add_of_attitude(v, q_scale(factor, weight), c);
+}
+static void add_m(const view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
-    const kr_vec3 e = unit_vector(id), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
+    const kr_vec3 e = unit_vector(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
     const kr_vec3 M = v_times(motion->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
     const kr_quat q = attitude(v, 0);
     double torque[ROOM];
-    c[0] += factor * (id == KR_M_Z ? v_dot(P, M) : q_dot(q_mul(pure(e), q), q_mul(q, pure(M))));
-    if (id == KR_M_Z) return;
+    c[0] += factor * (axis == 2 ? v_dot(P, M) : q_dot(q_mul(pure(e), q), q_mul(q, pure(M))));
+    if (axis == 2) return;
     memset(torque, 0, sizeof torque);
-    factor *= (id == KR_M_X ? -1.0 : 1.0) / (v->rate * v->rate);
-    add_turned(v, id == KR_M_X ? 1 : 0, v_scale(factor, motion->lever), torque);
+    factor *= (axis == 0 ? -1.0 : 1.0) / (v->rate * v->rate);
+    add_turned(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
     for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
 }
-static void add(const view *v, double factor, kr_quantity id, double *c)
+static void add_apex(const view *v, double factor, int axis, double *c)
 {
-    if (id == KR_ONE)
-        c[0] += factor;
-    else if (id == KR_APEX_X || id == KR_APEX_Y)
-        add_turned(v, (int)(id - KR_APEX_X), v_scale(factor, v->top->apex), c);
-    else if (id >= KR_M_X && id <= KR_M_Z)
-        add_momentum(v, factor, id, c);
+    if (axis == 2)
+        add_of_vertical(v, q_scale(factor, pure(v->top->apex)), c);
     else
-        add_linear(v, factor, id, c);
+        add_turned(v, axis, v_scale(factor, v->top->apex), c);
+}
+static void add_body_velocity(const view *v, double factor, int axis, double *c)
+{
+    add_of_velocity(v, q_scale(factor, described_axis(v, axis)), c);
+}
+static void add_body_momentum(const view *v, double factor, int axis, double *c)
+{
+    const kr_vec3 weight = v_times(v->top->main.inertia, q_vec(described_axis(v, axis)));
+    add_of_velocity(v, q_scale(factor, pure(weight)), c);
+}
+static void add_body_vertical(const view *v, double factor, int axis, double *c)
+{
+    add_of_vertical(v, q_scale(factor, described_axis(v, axis)), c);
+}
+static void add_spin(const view *v, double factor, int axis, double *c)
+{
+    (void)axis;
+    add_of_velocity(v, q_scale(factor, pure(v->top->apex)), c);
+}
+static void add(const view *v, double factor, int number, double *c)
+{
+    static void (*const adds[KR_QUANTITIES])(const view *, double, int, double *) = {
+        [KR_QUANTITY_q] = add_q,
+        [KR_QUANTITY_m] = add_m,
+        [KR_QUANTITY_apex] = add_apex,
+        [KR_QUANTITY_body_velocity] = add_body_velocity,
+        [KR_QUANTITY_body_momentum] = add_body_momentum,
+        [KR_QUANTITY_body_vertical] = add_body_vertical,
+        [KR_QUANTITY_spin] = add_spin,
+    };
+    const kr_component component = kr_component_of(number);
+    if (number == KR_ONE)
+        c[0] += factor;
+    else
+        adds[component.quantity](v, factor, component.axis, c);
 }
 
 double kr_terms_size(const kr_top *top, const kr_piece *piece, size_t n, const kr_term terms[])
@@ -188,26 +221,11 @@ int kr_terms_polynomial(const kr_top *top, const kr_piece *p, const kr_event *e,
     return degree;
 }
 
-/* The values, of a state of the user's. */
-static double component(kr_vec3 v, kr_quantity id) { return v_dot(v, unit_vector(id)); }
-static double value_of(const kr_scene *scene, const kr_state *s, kr_quantity id)
-{
-    if (id == KR_ONE) return 1.0;
-    if (id == KR_Q_W) return s->q.w;
-    if (id <= KR_Q_Z) return component(q_vec(s->q), id);
-    if (id <= KR_APEX_Z) return component(kr_state_apex(scene, s), id);
-    if (id <= KR_M_Z) return component(s->m, id);
-    if (id <= KR_VERTICAL_Z) return component(q_vertical(s->q), id);
-    if (id <= KR_BODY_VELOCITY_Z)
-        return component(q_turn_back(s->q, kr_state_velocity(scene, s)), id);
-    if (id <= KR_BODY_MOMENTUM_Z) return component(q_turn_back(s->q, s->m), id);
-    return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
-}
 double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[])
 {
     double value = 0.0;
     for (size_t i = 0; i < n; i++)
-        value +=
-            terms[i].factor * value_of(scene, s, terms[i].of) * value_of(scene, s, terms[i].times);
+        value += terms[i].factor * kr_component_value(terms[i].of, scene, s) *
+                 kr_component_value(terms[i].times, scene, s);
     return value;
 }

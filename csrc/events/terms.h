@@ -1,4 +1,4 @@
-/* Functions of the state: their values, and their polynomials over a step. Floor 6. */
+/* Functions of the state: their values, and their polynomials over a step. */
 #ifndef KR_TERMS_H
 #define KR_TERMS_H
 #include "driver/top.h"

@@ -1,6 +1,7 @@
-/* On from event to event. Floor 6. Each step is made as ever and then searched, so that the path
+/* On from event to event. Each step is made as ever and then searched, so that the path
  * does not know of it; every event keeps the next place found in the last step, and is searched
  * again from there when that has passed. */
+#include "model/quantities.h"
 #include "roots.h"
 #include "terms.h"
 
@@ -21,18 +22,14 @@ static double time_at(const kr_top *top, double clock)
                : t;
 }
 
-static int turns(kr_quantity id) /* with the top about the vertical */
-{
-    return (id >= KR_Q_W && id <= KR_M_Y) && id != KR_APEX_Z;
-}
 static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const kr_term terms[])
 {
     if (!terms) return 0;
     for (size_t i = 0; i < n; i++) {
-        const unsigned of = (unsigned)terms[i].of, times = (unsigned)terms[i].times;
-        if (of >= KR_QUANTITY_COUNT || times >= KR_QUANTITY_COUNT || !isfinite(terms[i].factor))
+        const int of = terms[i].of, times = terms[i].times;
+        if (!kr_component_is(of) || !kr_component_is(times) || !isfinite(terms[i].factor)) return 0;
+        if (top->main.leave_heading && (kr_component_turns(of) || kr_component_turns(times)))
             return 0;
-        if (top->main.leave_heading && (turns(terms[i].of) || turns(terms[i].times))) return 0;
     }
     const double size = kr_terms_size(top, piece, n, terms);
     return isfinite(size) && unsure * size > 0.0;

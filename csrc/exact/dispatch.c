@@ -1,4 +1,5 @@
-/* The closed form on the widest instruction set that this processor has. Floor 3. */
+/* The public functions of the closed form: each goes to what was compiled for the widest
+ * instruction set that this processor has. */
 #include "dispatch.h"
 
 const kr_exact_isa *kr_exact_isa_at(int i)
@@ -12,25 +13,27 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
+/* Returns the first instruction set that runs here; the last one runs everywhere. */
 static const kr_exact_isa *here(void)
 {
     int i = 0;
     while (!kr_exact_isa_at(i)->runs_here()) i++;
     return kr_exact_isa_at(i);
 }
-kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan)
+kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
 {
-    return plan ? here()->one->plan(scene, 0, plan) : KR_ERR_ARGUMENT;
+    return exact ? here()->one->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
 }
-kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan)
+kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact)
 {
-    return here()->one->plan(scene, 1, plan);
+    return here()->one->plan(scene, 1, exact);
 }
-kr_state kr_exact_state(const kr_exact *plan, double t) { return here()->one->state(plan, t); }
-void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[])
+kr_state kr_exact_state(const kr_exact *exact, double t) { return here()->one->state(exact, t); }
+void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
-    here()->many(plan, n, t, out);
+    here()->many(exact, n, t, out);
 }
+/* The map's states are read one at a time, which wider vectors than AVX2's do not speed up. */
 static const kr_exact_maps *maps_here(void)
 {
 #ifdef KR_X86

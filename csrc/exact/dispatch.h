@@ -1,22 +1,24 @@
-/* What is compiled once per instruction set, and chosen when it runs (exact.c). Floor 3. Every set
- * gives the same bits: none fuses a product and a sum but in two_product, which is exact either
- * way. */
-#ifndef KR_EXACT_SET_H
-#define KR_EXACT_SET_H
+/* What of the closed form is compiled once per instruction set, and chosen when it runs
+ * (dispatch.c). Every instruction set gives the same bits: none fuses a product and a sum
+ * but in two_product, which is exact either way. */
+#ifndef KR_EXACT_DISPATCH_H
+#define KR_EXACT_DISPATCH_H
 #include "kreisel.h"
 #include "numbers/isa.h"
 
-typedef struct kr_exact_one { /* plans.c */
-    /* own: in working axes and own units, from 0 */
-    kr_status (*plan)(const kr_scene *scene, int own, kr_exact *plan);
-    kr_state (*state)(const kr_exact *plan, double t);
+/* closed_form.c makes these: they set one scene up and read one state. Where `own` is not 0, the
+ * closed form stays in working axes and own units and begins at time 0. */
+typedef struct kr_exact_one {
+    kr_status (*plan)(const kr_scene *scene, int own, kr_exact *exact);
+    kr_state (*state)(const kr_exact *exact, double t);
 } kr_exact_one;
-typedef struct kr_exact_maps { /* maps.c */
+/* map.c makes these: they do for the Bobenko-Suris map what kr_exact_one does for the motion. */
+typedef struct kr_exact_maps {
     kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map *map);
     kr_state (*state)(const kr_exact_map *map, int64_t k);
 } kr_exact_maps;
-/* states.c */
-typedef void kr_exact_many(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
+/* states.c makes these: they read the states at many times at once. */
+typedef void kr_exact_many(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
 extern const kr_exact_one kr_exact_one_base, kr_exact_one_avx2;
 extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
@@ -28,7 +30,8 @@ typedef struct kr_exact_isa {
     const kr_exact_one *one;
     kr_exact_many *many;
 } kr_exact_isa;
-const kr_exact_isa *kr_exact_isa_at(int i); /* as kr_taylor_isa */
-/* see kr_exact_one's plan */
-kr_status kr_exact_own(const kr_scene *scene, kr_exact *plan);
+/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+const kr_exact_isa *kr_exact_isa_at(int i);
+/* Sets the closed form up in working axes and own units from time 0, for the method `exact`. */
+kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact);
 #endif

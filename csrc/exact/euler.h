@@ -1,26 +1,28 @@
-/* Set-up of the free top's closed form, in the frame that has m along e3 and the circulated extreme
- * axis along -e3: u = -a.e3 = c dn(x), and alpha, beta are theta1, theta4 (nome q^2) with one
- * common rate
- *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3, p0^2 = 1/c^2,  or the same from the other side for small c.
- * D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| come from sums of one sign. (Jacobi 1849; Whittaker,
- * Dynamics, 69.) */
+/* Set-up of the free top's closed form, in the frame that has m along e3 and along -e3 the extreme
+ * axis a (the 3rd) about which m circulates in the body. There u = -a.e3 = c dn(X), and alpha and
+ * beta are theta1 and theta4 in the square of the nome, with one common rate
+ *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2,
+ * or its value from the other side for small c. D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are sums
+ * of one sign (Jacobi 1849; Whittaker, Dynamics, 69). This header is source that is compiled once
+ * per instruction set, because its double-doubles want the fused product. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
 #include "numbers/trig.h"
 #include "phase.h"
 #include "theta.h"
 
-/* I1, I2, I3 with 2 the intermediate, 3 the circulated; M in that frame, M3 >= 0 */
+/* The body's axes in order: 2 is that of the middle moment, 3 is the one about which m circulates,
+ * and m has M3 >= 0. D1 and D3 are those of the file's head. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
-    dd d1, d3, dm;                      /* see above; dm: distance from the separatrix */
-    /* 1 if axis 3 is the largest moment, -1 if it is the smallest */
-    double sense;
-    kr_quat turn; /* the frame's attitude in the body */
+    dd d1, d3;                          /* D1, D3 */
+    dd dm;                              /* the distance from the separatrix */
+    double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
+    kr_quat turn; /* the attitude of these axes in the body */
 } body_axes;
 
-/* The turn that carries e3 to axis k, e2 to axis 'middle' up to sign, and reverses e1 and e3 if
- * asked. */
+/* Returns the turn that carries e3 to axis k and e2 to axis `middle` up to its sign, and that
+ * reverses e1 and e3 if it is asked to. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -35,7 +37,8 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-static body_axes axes_of(const double inertia[3], const dd m[3])
+/* Puts the axes in order, for principal moments and a momentum m that the body sees. */
+static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, middle = 1, high = 2;
     body_axes r;
@@ -50,8 +53,8 @@ static body_axes axes_of(const double inertia[3], const dd m[3])
     r.sense = dd_less(above, below) ? -1.0 : 1.0;
     r.dm = dd_abs(dd_sub(above, below));
     if (r.sense < 0.0) swap(&low, &high);
-    const int reverse = m[high].hi < 0.0, odd = middle == (high + 1) % 3,
-              index[3] = {low, middle, high};
+    const int reverse = m[high].hi < 0.0, odd = middle == (high + 1) % 3;
+    const int index[3] = {low, middle, high};
     const double sign[3] = {reverse ? -1.0 : 1.0, odd ? -1.0 : 1.0, reverse ? -1.0 : 1.0};
     for (int i = 0; i < 3; i++) {
         r.inertia[i] = dd_of(inertia[index[i]]);
@@ -67,15 +70,16 @@ static body_axes axes_of(const double inertia[3], const dd m[3])
     r.turn = frame_of(high, middle, reverse);
     return r;
 }
-static kr_quat towards_e3(kr_vec3 m) /* a turn that carries m to e3 */
+/* Returns a turn that carries m to e3. */
+static kr_quat towards_e3(kr_vec3 m)
 {
     const double h = v_length(m) + fabs(m.z);
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Where alpha and beta keep their size: at rest, about a principal axis, or of a body with two
- * equal moments. */
-static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd square, kr_quat q,
+/* Sets up the motions in which alpha and beta keep their size, and returns 0 for all others. They
+ * are rest, a turn about a principal axis, and any motion of a body with two equal moments. */
+static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd square, kr_quat q,
                   kr_quat left)
 {
     const dd size = dd_sqrt(square);
@@ -85,15 +89,19 @@ static int steady(kr_exact *plan, const double inertia[3], const dd m[3], dd squ
         if (still >= 2 ? m[i].hi != 0.0 : inertia[(i + 1) % 3] == inertia[(i + 2) % 3]) k = i;
     const dd across = dd_of(still >= 2 ? inertia[k] : inertia[(k + 1) % 3]);
     if (still < 2 && inertia[(k + 1) % 3] != inertia[(k + 2) % 3]) return 0;
-    const dd turn = dd_half(dd_div(size, across));
-    const dd spin = dd_half(
+    const dd half_turn = dd_half(dd_div(size, across));
+    const dd half_spin = dd_half(
         dd_mul(m[k], dd_sub(dd_div(dd_of(1.0), dd_of(inertia[k])), dd_div(dd_of(1.0), across))));
     const kr_quat axis = frame_of(k, (k + 2) % 3, 0);
-    steady_plan(plan, q_mul(q_mul(q_conj(left), q), axis), dd_add(turn, spin), dd_sub(turn, spin));
-    set_frame(plan, left, q_conj(axis));
-    if (m[k].hi < 0.0) plan->spin = -plan->spin;
+    steady_closed_form(exact, q_mul(q_mul(q_conj(left), q), axis), dd_add(half_turn, half_spin),
+                       dd_sub(half_turn, half_spin));
+    set_frame(exact, left, q_conj(axis));
+    if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
+/* Returns the rate k that alpha and beta have in common, and in `mean` agm(1, k'). Here `flat` is 1
+ * - c^2; where c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, so that nothing is
+ * divided by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -107,33 +115,37 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     const dd cross = dd_mul(*mean, dd_sqrt(dd_div(c2, dd_mul(flat, dd_add(flat, ck)))));
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
-static void euler_series(kr_exact *plan, const body_axes *a, double c2, double flat, dd k2,
+/* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
+ * integral of the first kind. Their sizes are known at the turning heights: `above` is the largest
+ * |beta|, `below` the largest |alpha|. */
+static void euler_series(kr_exact *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
                  quarter = sqrt(sqrt(kp));
-    const double T = theta_stretch(plan, dd_twice(average), k2), limit = 0.25 * pi * T;
+    const double T = theta_stretch(exact, dd_twice(average), k2), limit = 0.25 * pi * T;
     const double b = sqrt(flat) * elliptic_rf(k2.hi * c2, k2.hi, flat + k2.hi * c2);
     const double y = -a->sense * fmin(average.hi * b, limit);
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0;
     const double above = sqrt(0.5 * (1.0 + c)),
                  below = sqrt(0.5 * (flat + c2 * k2.hi) / (1.0 + c * kp));
-    plan->curve = dual ? EULER_DUAL : EULER;
-    plan->slope[0] = plan->slope[1] = -y * shrink / pi;
-    plan->alpha = theta_series(THETA1, nome, y * shrink, dual);
-    plan->beta = theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
+    exact->curve = dual ? EULER_DUAL : EULER;
+    exact->slope[0] = exact->slope[1] = -y * shrink / pi;
+    exact->alpha = theta_series(THETA1, nome, y * shrink, dual);
+    exact->beta = theta_series(dual ? THETA2 : THETA4, nome, y * shrink, dual);
     if (dual) {
         const kr_theta pole = theta_series(THETA4, nome, y * shrink, 1);
-        theta_scale(&plan->alpha,
+        theta_scale(&exact->alpha,
                     below * 2.0 * sqrt(sqrt(nome)) / quarter / theta_at(pole.even, 0.0));
-        theta_scale(&plan->beta, above / theta_at(plan->beta.even, 0.0));
+        theta_scale(&exact->beta, above / theta_at(exact->beta.even, 0.0));
     } else {
-        theta_scale(&plan->alpha, below / theta_at(plan->alpha.even, 1.0));
-        theta_scale(&plan->beta, above * quarter / theta_at(plan->beta.even, 0.0));
+        theta_scale(&exact->alpha, below / theta_at(exact->alpha.even, 1.0));
+        theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* x0 from M1 : M2 = cn : sn */
+/* Returns the phase at the start [turns], by M1 : M2 = cn : sn up to the constants of this
+ * motion. */
 static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -144,7 +156,8 @@ static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double
     if (cn < 0.0) x = 3.14159265358979323846 - x;
     return (sn < 0.0 ? -x : x) / 6.283185307179586477;
 }
-static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
+/* Sets up the motion of a body with three different moments, about none of its axes. */
+static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
@@ -152,7 +165,7 @@ static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
              least = dd_of(1e-36);
     const dd k2 = dd_max(dd_div(dd_mul(i21, a->d3), den), least);
     const dd kp2 = dd_max(dd_div(dd_mul(i31, a->dm), den), least);
-    /* c^2 and 1 - c^2 */
+    /* c2 is c^2, and `flat` is 1 - c^2. */
     const dd c2 = dd_div(dd_mul(a->inertia[2], a->d1), dd_mul(i31, a->square));
     const dd flat = dd_max(dd_div(dd_mul(a->inertia[0], a->d3), dd_mul(i31, a->square)), least);
     const dd lambda =
@@ -163,35 +176,38 @@ static void uneven(kr_exact *plan, const body_axes *a, kr_quat q, kr_quat left)
     const dd k = common_rate(a, c2, flat, k2, dd_sqrt(kp2), &mean);
     const double pi = 3.14159265358979323846;
     double f[6], s, c;
-    euler_series(plan, a, c2.hi, flat.hi, k2, kp2.hi, mean);
-    plan->nutation = phase_of(dd_mul(lambda, mean));
-    phase_start(&plan->nutation, dd_of(euler_start(a, i31, i32, kp2.hi, mean.hi)));
-    factors_at(plan, 0.0, f);
-    plan->first = plan->second = phase_of(k);
+    euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
+    exact->nutation = phase_of(dd_mul(lambda, mean));
+    phase_start(&exact->nutation, dd_of(euler_start(a, i31, i32, kp2.hi, mean.hi)));
+    factors_at(exact, 0.0, f);
+    exact->first = exact->second = phase_of(k);
     const dd first = turns_between(f[0], f[1], target.w, target.z),
              second = turns_between(f[2], f[3], target.x, target.y);
-    phase_start(&plan->first, first);
-    phase_start(&plan->second, first);
-    sin_cos(pi * dd_sub(second, first).hi, &s, &c); /* beta's lead is the frame's */
-    set_frame(plan, q_mul(left, q4(c, v3(0.0, 0.0, s))),
+    phase_start(&exact->first, first);
+    phase_start(&exact->second, first);
+    /* alpha and beta share one phase, hence the lead of beta's is a turn of the frame about m. */
+    sin_cos(pi * dd_sub(second, first).hi, &s, &c);
+    set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
-    set_rates(plan, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
-    plan->spin = -plan->spin; /* the circulating axis lies along -e3 */
+    set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
+    exact->spin =
+        -exact->spin; /* The axis is reckoned on the momentum's side, but lies along -e3. */
 }
-static kr_exact euler_plan(const exact_top *top)
+/* Returns the closed form of a body on which no torque acts, in its own units. */
+static kr_exact euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
     const kr_quat q = rounded(top->q);
-    kr_exact plan = {0};
+    kr_exact exact = {0};
     dd body[3];
     turned_back(top->q, m, body);
-    plan.constant = top->m;
+    exact.constant = top->m;
     const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(towards_e3(top->m));
-    if (!steady(&plan, moments, body, dd_dot(body, body), q, left)) {
-        const body_axes a = axes_of(moments, body);
-        uneven(&plan, &a, q, left);
+    if (!steady(&exact, moments, body, dd_dot(body, body), q, left)) {
+        const body_axes a = body_axes_of(moments, body);
+        uneven(&exact, &a, q, left);
     }
-    return plan;
+    return exact;
 }
 #endif

@@ -1,16 +1,20 @@
-/* From a user's scene to a plan, and back. Floor 3. A state's error must not grow with time, hence
- * nothing that a rate depends on is rounded on the way into working axes and own units: the
- * attitude there and mass gravity com are products in double-double, the units powers of two. */
-#ifndef KR_READ_H
-#define KR_READ_H
+/* From a user's scene to the closed form's working axes and own units. A state's error
+ * must not grow with time, hence nothing that a rate depends on is rounded on this way: the
+ * attitude and mass gravity com are products in double-double, the units are powers of two. This
+ * header is source that is compiled once per instruction set, because its products want the fused
+ * one. */
+#ifndef KR_EXACT_FROM_SCENE_H
+#define KR_EXACT_FROM_SCENE_H
 #include "phase.h"
 
+/* Returns the product of four double-doubles with four doubles. */
 static dd dot(const dd a[4], double w, double x, double y, double z)
 {
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
-static void turn_first(dd q[4], kr_quat by) /* q <- q by */
+/* Replaces q by the product q by: the turn `by` comes first. */
+static void turn_first(dd q[4], kr_quat by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
     q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
@@ -20,12 +24,12 @@ static void turn_first(dd q[4], kr_quat by) /* q <- q by */
 }
 static int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 
-/* The axes of a spherical body follow the centre of mass up to rounding; the rest of the way.
- * Returns |com|. */
+/* The working axes of a spherical body follow its centre of mass up to rounding. This gives the
+ * turn for the rest of the way, and returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
-    /* squares of it may be too large or too small */
+    /* The components are divided by the largest, because their squares may overflow or vanish. */
     const double size = v_largest(b->com);
     const double xyz[3] = {b->com.x, b->com.y, b->com.z};
     dd com[3], c[3];
@@ -36,6 +40,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
     return dd_times(size, reach);
 }
+/* Brings a checked scene into working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
 {
     const kr_body *b = &scene->body;
@@ -48,7 +53,10 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
     top->inertia = v_scale(1.0 / top->units.moment, w.inertia);
     top->m = v_scale(top->units.time / top->units.moment, scene->start.m);
     top->axes = q_unit(q_mul(b->axes, w.axes));
-    top->q[0] = dd_of(q.w), top->q[1] = dd_of(q.x), top->q[2] = dd_of(q.y), top->q[3] = dd_of(q.z);
+    top->q[0] = dd_of(q.w);
+    top->q[1] = dd_of(q.x);
+    top->q[2] = dd_of(q.y);
+    top->q[3] = dd_of(q.z);
     if (!is_one(b->axes)) turn_first(top->q, b->axes);
     if (!is_one(w.axes)) turn_first(top->q, w.axes);
     if (w.tilted && kind == KR_LAGRANGE) {

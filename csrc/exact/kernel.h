@@ -1,10 +1,14 @@
-/* The state of a plan. Floor 3. One kernel serves one time and many: it has no branch and calls
- * nothing but sqrt, so that compilers turn a loop over times into vectors, and it gives the same
- * bits at every width. */
-#ifndef KR_STATE_H
-#define KR_STATE_H
+/* The state of the closed form at a time. One kernel serves one time and many: it has no
+ * branch and calls nothing but sqrt, so that compilers turn a loop over times into vectors, and it
+ * gives the same bits at every width. This header is source that is compiled once per instruction
+ * set, because that loop takes the width of the vectors. In formulas e is the closed form, a, b and
+ * h are alpha, beta and the horizontal momentum (setup.h). */
+#ifndef KR_EXACT_KERNEL_H
+#define KR_EXACT_KERNEL_H
 #include "setup.h"
 
+/* bits_of and of_bits read a double as the integer that its bits are, and back. A kernel chooses by
+ * masks of bits where a branch would keep the loop from becoming vectors. */
 INLINE uint64_t bits_of(double x)
 {
     union {
@@ -23,24 +27,28 @@ INLINE double of_bits(uint64_t bits)
     r.bits = bits;
     return r.value;
 }
-INLINE double nearest(double x) /* |x| < 2^51 */
+/* Returns the integer next to x, for |x| < 2^51: adding 1.5 2^52 leaves no bits for a fraction. */
+INLINE double nearest(double x)
 {
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* A phase at time t, in turns: hi is in 0 .. 2, as |start| is no less than 1/2. Its rounding is
- * kept: it would be half of the error. */
+/* Returns a phase at time t [turns], less whole turns. Its high word lies in 0 .. 2 and its sum may
+ * be taken in order, because |start| is no less than 1/2. The low word keeps what the high one
+ * rounds off, which would be half of a state's error. */
 INLINE dd phase_at(const kr_phase *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
     return dd_make(s.hi, ((p.lo + f->more) + (t.hi * f->slow + t.lo * f->fast)) + s.lo);
 }
+/* Returns x + extra, whose low word need not be normalised. */
 INLINE dd phase_plus(dd x, double extra)
 {
     const dd s = two_sum(x.hi, extra);
     return dd_make(s.hi, s.lo + x.lo);
 }
-/* The quarter next to x is an integer in the low bits of u; what is left is at most an eighth. */
+/* Gives sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
+ * polynomials then see y, which is at most an eighth. */
 INLINE void sincos_turns(dd x, double *s, double *c)
 {
     const double shift = 1688849860263936.0, u = (x.hi + x.lo) + shift,
@@ -60,6 +68,8 @@ INLINE void sincos_turns(dd x, double *s, double *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
+/* Gives sinh and cosh of a, by exp(a) = 2^k exp(r) and its inverse, where |r| is at most ln 2 /
+ * 2. */
 INLINE void sinhcosh(dd a, double *s, double *c)
 {
     const double shift = 6755399441055744.0, up = a.hi * 1.44269504088896340736 + shift,
@@ -77,12 +87,14 @@ INLINE void sinhcosh(dd a, double *s, double *c)
         rr * (0.5 + rr * (1.0 / 24 +
                           rr * (1.0 / 720 + rr * (1.0 / 40320 + rr * (1.0 / 3628800 +
                                                                       rr * (1.0 / 479001600.0))))));
-    const uint64_t one = 0x3ff0000000000000u; /* 2^k from k + 1.5 2^52 */
+    /* The low bits of k + 1.5 2^52, moved into the exponent of one, make 2^k. */
+    const uint64_t one = 0x3ff0000000000000u;
     const double plus = of_bits((bits_of(up) << 52) + one) * (even + odd);
     const double minus = of_bits((bits_of(shift - k) << 52) + one) * (even - odd);
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
+/* poly4 and poly5 sum polynomials of four and of five terms in s, where ss is its square. */
 INLINE double poly4(const double a[], double s, double ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -92,19 +104,26 @@ INLINE double poly5(const double a[], double s, double ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* alpha, beta, horizontal momentum without their phases; the phases [turns] */
+/* The theta functions of alpha, beta and the horizontal momentum, and apart from them the phases of
+ * alpha and beta [turns]. */
 typedef struct factors {
     double a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
+/* Sums the theta series at time t. Where `dual` is not 0, the series are those in the dual nome:
+ * they have hyperbolic functions for sine and cosine, and Jacobi's transformation, which leads to
+ * them, leaves a phase that is linear in the nutation's (`slope`). Where `euler` is not 0, beta is
+ * a theta4 in place of a theta2. */
 INLINE factors theta_factors(const kr_exact *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
     double s, c, sign = 1.0, square, quartic;
     factors f;
-    f.first = phase_at(&e->first, t), f.second = phase_at(&e->second, t);
+    f.first = phase_at(&e->first, t);
+    f.second = phase_at(&e->second, t);
     if (dual) {
+        /* The half turn next to x is an integer in the low bits of u; y is at most a quarter. */
         const double shift = 3377699720527872.0, u = (x.hi + x.lo) + shift,
                      near = x.hi - (u - shift), y = near + x.lo;
         const double z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -112,7 +131,7 @@ INLINE factors theta_factors(const kr_exact *e, int dual, int euler, dd t)
         sinhcosh(dd_make(-p.hi, -(p.lo + (z * e->stretch_rest + rest * e->stretch))), &s, &c);
         f.first = phase_plus(f.first, z * e->slope[0]);
         f.second = phase_plus(f.second, z * e->slope[1]);
-        /* by a period theta1 and theta2 change sign */
+        /* theta1 and theta2 change sign after half a turn of the phase, which is one nutation. */
         sign = of_bits(bits_of(1.0) ^ (bits_of(u) << 63));
         square = -s * s;
     } else {
@@ -133,7 +152,8 @@ INLINE factors theta_factors(const kr_exact *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* The free (Euler's) body's momentum stands, and its alpha and beta turn alike. */
+/* Returns the state at `time`, which lies `span` behind the beginning, without the frame around it.
+ * The momentum of the free (Euler's) body stands still, and its alpha and beta turn alike. */
 INLINE kr_state kernel(const kr_exact *e, int dual, int euler, double time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);
@@ -157,6 +177,7 @@ INLINE kr_state kernel(const kr_exact *e, int dual, int euler, double time, dd s
     const kr_state r = {time, q, m};
     return r;
 }
+/* Carries q into a frame f, which is given by what it makes of 1, i, j and k. */
 INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),

@@ -1,32 +1,36 @@
 /* The k-th state of the Bobenko-Suris map, at once: a curve like the top's, walked in equal
- * strides. Floor 3. With
- *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),   beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y)
- * the turn of alpha a step is arg N+(s2) - 2 arg theta2(eta/2 + i y1), of beta the like; the
- * momentum belongs to the link between two states, hence to half a stride back. Spin: the exact
- * total twist (lagrange.h). */
-#ifndef KR_MAP_H
-#define KR_MAP_H
+ * strides. In the letters of map_curve.h, where a prime marks the next state,
+ *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
+ *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
+ * Hence alpha turns by arg N+(s2) - 2 arg theta2(eta/2 + i y1) a step, and beta likewise. The
+ * momentum belongs to the link between two states, half a stride back. The twist about the axis is
+ * exact, as in methods/bobenko_suris.h. This header is source that is compiled once per instruction
+ * set, because its double-doubles want the fused product. */
+#ifndef KR_EXACT_MAP_H
+#define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
 #include "from_scene.h"
 
-/* arg theta2(x + i y), |x| <= pi/4; below ratio 1 by the dual series theta4(y' - i x'). */
+/* Returns arg theta2(x + i y), |x| <= pi/4. Below K'/K = 1 it sums the dual series theta4(y' - i
+ * x'). Its terms are `weight` times cos(j x) cosh(j y) and sin(j x) sinh(j y), which s, c and up,
+ * down, the powers of e^y and e^-y, build up. */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
     const int dual = r->ratio.hi < 1.0;
     const dd one = dd_of(1.0), pi = dd_pi(), ratio = r->ratio;
-    const dd nome = dd_exp(dd_neg(dual ? dd_div(pi, ratio) : dd_mul(pi, ratio))),
-             qq = dd_square(nome);
+    const dd nome = dd_exp(dd_neg(dual ? dd_div(pi, ratio) : dd_mul(pi, ratio)));
+    const dd qq = dd_square(nome);
     const dd turn = dual ? dd_div(y, ratio) : x, grow = dd_exp(dual ? dd_div(x, ratio) : y);
-    dd s1, c1, up = one, down = one, g2 = dd_square(grow), s = dd_of(0.0), c = one, weight = one,
-               power = nome;
-    dd re = dual ? one : dd_of(0.0), im = dd_of(0.0);
+    dd s1, c1;
     dd_sincos(turn, &s1, &c1);
-    const dd s2 = dd_twice(dd_mul(s1, c1)), c2 = dd_sub(one, dd_twice(dd_square(s1))),
-             down2 = dd_div(one, g2);
-    if (!dual) s = s1, c = c1, up = grow, down = dd_div(one, grow), power = qq;
+    const dd s2 = dd_twice(dd_mul(s1, c1)), c2 = dd_sub(one, dd_twice(dd_square(s1)));
+    const dd up2 = dd_square(grow), down2 = dd_div(one, up2);
+    dd s = dual ? dd_of(0.0) : s1, c = dual ? one : c1;
+    dd up = dual ? one : grow, down = dual ? one : dd_div(one, grow);
+    dd weight = one, power = dual ? nome : qq;
+    dd re = dual ? one : dd_of(0.0), im = dd_of(0.0);
     for (int j = 0; j < 8; j++) {
-        /* weight cos (up + down), weight sin (up - down) */
         if (!dual || j > 0) {
             re = dd_add(re, dd_mul(weight, dd_mul(c, dd_half(dd_add(up, down)))));
             im = dd_add(im, dd_mul(weight, dd_mul(s, dd_half(dd_sub(up, down)))));
@@ -34,7 +38,7 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
         const dd next = dd_sub(dd_mul(c, c2), dd_mul(s, s2));
         s = dd_add(dd_mul(s, c2), dd_mul(c, s2));
         c = next;
-        up = dd_mul(up, g2);
+        up = dd_mul(up, up2);
         down = dd_mul(down, down2);
         weight = dd_mul(weight, dual ? dd_times(j == 0 ? -2.0 : -1.0, power) : power);
         power = dd_mul(power, qq);
@@ -42,12 +46,16 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
+/* Returns the turn of alpha (sign 1) or beta (sign -1) in a step, by the link that is symmetric
+ * about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
     map_linear(k, s, sign, &re, &im);
     return dd_sub(dd_atan2(im, re), dd_twice(arg_theta2(r, dd_half(r->eta), y)));
 }
+/* Sets the theta series of alpha, beta and the momentum, and theta4 (`pole`), which scales the
+ * momentum. */
 static void map_series(kr_exact_map *map, const map_curve *r)
 {
     const double pi = 3.14159265358979323846, T = r->ratio.hi, y1 = r->y1.hi, y2 = r->y2.hi;
@@ -57,23 +65,23 @@ static void map_series(kr_exact_map *map, const map_curve *r)
     const double sn = dual ? sinh(x) : sin(x), at = dual ? -sn * sn : sn * sn;
     const kr_theta three = theta_series(THETA3, nome, 0.0, dual);
     const kr_theta one = theta_series(THETA4, nome, y1 * shrink, dual);
-    kr_exact *plan = &map->curve;
+    kr_exact *curve = &map->curve;
     map->pole = theta_series(dual ? THETA2 : THETA4, nome, 0.0, dual);
-    plan->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
+    curve->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
     const dd stretch = dd_div(dd_pi(), r->ratio);
-    plan->stretch = stretch.hi;
-    plan->stretch_rest = stretch.lo;
-    plan->slope[0] = -y1 * shrink / pi;
-    plan->slope[1] = -y2 * shrink / pi;
-    plan->alpha = theta_series(THETA1, nome, y1 * shrink, dual);
-    plan->beta = theta_series(dual ? THETA4 : THETA2, nome, y2 * shrink, dual);
-    plan->horizontal = theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
-    const double high = dual ? theta_at(one.even, 0.0) : theta_at(plan->alpha.even, 1.0);
-    const double low = theta_at(plan->beta.even, 0.0) / (dual ? cosh(x) : 1.0);
-    theta_scale(&plan->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
-    theta_scale(&plan->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
+    curve->stretch = stretch.hi;
+    curve->stretch_rest = stretch.lo;
+    curve->slope[0] = -y1 * shrink / pi;
+    curve->slope[1] = -y2 * shrink / pi;
+    curve->alpha = theta_series(THETA1, nome, y1 * shrink, dual);
+    curve->beta = theta_series(dual ? THETA4 : THETA2, nome, y2 * shrink, dual);
+    curve->horizontal = theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
+    const double high = dual ? theta_at(one.even, 0.0) : theta_at(curve->alpha.even, 1.0);
+    const double low = theta_at(curve->beta.even, 0.0) / (dual ? cosh(x) : 1.0);
+    theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
+    theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* theta4 in the middle of a link, as the kernel scales it. */
+/* Returns theta4 at k steps, as the kernel scales the other theta functions. */
 static double pole_at(const kr_exact_map *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -87,28 +95,31 @@ static double pole_at(const kr_exact_map *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* The momentum's scale: its size at one of the two symmetric links, its sign from W ~ alpha beta' -
- * beta alpha'. Returns the largest |W|^2. */
+/* Sets the momentum's scale: its size at that of the two symmetric links where it is the larger,
+ * and its sign by W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
 static double set_momentum(kr_exact_map *map, const map_link *k)
 {
     double size[2], f[6], g[6], h[6];
-    kr_exact *plan = &map->curve;
+    kr_exact *curve = &map->curve;
     for (int i = 0; i < 2; i++) {
         const dd s = i == 0 ? k->s1 : k->s2,
                  above = dd_sub(dd_scale(k->sign, k->energy), dd_mul(k->b, s));
         size[i] = dd_sub(dd_div(above, map_height(k, s)), dd_square(k->l)).hi;
     }
     const int high = size[1] > size[0];
-    phase_start(&plan->nutation, dd_of(high ? 0.25 : 0.0));
-    factors_at(plan, -0.5, f);
-    factors_at(plan, 0.5, g);
-    factors_at(plan, 0.0, h);
+    phase_start(&curve->nutation, dd_of(high ? 0.25 : 0.0));
+    factors_at(curve, -0.5, f);
+    factors_at(curve, 0.5, g);
+    factors_at(curve, 0.0, h);
     const double re = (f[0] * g[2] - f[1] * g[3]) - (f[2] * g[0] - f[3] * g[1]);
-    plan->momentum = k->unit * sqrt(fmax(size[high], 0.0)) * pole_at(map, 0.0) / length(h[4], h[5]);
-    if (re * h[4] < 0.0) plan->momentum = -plan->momentum;
+    curve->momentum =
+        k->unit * sqrt(fmax(size[high], 0.0)) * pole_at(map, 0.0) / length(h[4], h[5]);
+    if (re * h[4] < 0.0) curve->momentum = -curve->momentum;
     return fmax(size[high], 0.0) + k->l.hi * k->l.hi;
 }
-static void set_phases(kr_exact *plan, const map_link *k, const map_curve *r, double most,
+/* Sets the phases at the start. Of the phases of alpha, beta and the momentum one is the sum of the
+ * others; the two whose sizes are the largest are used. */
+static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
     const kr_quat q = rounded(p);
@@ -116,11 +127,11 @@ static void set_phases(kr_exact *plan, const map_link *k, const map_curve *r, do
                  rb = length(q.x, q.y) / sqrt(0.5 * r->minus1);
     const double rm = length(k->w[0].hi, k->w[1].hi) / sqrt(most > 0.0 ? most : 1.0);
     double f[6], h[6];
-    phase_start(&plan->nutation,
+    phase_start(&curve->nutation,
                 dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
-    factors_at(plan, 0.0, f);
-    factors_at(plan, 0.5, h); /* the first link: phases of half a step are taken off again */
-    const double sign = plan->momentum * k->unit < 0.0 ? -1.0 : 1.0;
+    factors_at(curve, 0.0, f);
+    factors_at(curve, 0.5, h); /* The first link is half a step on; `both` takes that off again. */
+    const double sign = curve->momentum * k->unit < 0.0 ? -1.0 : 1.0;
     const dd both = turns_between(sign * h[4], sign * h[5], k->w[0].hi, k->w[1].hi);
     dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
     dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
@@ -128,10 +139,11 @@ static void set_phases(kr_exact *plan, const map_link *k, const map_curve *r, do
         first = dd_sub(both, second);
     else if (rb < rm)
         second = dd_sub(both, first);
-    phase_start(&plan->first, first);
-    phase_start(&plan->second, second);
+    phase_start(&curve->first, first);
+    phase_start(&curve->second, second);
 }
-/* As in lagrange.c; or there is neither gravity nor momentum. */
+/* Says whether the axis rests: at a pole, where one that leans and moves by less than 1e-100 counts
+ * as one that rests, or anywhere without gravity and momentum. */
 static int stands_still(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -139,39 +151,42 @@ static int stands_still(const map_link *k, dd plus, dd minus)
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* In own units, a step at a time; 0 if 1 + b s = 0, or so near a separatrix that the roots are not
- * known well enough. */
+/* Sets the map up in own units, with a step for the unit of time. Returns 0 if 1 + b s = 0, or so
+ * near a separatrix that the roots are not known well enough. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
 {
     const dd i1 = equal_moment(top);
-    kr_exact *plan = &map->curve;
+    kr_exact *curve = &map->curve;
     dd a[3], plus;
     const dd minus = axis_of(top->q, a, &plus), angle = dd_atan2(k.c, dd_of(1.0));
-    const dd spin = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z)); /* half of step c / I3 */
-    plan->constant.z = top->m.z;
-    plan->side = 1.0;
+    const dd twist = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z)); /* half of step <m, a> / I3 */
+    curve->constant.z = top->m.z;
+    curve->side = 1.0;
     if (!(map_height(&k, k.s).hi > 0.0)) return 0;
     if (stands_still(&k, plus, minus)) {
-        const dd turn = dd_atan2(k.l, dd_of(1.0)), twist = dd_sub(spin, angle);
-        steady_plan(plan, rounded(top->q), dd_add(turn, twist), dd_sub(turn, twist));
+        const dd turn = dd_atan2(k.l, dd_of(1.0)), rest = dd_sub(twist, angle);
+        steady_closed_form(curve, rounded(top->q), dd_add(turn, rest), dd_sub(turn, rest));
         return 1;
     }
     const map_curve r = map_curve_of(&k);
     if (!(r.kp2.hi > 1e-26)) return 0;
     const dd k1 = turn_per_step(&k, &r, k.s2, 1.0, r.y1),
              k2 = turn_per_step(&k, &r, k.s1, -1.0, r.y2);
-    const dd first = dd_add(k1, spin), second = dd_sub(k2, spin);
+    const dd first = dd_add(k1, twist), second = dd_sub(k2, twist);
     map_series(map, &r);
-    plan->nutation = phase_of(r.eta);
-    plan->first = phase_of(dd_add(k1, angle)); /* the turn without further spin */
-    plan->second = phase_of(dd_sub(k2, angle));
+    curve->nutation = phase_of(r.eta);
+    /* The momentum is scaled with the turns of the Cayley drift alone, without further twist. */
+    curve->first = phase_of(dd_add(k1, angle));
+    curve->second = phase_of(dd_sub(k2, angle));
     const double most = set_momentum(map, &k);
-    plan->first = phase_of(first);
-    plan->second = phase_of(second);
-    set_phases(plan, &k, &r, most, top->q);
-    set_rates(plan, r.eta.hi, first.hi, second.hi, 0);
-    return isfinite(plan->momentum + plan->first.start + plan->second.start);
+    curve->first = phase_of(first);
+    curve->second = phase_of(second);
+    set_phases(curve, &k, &r, most, top->q);
+    set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
+    return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
+/* Sets the map up for a user's scene. A step so large that 1 + b s < 0 belongs to the top seen from
+ * below, where it is looked at a second time. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
@@ -186,7 +201,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top seen;
     map_link k;
     int below = top.lever.hi < 0.0;
-    for (int i = 0; i < 2; i++) { /* where 1 + b s < 0 the other view has b > 0 */
+    for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top) : top;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
@@ -201,17 +216,18 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     *map = r;
     return KR_OK;
 }
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. */
 static kr_state map_state(const kr_exact_map *map, int64_t k)
 {
-    const kr_exact *plan = &map->curve;
-    const double at = (double)k, half = at - 0.5, scale = plan->momentum / pole_at(map, half);
+    const kr_exact *curve = &map->curve;
+    const double at = (double)k, half = at - 0.5, scale = curve->momentum / pole_at(map, half);
     double f[6], h[6];
-    factors_at(plan, at, f);
-    factors_at(plan, half, h);
+    factors_at(curve, at, f);
+    factors_at(curve, half, h);
     const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
-    const kr_state r = {plan->begin + at * map->step,
-                        plan->framed ? framed(plan->frame, q) : q,
-                        {scale * h[4], plan->side * scale * h[5], plan->constant.z}};
+    const kr_state r = {curve->begin + at * map->step,
+                        curve->framed ? framed(curve->frame, q) : q,
+                        {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
 #endif

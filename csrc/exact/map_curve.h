@@ -1,31 +1,37 @@
-/* The Bobenko-Suris map's curve. Floor 3. m' = m + step torque(a), a' = Cay(step m' / I1) a; with h
- * = step/2, W = h m'/I1, b = h^2 lever/I1 the constants are l = W.e3, c = W.a, E = |W|^2 (1 + b s)
- * + b s; s = u + u', X = 2 (1 + c^2)/(1 + E), y = X (1 + b s) = 1 + a.a'. Then
- *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   N+- = y +- s + i(l y - c s),
- *     (u' - u)^2 (1 + b s) = P(s), a cubic with roots s1 <= s <= s2 <= s3:
- * s and u are elliptic functions of a phase that grows by eta a step. Steps so large that 1 + b s <
- * 0 are the same with both sides' signs changed, hence with b < 0: that of the top seen from
- * below. */
-#ifndef KR_CURVE_H
-#define KR_CURVE_H
+/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a.
+ * With h = step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1 the constants of map and link are
+ *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
+ *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
+ *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
+ * a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that grows by
+ * eta a step. A step so large that 1 + b s < 0 has both signs changed, hence b < 0: it is a step of
+ * the top seen from below. This header is source that is compiled once per instruction set, because
+ * its double-doubles want the fused product. */
+#ifndef KR_EXACT_MAP_CURVE_H
+#define KR_EXACT_MAP_CURVE_H
 #include "numbers/dd_functions.h"
 #include "phase.h"
 #include "theta.h"
 
-typedef struct map_link {        /* of the first step */
-    dd l, c, b, energy, x;       /* constants of the map; b and x times `sign` */
-    dd s, climb;                 /* u + u', u' - u */
-    dd w[3], p[4];               /* its momentum; the cubic's coefficients */
-    dd s1, s2, s3, below, above; /* roots; s - s1, s2 - s */
-    double unit, sign;           /* m = unit w; of 1 + b s */
+/* The link from the start to the state after the first step, and what the curve is made from. */
+typedef struct map_link {
+    dd l, c, b, energy, x; /* the letters of the file's head; b and x are multiplied by `sign` */
+    dd s, climb;           /* u + u', u' - u */
+    dd w[3];               /* W */
+    dd p[4];               /* the coefficients of P, multiplied by `sign` */
+    dd s1, s2, third;      /* its roots; of s3, which may be infinite, b (s3 - s) */
+    dd below, above;       /* s - s1, s2 - s */
+    double unit;           /* m = unit W */
+    double sign;           /* of 1 + b s */
 } map_link;
-typedef struct map_curve {   /* phases with half period pi */
-    dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
-    dd eta, y1, y2;
-    double plus2, minus1, start; /* 1 + u2, 1 - u1, phase of the first link's middle */
+/* The elliptic functions of a curve, whose phase has the half period pi. */
+typedef struct map_curve {
+    dd k2, kp2, mean, ratio;     /* k^2, k'^2, agm(1, k'), K'/K */
+    dd eta, y1, y2;              /* a step of the phase; the imaginary parts beside it */
+    double plus2, minus1, start; /* 1 + u2, 1 - u1, the phase in the middle of the first link */
 } map_curve;
 
-/* sign (1 + b s) > 0 */
+/* Returns sign (1 + b s), which is positive. */
 static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(k->sign), dd_mul(k->b, s)); }
 
 static void cross(const dd a[3], const dd b[3], dd r[3])
@@ -39,11 +45,12 @@ static dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
+/* Makes the first step of the map and takes its constants. */
 static map_link map_link_of(const exact_top *top, double step)
 {
     const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
     const kr_vec3 m = top->m;
-    dd a[3], sum[3], turn[3], plus, n;
+    dd a[3], sum[3], turn[3], plus, n; /* sum is a + a', n is |W|^2 */
     map_link k;
     axis_of(top->q, a, &plus);
     k.unit = 2.0 * i1.hi / step;
@@ -55,19 +62,24 @@ static map_link map_link_of(const exact_top *top, double step)
     k.c = dd_dot(k.w, a);
     n = dd_dot(k.w, k.w);
     cross(k.w, a, turn);
-    for (int i = 0; i < 3; i++) /* a + a' */
+    for (int i = 0; i < 3; i++)
         sum[i] =
             dd_div(dd_twice(dd_add(a[i], dd_add(dd_mul(k.c, k.w[i]), turn[i]))), dd_add(one, n));
     k.s = sum[2];
-    cross(k.w, sum, turn);
-    k.climb = turn[2]; /* a' - a = W x (a + a') */
+    cross(k.w, sum, turn); /* W x (a + a') = a' - a */
+    k.climb = turn[2];
     k.energy = dd_add(dd_mul(n, map_height(&k, k.s)), dd_mul(k.b, k.s));
     k.x = dd_div(dd_twice(dd_add(one, dd_square(k.c))), dd_add(one, k.energy));
-    if (k.x.hi < 0.0) k.sign = -1.0, k.b = dd_neg(k.b), k.x = dd_neg(k.x);
+    if (k.x.hi < 0.0) {
+        k.sign = -1.0;
+        k.b = dd_neg(k.b);
+        k.x = dd_neg(k.x);
+    }
     return k;
 }
-/* P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s) - 2/X (l X (1 + b s) - c s)^2,  D = E - c^2:
- * so written, nothing of the size 1/h^2 cancels. Times sign. */
+/* Sets the coefficients of sign P(s), where nothing of the size 1/h^2 cancels if it is written as
+ *     P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s)
+ *            - 2/X (l X (1 + b s) - c s)^2,   D = E - c^2. */
 static void fill_cubic(map_link *k)
 {
     const dd one = dd_of(1.0), cc = dd_square(k->c), d = dd_sub(k->energy, cc),
@@ -82,8 +94,8 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* The roots about the first link's s0, in v = s - s0: the lone one by Newton, the two others
- * without cancellation. */
+/* Finds the roots of P about the first link's s0, in v = s - s0: the lone one by Newton's method,
+ * the two others as roots of a quadratic, without cancellation. */
 static void find_roots(map_link *k)
 {
     const dd c[3] = {
@@ -92,11 +104,12 @@ static void find_roots(map_link *k)
         dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
     int top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
-    if (top || k->b.hi == 0.0) { /* V = b v3; v^2 - B v - C with C = c0 / V >= 0 */
+    if (top || k->b.hi == 0.0) {
+        /* The lone root V = b v3 leaves v^2 - B v - C for the two others, with C = c0 / V >= 0. */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
-        const dd v3 = polish(dd_of(1.0), scaled, guess), product = dd_div(c[0], v3);
-        const dd b = dd_div(dd_mul(k->b, product), v3);
-        const dd sum = dd_add(b, dd_div(c[1], v3)),
+        const dd third = newton_cubic(dd_of(1.0), scaled, guess), product = dd_div(c[0], third);
+        const dd b = dd_div(dd_mul(k->b, product), third);
+        const dd sum = dd_add(b, dd_div(c[1], third)),
                  span = dd_sqrt(dd_add(dd_square(sum), dd_times(4.0, product)));
         k->above = dd_half(dd_add(span, sum));
         k->below = dd_half(dd_sub(span, sum));
@@ -104,40 +117,41 @@ static void find_roots(map_link *k)
             k->below = dd_div(product, k->above);
         else if (k->below.hi > 0.0)
             k->above = dd_div(product, k->below);
-        k->s3 = v3; /* b (s3 - s) */
+        k->third = third;
     } else {
-        const dd v1 = polish(k->b, c, guess / k->b.hi);
+        const dd v1 = newton_cubic(k->b, c, guess / k->b.hi);
         const dd e1 = dd_add(c[2], dd_mul(k->b, v1)), e0 = dd_div(c[0], dd_neg(v1));
         const dd root = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(k->b, e0))));
-        const dd big = dd_half(dd_sub(root, e1)); /* b v3; v2 = e0 / (b v3) */
+        const dd big = dd_half(dd_sub(root, e1)); /* b v3, which leaves v2 = e0 / (b v3) */
         k->below = dd_neg(v1);
-        k->s3 = big;
+        k->third = big;
         k->above = dd_div(e0, big);
     }
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* A link given by sn^2 and cn^2 of its phase: s and P(s)/(1 + b s), from the distances to the
- * roots. */
+/* Gives s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from its
+ * distances to the roots. */
 static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
     const dd scale = dd_sub(dd_of(1.0), dd_mul(k->b, w));
     const dd up = dd_div(dd_mul(w, map_height(k, k->s1)), scale),
              down = dd_div(dd_mul(span, cn2), scale);
-    const dd third = dd_add(dd_sub(k->s3, dd_mul(k->b, k->above)), dd_mul(k->b, down));
+    const dd third = dd_add(dd_sub(k->third, dd_mul(k->b, k->above)), dd_mul(k->b, down));
     *s = dd_add(k->s1, up);
     *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-/* y +- s + i (l y - c s) */
+/* Gives real and imaginary part of N+ (sign 1) or N- (sign -1). */
 static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 {
     const dd y = dd_mul(k->x, map_height(k, s));
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* The turning height u1 (sign -1) or u2 (+1), where s = u + u' and (u' - u)^2 = P: 1 + sign u by a
- * sum, 1 - sign u by the product. */
+/* Gives the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles: 1 + sign u
+ * by a sum, 1 - sign u by the product (1 - sign u)(1 - sign u'). The link is the one that begins at
+ * the turning height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
@@ -150,7 +164,7 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* u3 - 1, by the product (1 - u)(1 - u') at the link next to u3. */
+/* Returns u3 - 1, by the product (1 - u)(1 - u') at the link next to u3. */
 static dd beyond(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
@@ -160,53 +174,81 @@ static dd beyond(const map_link *k, dd sn2, dd cn2)
     return dd_div(dd_add(dd_square(re), dd_square(im)),
                   dd_twice(dd_mul(y, dd_sub(other, dd_of(1.0)))));
 }
+/* The squares of the elliptic functions sn, cn, dn of eta/2, half of the phase's growth in a
+ * step. */
+typedef struct half_stride {
+    dd sn2, cn2, dn2;
+} half_stride;
+
+/* Sets modulus, periods and stride of the curve from the roots of its cubic. */
+static half_stride set_periods(const map_link *k, map_curve *r)
+{
+    const dd one = dd_of(1.0), least = dd_of(1e-36);
+    const dd span = dd_max(dd_add(k->below, k->above), least);
+    const dd h1 = map_height(k, k->s1), h2 = map_height(k, k->s2);
+    const dd h3 = dd_add(map_height(k, k->s), k->third);
+    const dd b31 = dd_add(k->third, dd_mul(k->b, k->below));
+    const dd b32 = dd_sub(k->third, dd_mul(k->b, k->above));
+    const dd den = dd_mul(b31, h2);
+    r->k2 = dd_max(dd_div(dd_mul(dd_mul(k->b, span), h3), den), least);
+    r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
+    r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
+    r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
+    /* These squares belong to eta; those of eta/2 follow by the formulas for half an argument. */
+    const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
+    const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
+    const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),
+                              dd_div(dd_add(cn, dn), dd_add(one, dn)),
+                              dd_div(dd_add(cn, dn), dd_add(one, cn))};
+    r->eta = dd_mul(dd_mul(r->mean, dd_sqrt(sn2)), dd_rf(cn2, dn2, one));
+    return half;
+}
+/* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
+ * integrals of the first kind, and the turning heights that they depend on. */
+static void set_arguments(const map_link *k, half_stride half, map_curve *r)
+{
+    const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
+    dd minus1, plus1, plus2, minus2;
+    turning_height(k, sh, ch, -1.0, &minus1, &plus1);
+    turning_height(k, dd_div(ch, dh), dd_div(dd_mul(r->kp2, sh), dh), 1.0, &plus2, &minus2);
+    const dd d = dd_max(dd_sub(plus2, plus1), dd_of(1e-36));
+    dd cd = dd_sub(dd_mul(d, dh), dd_mul(dd_mul(plus1, r->k2), sh));
+    r->y1 = dd_mul(dd_mul(r->mean, dd_sqrt(plus1)),
+                   dd_rf(cd, dd_add(cd, plus1), dd_add(cd, dd_mul(r->k2, plus1))));
+    const dd far = dd_add(d, dd_mul(dd_mul(minus2, r->k2), sh));
+    const dd rho = dd_div(dd_mul(minus2, dh), far);
+    cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
+    /* Where y2 is near its limit and u3 near 1 this difference cancels; the product does not. */
+    if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
+        const dd kc = dd_mul(r->k2, ch);
+        const dd gap = beyond(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
+        cd = dd_div(dd_mul(kc, gap), dd_mul(r->kp2, far));
+    }
+    r->y2 = dd_mul(dd_mul(r->mean, dd_sqrt(dd_div(rho, r->kp2))), dd_rf(cd, one, dd_add(one, rho)));
+    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r->y1 = dd_neg(r->y1);
+    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r->y2 = dd_neg(r->y2);
+    r->plus2 = plus2.hi;
+    r->minus1 = minus1.hi;
+}
+/* Returns the phase in the middle of the first link, by its distances from the turning heights. */
+static double start_phase(const map_link *k, const map_curve *r)
+{
+    const dd low = dd_mul(k->below, map_height(k, k->s2));
+    const dd high = dd_mul(k->above, map_height(k, k->s1));
+    const dd all = dd_add(low, high);
+    const double s2 = all.hi > 0.0 ? low.hi / all.hi : 0.0;
+    const double c2 = all.hi > 0.0 ? high.hi / all.hi : 1.0;
+    return r->mean.hi * sqrt(s2) * elliptic_rf(c2, c2 + r->kp2.hi * s2, 1.0) *
+           (k->climb.hi < 0.0 ? -1.0 : 1.0);
+}
 static map_curve map_curve_of(map_link *k)
 {
+    map_curve r;
     fill_cubic(k);
     find_roots(k);
-    const dd one = dd_of(1.0), least = dd_of(1e-36),
-             span = dd_max(dd_add(k->below, k->above), least);
-    const dd h1 = map_height(k, k->s1), h2 = map_height(k, k->s2),
-             h3 = dd_add(map_height(k, k->s), k->s3);
-    const dd b31 = dd_add(k->s3, dd_mul(k->b, k->below)),
-             b32 = dd_sub(k->s3, dd_mul(k->b, k->above));
-    const dd den = dd_mul(b31, h2);
-    map_curve r;
-    r.k2 = dd_max(dd_div(dd_mul(dd_mul(k->b, span), h3), den), least);
-    r.kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
-    r.mean = elliptic_mean(dd_sqrt(r.kp2), 0, NULL, NULL);
-    r.ratio = dd_div(r.mean, elliptic_mean(dd_sqrt(r.k2), 0, NULL, NULL));
-    const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2), cn = dd_sqrt(cn2),
-             dn = dd_sqrt(dn2);
-    /* sn^2, cn^2, dn^2 of eta/2 */
-    const dd sh = dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn)));
-    const dd ch = dd_div(dd_add(cn, dn), dd_add(one, dn)),
-             dh = dd_div(dd_add(cn, dn), dd_add(one, cn));
-    dd minus1, plus1, plus2, minus2, d, cd, rho;
-    r.eta = dd_mul(dd_mul(r.mean, dd_sqrt(sn2)), dd_rf(cn2, dn2, one));
-    turning_height(k, sh, ch, -1.0, &minus1, &plus1);
-    turning_height(k, dd_div(ch, dh), dd_div(dd_mul(r.kp2, sh), dh), 1.0, &plus2, &minus2);
-    d = dd_max(dd_sub(plus2, plus1), least);
-    cd = dd_sub(dd_mul(d, dh), dd_mul(dd_mul(plus1, r.k2), sh));
-    r.y1 = dd_mul(dd_mul(r.mean, dd_sqrt(plus1)),
-                  dd_rf(cd, dd_add(cd, plus1), dd_add(cd, dd_mul(r.k2, plus1))));
-    rho = dd_div(dd_mul(minus2, dh), dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh)));
-    cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r.k2), r.kp2)), dd_of(0.0));
-    /* y2 near its limit, u3 near 1: a difference that cancels */
-    if (cd.hi < 1e-6 && r.eta.hi < 1.0) {
-        const dd kc = dd_mul(r.k2, ch), gap = beyond(k, dd_div(dh, kc), dd_neg(dd_div(r.kp2, kc)));
-        cd = dd_div(dd_mul(kc, gap), dd_mul(r.kp2, dd_add(d, dd_mul(dd_mul(minus2, r.k2), sh))));
-    }
-    r.y2 = dd_mul(dd_mul(r.mean, dd_sqrt(dd_div(rho, r.kp2))), dd_rf(cd, one, dd_add(one, rho)));
-    if (k->sign * dd_add(k->l, k->c).hi >= 0.0) r.y1 = dd_neg(r.y1);
-    if (k->sign * dd_sub(k->l, k->c).hi >= 0.0) r.y2 = dd_neg(r.y2);
-    r.plus2 = plus2.hi;
-    r.minus1 = minus1.hi;
-    const dd low = dd_mul(k->below, h2), high = dd_mul(k->above, h1), all = dd_add(low, high);
-    const double s2 = all.hi > 0.0 ? low.hi / all.hi : 0.0,
-                 c2 = all.hi > 0.0 ? high.hi / all.hi : 1.0;
-    r.start = r.mean.hi * sqrt(s2) * elliptic_rf(c2, c2 + r.kp2.hi * s2, 1.0) *
-              (k->climb.hi < 0.0 ? -1.0 : 1.0);
+    const half_stride half = set_periods(k, &r);
+    set_arguments(k, half, &r);
+    r.start = start_phase(k, &r);
     return r;
 }
 #endif

@@ -1,8 +1,12 @@
-/* Phases and rates of a plan, and the frame around it; one state. Floor 3. */
-#ifndef KR_PHASE_H
-#define KR_PHASE_H
+/* Phases and rates of the closed form, the frame around it, and one state of it. An angle
+ * is counted in turns, because whole turns are then left out without a rounding. This header is
+ * source that is compiled once per instruction set, because its products want the fused one. */
+#ifndef KR_EXACT_PHASE_H
+#define KR_EXACT_PHASE_H
 #include "kernel.h"
 
+/* Returns the state at time t. Each kind of series calls the kernel with constants, so that the
+ * compiler leaves out what that kind does not need. */
 static inline kr_state state_at(const kr_exact *e, double t)
 {
     const dd span = two_sum(t, -e->begin);
@@ -24,39 +28,48 @@ static inline kr_state state_at(const kr_exact *e, double t)
     if (e->framed) r.q = framed(e->frame, r.q);
     return r;
 }
-/* alpha, beta and momentum, q not yet of length 1 and without frame. */
+/* Gives real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
+ * before q is made a unit quaternion and carried into the frame. */
 static void factors_at(const kr_exact *e, double span, double out[6])
 {
     const int dual = e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
-    const factors f =
-        theta_factors(e, dual, e->curve == EULER || e->curve == EULER_DUAL, dd_of(span));
+    const int euler = e->curve == EULER || e->curve == EULER_DUAL;
+    const factors f = theta_factors(e, dual, euler, dd_of(span));
     double s, c;
     sincos_turns(f.first, &s, &c);
-    out[0] = f.a_re * c - f.a_im * s, out[1] = f.a_re * s + f.a_im * c;
+    out[0] = f.a_re * c - f.a_im * s;
+    out[1] = f.a_re * s + f.a_im * c;
     sincos_turns(f.second, &s, &c);
-    out[2] = f.b_re * c - f.b_im * s, out[3] = f.b_re * s + f.b_im * c;
+    out[2] = f.b_re * c - f.b_im * s;
+    out[3] = f.b_re * s + f.b_im * c;
     sincos_turns(dd_add(f.first, f.second), &s, &c);
-    out[4] = f.h_re * c - f.h_im * s, out[5] = f.h_re * s + f.h_im * c;
+    out[4] = f.h_re * c - f.h_im * s;
+    out[5] = f.h_re * s + f.h_im * c;
 }
 
 static const double two_pi = 6.283185307179586477;
 
+/* Returns a phase that grows at this rate [rad in a unit of time], from 0. */
 static kr_phase phase_of(dd rate)
 {
     const dd turn = dd_make(0.15915494309189534561, -9.839338337591243e-18); /* 1 / 2 pi */
     const dd f = dd_mul(rate, turn);
     kr_phase r;
-    r.fast = f.hi, r.slow = f.lo, r.start = r.more = 0.0;
+    r.fast = f.hi;
+    r.slow = f.lo;
+    r.start = r.more = 0.0;
     return r;
 }
-/* Of whole turns as many as put it at a distance of 1 +- 1/2, where phase_at wants it. */
+/* Lets a phase begin at `start` [turns], less so many whole turns that it lies within 1 +- 1/2:
+ * phase_at relies on that. */
 static void phase_start(kr_phase *phase, dd start)
 {
     const dd s = two_sum(1.0, start.hi - rint(start.hi));
-    phase->start = s.hi, phase->more = s.lo + start.lo;
+    phase->start = s.hi;
+    phase->more = s.lo + start.lo;
 }
-/* The argument of x + i y in turns: quarters exactly, the rest by an arc tangent of at most an
- * eighth. */
+/* Returns the argument of x + i y in turns. Quarters are exact; the rest is an arc tangent of at
+ * most an eighth, whose rounding is the smaller for it. */
 static dd turns_of(double y, double x)
 {
     const double ax = fabs(x), ay = fabs(y);
@@ -64,7 +77,7 @@ static dd turns_of(double y, double x)
     const double small = ax >= ay ? atan2(x < 0.0 ? -y : y, ax) : atan2(y < 0.0 ? x : -x, ay);
     return two_sum(part.hi, small / two_pi);
 }
-/* From the argument of (x, y) to that of (u, v), in turns. */
+/* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
 static dd turns_between(double x, double y, double u, double v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
@@ -72,8 +85,12 @@ static dd turns_between(double x, double y, double u, double v)
     return turns_of(im.hi, re.hi);
 }
 
+/* Returns a quaternion in double-double as a unit quaternion in doubles. */
 static kr_quat rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[2].hi, q[3].hi))); }
 
+/* Gives the axis a = q e3 q*, and 1 + u and 1 - u of its height u = a.e3: `plus` is the one, the
+ * other is returned. Both come straight from the quaternion, so that neither cancels near a
+ * pole. */
 static dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -85,6 +102,7 @@ static dd axis_of(const dd q[4], dd a[3], dd *plus)
     a[2] = dd_half(dd_sub(*plus, minus));
     return minus;
 }
+/* Gives q* v q, where q need not be of unit length. */
 static void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
@@ -104,81 +122,89 @@ static void turned_back(const dd q[4], const dd v[3], dd r[3])
 
 static double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
 
-/* Rates of x and of the phases of alpha and beta. theta1 and theta2 of x + i y wind about zero,
- * too, against y: y and slope are of opposite sign. A zero on the way counts half a turn either
- * way, hence none. Euler's beta, a theta4, has no zeros. */
-static void set_rates(kr_exact *plan, double nu, double first, double second, int euler)
+/* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
+ * of the phases of alpha and beta. theta1 and theta2 of X + i y wind about zero themselves, against
+ * the sign of y and hence with that of `slope`. A zero on the way turns by half a turn either way,
+ * which counts as none. Euler's beta, a theta4, has no zeros and does not wind. */
+static void set_rates(kr_exact *exact, double nu, double first, double second, int euler)
 {
-    const double wind1 = sign_of(plan->slope[0]), wind2 = euler ? 0.0 : sign_of(plan->slope[1]);
-    plan->period = 0.5 * two_pi / nu;
-    plan->precession = (first + second) + (wind1 + wind2) * nu;
-    plan->spin = (first - second) + (wind1 - wind2) * nu;
+    const double wind1 = sign_of(exact->slope[0]), wind2 = euler ? 0.0 : sign_of(exact->slope[1]);
+    exact->period = 0.5 * two_pi / nu;
+    exact->precession = (first + second) + (wind1 + wind2) * nu;
+    exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
-/* alpha and beta of constant size that turn at constant rates: sleeping, hanging, at rest,
- * symmetric and free. */
-static void steady_plan(kr_exact *plan, kr_quat q, dd first, dd second)
+/* Sets a motion up in which alpha and beta keep their size and turn at constant rates: that of a
+ * top which sleeps, hangs or rests, or of a symmetric body without torque. */
+static void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
-    plan->curve = LAGRANGE;
-    phase_start(&plan->nutation, dd_of(0.25));
-    plan->first = phase_of(first);
-    plan->second = phase_of(second);
-    phase_start(&plan->first, turns_of(q.z, q.w));
-    phase_start(&plan->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
-    plan->alpha.even[0] = a;
-    plan->beta.odd[0] = b;
-    plan->period = INFINITY;
-    /* a vertical axis has only a spin */
-    plan->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
-    plan->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
+    exact->curve = LAGRANGE;
+    phase_start(&exact->nutation, dd_of(0.25));
+    exact->first = phase_of(first);
+    exact->second = phase_of(second);
+    phase_start(&exact->first, turns_of(q.z, q.w));
+    phase_start(&exact->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
+    exact->alpha.even[0] = a;
+    exact->beta.odd[0] = b;
+    exact->period = INFINITY;
+    /* Where the axis is vertical, the whole turn counts as spin. */
+    exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
+    exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
-/* Gravity upwards: the same top seen from below, q -> i q. */
+/* Returns the top as it is seen from below, q -> i q: gravity that points upwards points downwards
+ * there. */
 static exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
-    r.q[0] = dd_neg(top->q[1]), r.q[1] = top->q[0];
-    r.q[2] = dd_neg(top->q[3]), r.q[3] = top->q[2];
+    r.q[0] = dd_neg(top->q[1]);
+    r.q[1] = top->q[0];
+    r.q[2] = dd_neg(top->q[3]);
+    r.q[3] = top->q[2];
     r.m = v3(top->m.x, -top->m.y, -top->m.z);
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* The frame of a plan is where it carries 1, i, j, k. */
-static void set_frame(kr_exact *plan, kr_quat left, kr_quat right)
+/* Puts the closed form into the frame q -> left q right, which is kept as what it makes of 1, i, j
+ * and k. */
+static void set_frame(kr_exact *exact, kr_quat left, kr_quat right)
 {
     const double w = left.w, x = left.x, y = left.y, z = left.z;
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
-    for (int i = 0; i < 4; i++) plan->frame[i] = q_mul(columns[i], right);
-    plan->framed = 1;
+    for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(columns[i], right);
+    exact->framed = 1;
 }
-static void turn_over(kr_exact *plan)
+/* Turns the closed form of a top that was seen from below back. */
+static void turn_over(kr_exact *exact)
 {
-    plan->side = -1.0;
-    set_frame(plan, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
-    plan->constant.z = -plan->constant.z;
-    plan->precession = -plan->precession;
+    exact->side = -1.0;
+    set_frame(exact, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
+    exact->constant.z = -exact->constant.z;
+    exact->precession = -exact->precession;
 }
 
+/* Changes a phase's unit of time. */
 static void slow_down(kr_phase *phase, double unit)
 {
     phase->fast /= unit;
     phase->slow /= unit;
 }
-/* From working axes and own units to the user's, whose unit of time in the plan is `unit`. */
-static void to_user(kr_exact *plan, const exact_top *top, double start, double unit)
+/* Brings the closed form from working axes and own units to the user's; `unit` is its unit of time
+ * in the user's. */
+static void to_user(kr_exact *exact, const exact_top *top, double start, double unit)
 {
     const double momentum = top->units.moment / top->units.time;
     if (v_largest(q_vec(top->axes)) > 0.0) {
-        if (!plan->framed) set_frame(plan, q_one(), q_one());
-        for (int i = 0; i < 4; i++) plan->frame[i] = q_mul(plan->frame[i], q_conj(top->axes));
+        if (!exact->framed) set_frame(exact, q_one(), q_one());
+        for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(exact->frame[i], q_conj(top->axes));
     }
-    plan->begin = start;
-    plan->period *= unit;
-    plan->precession /= unit;
-    plan->spin /= unit;
-    plan->momentum *= momentum;
-    plan->constant = v_scale(momentum, plan->constant);
-    slow_down(&plan->nutation, unit);
-    slow_down(&plan->first, unit);
-    slow_down(&plan->second, unit);
+    exact->begin = start;
+    exact->period *= unit;
+    exact->precession /= unit;
+    exact->spin /= unit;
+    exact->momentum *= momentum;
+    exact->constant = v_scale(momentum, exact->constant);
+    slow_down(&exact->nutation, unit);
+    slow_down(&exact->first, unit);
+    slow_down(&exact->second, unit);
 }
 #endif

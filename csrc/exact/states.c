@@ -1,18 +1,19 @@
-/* Many states of a plan: blocks of times, as wide as the instruction set is. Floor 3. Compiled with
- * the vectorizer of loops, once per instruction set: -DKR_SET=avx2 -mavx2 -mfma, and so on
- * (CMakeLists.txt). */
+/* Many states of the closed form: blocks of times, as wide as the instruction set is. This
+ * file is compiled with the vectorizer of loops, once per instruction set: -DKR_ISA=avx2 -mavx2
+ * -mfma, and so on (CMakeLists.txt). */
 #include "dispatch.h"
 #include "kernel.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-enum { BLOCK = 64 };
-typedef struct block {
-    double t[BLOCK], w[BLOCK], x[BLOCK], y[BLOCK], z[BLOCK], mx[BLOCK], my[BLOCK], mz[BLOCK];
-} block;
+/* A batch holds as many states as stay in the nearest cache, in one array for each number. */
+enum { BATCH = 64 };
+typedef struct batch {
+    double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
+} batch;
 
-INLINE void fill(const kr_exact *e, int dual, int euler, block *b, int n)
+INLINE void fill(const kr_exact *e, int dual, int euler, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
@@ -20,15 +21,15 @@ INLINE void fill(const kr_exact *e, int dual, int euler, block *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void frame(const kr_exact *e, block *b, int n)
+INLINE void frame(const kr_exact *e, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Eight arrays into states: a transposition. */
-INLINE void write(const block *restrict b, int n, kr_state *restrict out)
+/* Writes eight arrays as states, which is a transposition. */
+INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
         out[i].t = b->t[i];
@@ -36,15 +37,15 @@ INLINE void write(const block *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* The same past the cache, where there will be more states than it holds: they would be read before
- * they are written. */
+/* `stream` writes states past the cache. It serves where there will be more states than the cache
+ * holds: each line would else be read before it is written. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
 {
     return n >= LARGE && (uintptr_t)out % 16 == 0;
 }
-INLINE void stream(const block *b, int n, kr_state *out)
+INLINE void stream(const batch *b, int n, kr_state *out)
 {
     for (int i = 0; i < n; i++) {
         double *to = (double *)&out[i];
@@ -57,13 +58,15 @@ INLINE void stream(const block *b, int n, kr_state *out)
 INLINE void end_stream(void) { _mm_sfence(); }
 #else
 INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
-INLINE void stream(const block *b, int n, kr_state *out) { write(b, n, out); }
+INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* At most a block. Rounded up to eights, so that compilers need no loop for a rest. */
-static void states(const kr_exact *plan, block *b, int count)
+/* Computes a batch. Its length is rounded up to eights, so that compilers need no loop for a
+ * rest. */
+static void states(const kr_exact *exact, batch *b, int count)
 {
-    const kr_exact e = *plan; /* a copy that no store can change */
+    /* No store into the batch can change a copy, so that the compiler keeps its numbers at hand. */
+    const kr_exact e = *exact;
     const int n = (count + 7) & ~7;
     switch (e.curve) {
     case LAGRANGE:
@@ -84,9 +87,9 @@ static void states(const kr_exact *plan, block *b, int count)
 void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_state out[])
 {
     const int streams = is_stream(n, out);
-    block b = {.t = {0.0}};
-    for (size_t from = 0; from < n; from += BLOCK) {
-        const int count = n - from < BLOCK ? (int)(n - from) : BLOCK;
+    batch b = {.t = {0.0}};
+    for (size_t from = 0; from < n; from += BATCH) {
+        const int count = n - from < BATCH ? (int)(n - from) : BATCH;
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
         states(e, &b, count);
         if (streams)

@@ -1,17 +1,20 @@
-/* Elliptic means by the arithmetic-geometric mean (DLMF 19.8.6: the complete integral of the third
- * kind is pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n)), Carlson's R_F by duplication, theta functions
- * as polynomials. */
-#ifndef KR_THETA_H
-#define KR_THETA_H
+/* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. A complete integral
+ * comes from the arithmetic-geometric mean M, that of the third kind as (DLMF 19.8.6)
+ *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
+ * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source that
+ * is compiled once per instruction set, because its double-doubles want the fused product. */
+#ifndef KR_EXACT_THETA_H
+#define KR_EXACT_THETA_H
 #include "setup.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n: with e = (p^2 - a
- * g)/(p^2 + a g)
- *     a' = (a + g)/2,  g' = sqrt(a g),  p' = (p^2 + a g)/2p,  Q' = Q e/2.
- * Every step squares the distances, so the one after they fall below 1e-8 needs doubles only, and
- * is the last. */
+/* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n, where a = Q = 1 and g
+ * = kp at first, and a step is
+ *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
+ *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
+ * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs
+ * doubles only. */
 static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const double enough = 1e-8;
@@ -44,6 +47,7 @@ static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
+/* Returns agm(a, b) in doubles. */
 static double elliptic_agm(double a, double b)
 {
     for (int i = 0; i < 40 && fabs(a - b) > 1e-8 * a; i++) {
@@ -53,19 +57,23 @@ static double elliptic_agm(double a, double b)
     }
     return 0.5 * (a + b);
 }
-/* T = K'/K or its double, whose numerator is given; the dual series need pi / T in full. */
-static inline double theta_stretch(kr_exact *plan, dd numerator, dd k2)
+/* Returns T = numerator / agm(1, k): that is K'/K where the numerator is agm(1, k'), and twice as
+ * much, for the square of the nome, where it is 2 agm(1, k'). The dual series multiply a phase by
+ * pi / T, hence that is kept in double-double where they serve. */
+static inline double theta_stretch(kr_exact *exact, dd numerator, dd k2)
 {
     const double T = numerator.hi / elliptic_agm(1.0, sqrt(k2.hi));
     if (T < 1.0) {
         const dd stretch =
             dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
-        plan->stretch = stretch.hi;
-        plan->stretch_rest = stretch.lo;
+        exact->stretch = stretch.hi;
+        exact->stretch_rest = stretch.lo;
     }
     return T;
 }
-static double elliptic_rf(double x, double y, double z) /* DLMF 19.36.1 */
+/* Returns Carlson's R_F(x, y, z): duplication brings the arguments together, until the series about
+ * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
+static double elliptic_rf(double x, double y, double z)
 {
     double mean = (x + y + z) / 3.0, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
@@ -86,8 +94,8 @@ static double elliptic_rf(double x, double y, double z) /* DLMF 19.36.1 */
            sqrt(mean);
 }
 
-/* The root of x^3 + c2 x^2 + c1 x + c0 (all real) that lies farthest from the others: at the top or
- * at the bottom. */
+/* Returns the root of x^3 + c2 x^2 + c1 x + c0, all of whose roots are real, that lies farthest
+ * from the two others; `top` says whether it is the largest or the smallest. */
 static double lone_root(double c2, double c1, double c0, int *top)
 {
     const double square = c2 * c2 - 3.0 * c1, d = square > 0.0 ? sqrt(square) : 0.0;
@@ -96,9 +104,9 @@ static double lone_root(double c2, double c1, double c0, int *top)
     *top = r >= 0.0;
     return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
 }
-/* Newton's method for lead x^3 + c[2] x^2 + c[1] x + c[0]; the slope need not be better than the
- * start. */
-static dd polish(dd lead, const dd c[3], double start)
+/* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
+ * method. The slope at the start serves for both steps: it is good enough. */
+static dd newton_cubic(dd lead, const dd c[3], double start)
 {
     const double slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi;
     dd x = dd_of(start);
@@ -110,8 +118,8 @@ static dd polish(dd lead, const dd c[3], double start)
     return x;
 }
 
-/* sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / sin x cos x as polynomials in sin^2
- * x. */
+/* These are sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x) as
+ * polynomials in sin^2 x: row j has the coefficients, from the constant on. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
 static const double COS_EVEN[][KR_THETA_TERMS] = {
@@ -123,8 +131,9 @@ static void accumulate(double sum[], double weight, const double term[])
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) sum[i] += weight * term[i];
 }
-/* theta(x + i y); dual: theta(y + i x), times i for theta1. Without the common factor 2 q^{1/4} of
- * theta1, theta2. */
+/* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. Where
+ * `dual` is not 0, it returns theta(y + i x), times i for theta1, in the same form with sinh for
+ * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is left out. */
 static kr_theta theta_series(enum theta which, double nome, double y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
@@ -156,6 +165,7 @@ static kr_theta theta_series(enum theta which, double nome, double y, int dual)
     }
     return r;
 }
+/* Returns the value of a polynomial at s. */
 static double theta_at(const double poly[KR_THETA_TERMS], double s)
 {
     double r = poly[KR_THETA_TERMS - 1];

@@ -1,10 +1,10 @@
 /* GSL's Runge-Kutta pair of Prince and Dormand and its semi-implicit Bulirsch-Stoer method, as
  * references, on
  *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
- * with the angular velocity W and the vertical P seen from the body. They keep nothing. What
- * gsl_odeiv2_evolve does is done here with GSL's own step and control: so the length of a step is
- * exactly the difference of the times at its ends, there may be no end in sight, and a failed step
- * leaves no trace. */
+ * with the angular velocity W and the vertical P seen from the body. They keep nothing. This file
+ * does what gsl_odeiv2_evolve does, with GSL's own step and control, so that the length of a step
+ * is exactly the difference of the times at its ends, there may be no end in sight, and a failed
+ * step leaves no trace. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -22,14 +22,15 @@ typedef struct {
     double h; /* the next step, with its sign */
 } path;
 
-static kr_quat attitude(const double y[]) { return q4(y[0], v3(y[1], y[2], y[3])); }
-static kr_vec3 velocity(const double y[]) { return v3(y[4], y[5], y[6]); }
-static void put(double y[], kr_quat q, kr_vec3 w)
+/* attitude, velocity and put read and write the variables y = (q, W). */
+static kr_quat attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
+static kr_vec3 velocity(const double y[]) { return v_of(y + 4); }
+static void put(double y[], kr_quat q, kr_vec3 W)
 {
-    y[0] = q.w, y[1] = q.x, y[2] = q.y, y[3] = q.z;
-    y[4] = w.x, y[5] = w.y, y[6] = w.z;
+    y[0] = q.w;
+    v_put(y + 1, q_vec(q));
+    v_put(y + 4, W);
 }
-static kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
 /* GSL takes an error that is no number for none at all; this code makes it give up. */
 static int finite_or_bad(const double *a, int n)
 {
@@ -49,7 +50,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     motion->stats.evaluations++;
     return finite_or_bad(rate, GSL_SIZE);
 }
-/* Column by column: the change of the rates along dq, dW, where dP = 2 vec(q* e3 dq). */
+/* Each column is the change of the rates along dq and dW, where dP = 2 vec(q* e3 dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
@@ -83,13 +84,14 @@ static void done(kr_motion *motion)
     free(use);
     motion->aux = NULL;
 }
+/* Allocates GSL's step and control unless there are some, and begins at a state. */
 static kr_status begin(kr_motion *motion, const kr_state *start, const gsl_odeiv2_step_type *type)
 {
     path *p = (path *)motion->work;
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        /* GSL's own aborts; there is one for all threads, hence it stays off */
+        /* GSL's own error handler aborts. There is one for all threads, hence it stays off. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
@@ -112,8 +114,8 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
-/* From p, a try of length h: next is where it leads, with the step that the control would take
- * then, or instead. */
+/* Tries a step of length h from p. `next` is where it leads, with the step that the control would
+ * take then. Returns 0 if the control rejects it; `next` then has the step to take instead. */
 static int accepted(kr_motion *motion, double h, const path *p, path *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
@@ -130,14 +132,15 @@ static int accepted(kr_motion *motion, double h, const path *p, path *next)
 static kr_status step(kr_motion *motion, double until)
 {
     path *p = (path *)motion->work, next = *p;
-    if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP; /* no step in doubles can meet it */
+    /* No step in doubles can meet such a tolerance. */
+    if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     for (int rejected = 0; rejected < TRIES; rejected++) {
         const int lands =
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
         if (accepted(motion, h, p, &next)) {
-            /* a step cut short to land says nothing about the next */
+            /* A step that was cut short to land says nothing about the next. */
             if (lands && !rejected) next.h = p->h;
             *p = next;
             motion->clock = end;

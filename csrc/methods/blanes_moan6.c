@@ -1,7 +1,7 @@
 /* Fourteen kicks between fifteen free drifts (splitting.h), with Blanes and Moan's coefficients for
- * Nystrom's case (compose.h): the drift has to be exact, as it is where two moments are equal.
- * Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to a bounded
- * O(h^6). */
+ * Nystrom's case (compose.h). They need an exact drift, which there is where two moments are equal.
+ * The method keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up to
+ * a bounded O(h^6). */
 #include "composed.h"
 
 static kr_status reset(kr_motion *motion, const kr_state *start)
@@ -15,7 +15,7 @@ const kr_method kr_method_blanes_moan6 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Blanes and Moan 2002, SRKN 14",
     .order = 6,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SYMMETRIC_ONLY,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING | KR_SYMMETRIC_ONLY,
     .work = COMPOSED_WORK,
     .reset = reset,
     .step = composed_step,

@@ -1,26 +1,27 @@
 /* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
- * (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with errata 1-5). Keeps <m,p>, <m,a>
- * and E + h M <p x a, m> / 2 I1; conjugate to bobenko_suris2 by half a kick. */
+ * with the step h and the mass M (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with
+ * errata 1-5). It keeps <m,p>, <m,a> and E + h M <p x a, m> / 2 I1, and is conjugate to
+ * bobenko_suris2 by half a kick. */
 #include "bobenko_suris.h"
 
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    lagrange_begin((lagrange_orbit *)motion->work, motion, start);
+    bobenko_suris_begin((bobenko_suris_orbit *)motion->work, motion, start);
     return KR_OK;
 }
 static kr_status step(kr_motion *motion, double until)
 {
-    lagrange_orbit *o = (lagrange_orbit *)motion->work;
+    bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
-    o->m = lagrange_kicked(o, o->kick);
-    lagrange_drift(o);
+    o->m = bobenko_suris_kicked(o, o->kick);
+    bobenko_suris_drift(o);
     motion->stats.evaluations++;
     return KR_OK;
 }
 static void read(const kr_motion *motion, kr_state *s)
 {
-    lagrange_read((const lagrange_orbit *)motion->work, s);
+    bobenko_suris_read((const bobenko_suris_orbit *)motion->work, s);
 }
 
 const kr_method kr_method_bobenko_suris = {
@@ -30,7 +31,7 @@ const kr_method kr_method_bobenko_suris = {
     .reference = "Bobenko and Suris 1999; thesis 4.2",
     .order = 1,
     .flags = KR_SYMPLECTIC | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = LAGRANGE_WORK,
+    .work = BOBENKO_SURIS_WORK,
     .reset = reset,
     .step = step,
     .read = read,

@@ -1,30 +1,31 @@
 /* The Bobenko-Suris map read at whole times: half kick, Cayley drift, half kick.
  *     m+ = m + (h/2) p x a M,    a' = Cay(h m+ / I1) a,    m' = m+ + (h/2) p x a' M
- * Conjugate to bobenko_suris, hence integrable, but symmetric and so of order 2. Keeps <m,p>, <m,a>
- * and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks that meet between steps are one. */
+ * with the step h and the mass M. It is conjugate to bobenko_suris, hence integrable, but symmetric
+ * and so of order 2. It keeps <m,p>, <m,a> and E - h^2 M^2 |p x a|^2 / 8 I1. The two half kicks
+ * that meet between steps are one. */
 #include "bobenko_suris.h"
 
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
-    lagrange_orbit *o = (lagrange_orbit *)motion->work;
-    lagrange_begin(o, motion, start);
-    o->m = lagrange_kicked(o, 0.5 * o->kick);
+    bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
+    bobenko_suris_begin(o, motion, start);
+    o->m = bobenko_suris_kicked(o, 0.5 * o->kick);
     return KR_OK;
 }
 static kr_status step(kr_motion *motion, double until)
 {
-    lagrange_orbit *o = (lagrange_orbit *)motion->work;
+    bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
-    lagrange_drift(o);
-    o->m = lagrange_kicked(o, o->kick);
+    bobenko_suris_drift(o);
+    o->m = bobenko_suris_kicked(o, o->kick);
     motion->stats.evaluations++;
     return KR_OK;
 }
 static void read(const kr_motion *motion, kr_state *s)
 {
-    const lagrange_orbit *o = (const lagrange_orbit *)motion->work;
-    lagrange_read(o, s);
-    s->m = lagrange_kicked(o, -0.5 * o->kick);
+    const bobenko_suris_orbit *o = (const bobenko_suris_orbit *)motion->work;
+    bobenko_suris_read(o, s);
+    s->m = bobenko_suris_kicked(o, -0.5 * o->kick);
 }
 
 const kr_method kr_method_bobenko_suris2 = {
@@ -34,7 +35,7 @@ const kr_method kr_method_bobenko_suris2 = {
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = LAGRANGE_WORK,
+    .work = BOBENKO_SURIS_WORK,
     .reset = reset,
     .step = step,
     .read = read,

@@ -1,19 +1,21 @@
-/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with its kick and its rates
- * corrected (resummed.h).
+/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, whose kick and rates are
+ * corrected (model/resummed.h). For a step h it goes by e, with u = a.e3:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * Explicit, integrable, one kick a step; the turns about e3 and a that go with a step are constant,
- * and applied n-fold where the state is read. Keeps <m,p>, <m,a> and a modified energy
- * (kr_state_modified_energy4). The rates are those of the start state. A step h is refused where
- * h^2 times 2 |E|, E without the spin, or times mass gravity |com|, both in units of I1, is above
- * 1: there the rates need not exist, or are those of no small kick. */
+ * It is explicit and integrable, with one kick a step. The turns about e3 and a that go with a step
+ * are constant, and applied n-fold where the state is read. It keeps <m,p>, <m,a> and a modified
+ * energy (kr_state_modified_energy4). A step h is refused where h^2 times 2 |E|, E without the turn
+ * about the axis, or times mass gravity |com|, both in units of I1, is above 1: there the corrected
+ * rates, which are those of the start state, need not exist, or are those of no small kick. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
 typedef struct {
-    lagrange_orbit o; /* m is half a kick ahead */
-    double b, precession;
+    bobenko_suris_orbit o; /* m is half a kick ahead */
+    double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
+    double precession;     /* the turn about e3 in a step */
 } path;
 
+/* Returns the momentum after this part of a corrected kick. */
 static kr_vec3 kicked(const path *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);
@@ -27,10 +29,10 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
     const kr_vec3 a = q_axis(start->q);
     const resummed r = resum(motion->step, g, a, v_scale(1.0 / i1, start->m));
     if (!isfinite(r.step)) return KR_ERR_STEP_SIZE;
-    lagrange_begin(&p->o, motion, start);
+    bobenko_suris_begin(&p->o, motion, start);
     p->o.kick = r.step * motion->lever.z;
     p->o.turn = r.step / i1;
-    lagrange_set_spin(
+    bobenko_suris_set_twist(
         &p->o,
         0.5 * (motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1) + r.spin));
     p->b = 0.25 * r.step * r.step * g;
@@ -42,7 +44,7 @@ static kr_status step(kr_motion *motion, double until)
 {
     path *p = (path *)motion->work;
     (void)until;
-    lagrange_drift(&p->o);
+    bobenko_suris_drift(&p->o);
     p->o.m = kicked(p, 1.0);
     motion->stats.evaluations++;
     return KR_OK;
@@ -52,7 +54,7 @@ static void read(const kr_motion *motion, kr_state *s)
     const path *p = (const path *)motion->work;
     kr_quat turn = q_one();
     sin_cos(0.5 * p->o.n * p->precession, &turn.z, &turn.w);
-    lagrange_read(&p->o, s);
+    bobenko_suris_read(&p->o, s);
     s->q = q_mul(turn, s->q);
     s->m = q_turn(turn, kicked(p, -0.5));
 }

@@ -1,12 +1,11 @@
-/* Coefficients of symmetric compositions of kicks and drifts, and how they are laid out for a step.
- * Floor 2.
- *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s       in parts of the step; both palindromes
- * The table holds their first halves; the middle one is what is left of the whole. Rows without
- * kicks compose Strang's step, or any symmetric one of order 2: b_i = (a_i + a_(i+1)) / 2. The
- * others begin and end with a drift (b_0 = 0). Order 6 and 8 more cheaply than by repeating
- * Suzuki's; with Runge, Kutta and Nystrom's fewer conditions, where the drift is exact and the kick
- * leaves q, cheaper still. Suzuki and Umeno's 15 stages of order 8 (1993) were no better than these
- * 17. */
+/* Coefficients of symmetric compositions of kicks and drifts, and how they are laid out for a step
+ *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s
+ * in parts of the step. Both sequences are palindromes: the table holds their first
+ * halves, the middle one is what is left of the whole. A row without kicks composes Strang's step,
+ * or any symmetric one of order 2, by b_i = (a_i + a_(i+1)) / 2. A row with kicks begins and ends
+ * with a drift (b_0 = 0); it needs Runge, Kutta and Nystrom's conditions only, which are fewer,
+ * where the drift is exact and the kick leaves q. All reach order 6 and 8 more cheaply than
+ * Suzuki's step repeated. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -17,37 +16,38 @@ static const struct {
     int stages, kicks;
     double drift[COMPOSE_MOST / 2], kick[COMPOSE_MOST / 2];
 } compose_table[] = {
-    [SUZUKI4] =
-        {/* Suzuki, Phys. Lett. A 146 (1990): 1 / (4 - 4^(1/3)) */
-         .stages = 5,
-         .drift = {0.41449077179437573714, 0.41449077179437573714}},
+    /* Suzuki, Phys. Lett. A 146 (1990): 1 / (4 - 4^(1/3)) */
+    [SUZUKI4] = {.stages = 5, .drift = {0.41449077179437573714, 0.41449077179437573714}},
     /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.12) */
     [KAHAN_LI6] = {.stages = 9,
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
-    [KAHAN_LI8] =
-        {/* the same; (3.13) */
-         .stages = 17,
-         .drift = {0.13020248308889008088, 0.56116298177510838456, -0.38947496264484728641,
-                   0.15884190655515560090, -0.39590389413323757734, 0.18453964097831570709,
-                   0.25837438768632204729, 0.29501172360931029887}},
-    [BLANES_MOAN6] =
-        {/* Blanes and Moan, J. Comput. Appl. Math. 142 (2002), SRKN_14^a */
-         .stages = 15,
-         .kicks = 7,
-         .drift = {0.0378593198406116, 0.102635633102435, -0.0258678882665587, 0.314241403071447,
-                   -0.130144459517415, 0.106417700369543, -0.00879424312851058},
-         .kick = {0.09171915262446165, 0.183983170005006, -0.05653436583288827,
-                  0.004914688774712854, 0.143761127168358, 0.328567693746804}},
+    /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13). Suzuki and Umeno's
+     * 15 stages of order 8 (1993) are no better than these 17. */
+    [KAHAN_LI8] = {.stages = 17,
+                   .drift = {0.13020248308889008088, 0.56116298177510838456,
+                             -0.38947496264484728641, 0.15884190655515560090,
+                             -0.39590389413323757734, 0.18453964097831570709,
+                             0.25837438768632204729, 0.29501172360931029887}},
+    /* Blanes and Moan, J. Comput. Appl. Math. 142 (2002), SRKN_14^a */
+    [BLANES_MOAN6] = {.stages = 15,
+                      .kicks = 7,
+                      .drift = {0.0378593198406116, 0.102635633102435, -0.0258678882665587,
+                                0.314241403071447, -0.130144459517415, 0.106417700369543,
+                                -0.00879424312851058},
+                      .kick = {0.09171915262446165, 0.183983170005006, -0.05653436583288827,
+                               0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* A step: drift[0], kick[0], drift[1], ... kick[stages - 1]. The last kick runs into the first of
- * the next step, so that m is always ahead by b_0. */
+/* A step goes drift[0], kick[0], drift[1], ... kick[stages - 1], in parts of the step. The last
+ * kick runs into the first of the next step, so that m is always ahead by a kick of b_0
+ * (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
+/* Lays a row of the table out for a step. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

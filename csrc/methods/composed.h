@@ -1,6 +1,6 @@
-/* What the compositions of kicks and free drifts share: splitting.h with the coefficients of
- * compose.h. Floor 2. They keep <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
- * energy up to a bounded O(h^order). */
+/* What the compositions of kicks and free drifts share: the parts of splitting.h with the
+ * coefficients of compose.h. They keep <m,p>, for symmetric bodies <m,T> if the torque
+ * leaves it, and the energy up to a bounded O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"
@@ -23,7 +23,7 @@ static inline kr_status composed_begin(kr_motion *motion, const kr_state *start,
 static inline kr_status composed_step(kr_motion *motion, double until)
 {
     composed *p = (composed *)motion->work;
-    splitting s = p->s; /* a copy stays in registers */
+    splitting s = p->s; /* A copy stays in registers. */
     (void)until;
     for (int i = 0; i < p->c.stages; i++) {
         splitting_drift(&s, p->c.drift[i]);

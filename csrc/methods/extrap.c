@@ -1,5 +1,5 @@
-/* Extrapolation with control of order and step, on the thesis' twelve rest-frame equations (3.9).
- * Keeps nothing. */
+/* Extrapolation with control of order and step (extrapolation.h), on the thesis' twelve rest-frame
+ * equations (3.9, rest_frame.h). It keeps nothing. */
 #include "extrapolation.h"
 #include "rest_frame.h"
 

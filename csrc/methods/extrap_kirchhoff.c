@@ -1,51 +1,49 @@
-/* Extrapolation as in extrap, on Kirchhoff's equations in the body (thesis 3.4), completed by the
- * rest of the frame:
- *     M' = M x W + E3 x A M,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,     W = J^-1 M
- * with e1, e2 and the vertical e3 as the body sees them: as many equations as in the rest frame, to
- * compare the two. Keeps nothing. */
+/* Extrapolation with control of order and step (extrapolation.h) on Kirchhoff's equations in the
+ * body (thesis 3.4), completed by the rest of the frame:
+ *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,   W = J^-1 M
+ * with the momentum M, the velocity W, the lever L and e1, e2, e3 as the body sees them. These are
+ * as many equations as in the rest frame, to compare the two. It keeps nothing. */
 #include "extrapolation.h"
 
-static kr_vec3 at(const double *y) { return v3(y[0], y[1], y[2]); }
-static void put(double *y, kr_vec3 v) { y[0] = v.x, y[1] = v.y, y[2] = v.z; }
-static kr_vec3 spin(const kr_motion *motion, const double y[GBS_SIZE])
+static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    const kr_vec3 I = motion->inertia;
-    return v3(y[0] / I.x, y[1] / I.y, y[2] / I.z);
+    return v_over(v_of(y), motion->inertia);
 }
+/* Returns a vector that the body sees as space sees it. */
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
 {
-    return v3(v_dot(at(y + 3), v), v_dot(at(y + 6), v), v_dot(at(y + 9), v));
+    return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));
 }
 
 static void begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE])
 {
     (void)motion;
-    put(y, q_turn_back(s->q, s->m));
-    put(y + 3, q_turn_back(s->q, v3(1.0, 0.0, 0.0)));
-    put(y + 6, q_turn_back(s->q, v3(0.0, 1.0, 0.0)));
-    put(y + 9, q_turn_back(s->q, v3(0.0, 0.0, 1.0)));
+    v_put(y, q_turn_back(s->q, s->m));
+    v_put(y + 3, q_turn_back(s->q, v3(1.0, 0.0, 0.0)));
+    v_put(y + 6, q_turn_back(s->q, v3(0.0, 1.0, 0.0)));
+    v_put(y + 9, q_turn_back(s->q, v3(0.0, 0.0, 1.0)));
 }
 static void rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
-    const kr_vec3 w = spin(motion, y);
-    put(rate, v_add(v_cross(at(y), w), v_cross(at(y + 9), motion->lever)));
-    for (int i = 3; i < GBS_SIZE; i += 3) put(rate + i, v_cross(at(y + i), w));
+    const kr_vec3 W = body_velocity(motion, y);
+    v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), motion->lever)));
+    for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), W));
     motion->stats.evaluations++;
 }
 static kr_vec3 velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
-    return in_space(y, spin(motion, y));
+    return in_space(y, body_velocity(motion, y));
 }
 static kr_vec3 momentum(const kr_motion *motion, const double y[GBS_SIZE])
 {
     (void)motion;
-    return in_space(y, at(y));
+    return in_space(y, v_of(y));
 }
+
 static kr_quat attitude(const double y[GBS_SIZE], kr_quat last)
 {
-    const kr_quat q =
-        q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11]));
-    return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
+    return q_near(q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11])),
+                  last);
 }
 
 static const gbs_form body = {

@@ -1,10 +1,10 @@
 /* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
- * form. Floor 2. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing errs in even
- * powers of 1 / n_j; hence, by Aitken and Neville,
- *     T(j,1) = midpoint with n_j,    T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1)
+ * form. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing, T(j,1), errs in
+ * even powers of 1 / n_j; hence, by Aitken and Neville,
+ *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
  * A step ends at a row j where T(j,j) - T(j,j-1) is within tol in the thesis' norm (4.1.1); the
- * next aims at the row with the least work per unit of time. Logic and constants are ODEX's. Keeps
- * nothing. */
+ * next aims at the row with the least work per unit of time. Logic and constants are those of ODEX
+ * (Hairer, Norsett, Wanner, II.9). It keeps nothing. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -12,21 +12,21 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* The equations: variables y of a state, their rates, and what they stand for. Attitude and vectors
- * in space. */
+/* A form of the equations: the variables y of a state, their rates, and what they stand for.
+ * Attitude and vectors are those that space sees. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
     kr_vec3 (*velocity)(const kr_motion *motion, const double y[GBS_SIZE]);
     kr_vec3 (*momentum)(const kr_motion *motion, const double y[GBS_SIZE]);
-    /* of q and -q the one nearer to the last */
+    /* Of q and -q this gives the one that is nearer to the last. */
     kr_quat (*attitude)(const double y[GBS_SIZE], kr_quat last);
 } gbs_form;
 
 typedef struct {
-    double h;   /* length of the next step */
-    int target; /* the row it aims at */
-    int first;
+    double h;   /* the length of the next step */
+    int target; /* the row that it aims at */
+    int first;  /* not 0: it is the first, whose length is a guess */
 } gbs_control;
 typedef struct {
     double y[GBS_SIZE];
@@ -34,24 +34,26 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-typedef struct { /* to make a step of h; rows count from 1, as in the book */
+/* An attempt at a step of length h from y. Rows count from 1, as in the book. */
+typedef struct {
     kr_motion *motion;
     const gbs_form *form;
     const double *y;
-    double rate[GBS_SIZE], speed; /* at y */
+    double rate[GBS_SIZE], speed; /* the rates at y, and their size */
     double tol, h, err;
     double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j: [k] is T(j, j + 1 - k) */
-    /* of the step that a row suggests; and per unit of time */
-    double length[GBS_ROWS + 1], work[GBS_ROWS + 1];
-    int row; /* the last made */
+    double length[GBS_ROWS + 1];          /* of the step that a row suggests */
+    double work[GBS_ROWS + 1];            /* of such steps in a unit of time */
+    int row;                              /* the last that was made */
 } gbs_attempt;
 
-/* evaluations up to this row */
+/* Returns how many evaluations the rows up to this one take. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Root mean square of a difference on the scale 1 + |y|; over tol it is the thesis' norm. */
+/* Returns the root mean square of the difference a - b on the scale 1 + |y|, where |y| is the
+ * larger of y and z. Divided by tol it is the thesis' norm. */
 static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -61,14 +63,17 @@ static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE]
     return sqrt(sum / GBS_SIZE);
 }
 
-/* T(row, 1). False where a substep changes the rates by more than twice their size: no row will
- * converge then. */
+/* Computes T(row, 1). Returns 0 where a substep changes the rates by more than twice their size: no
+ * row will converge then. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
     const double h = a->h / n;
     double before[GBS_SIZE], now[GBS_SIZE], rate[GBS_SIZE];
-    for (int i = 0; i < GBS_SIZE; i++) before[i] = a->y[i], now[i] = a->y[i] + h * a->rate[i];
+    for (int i = 0; i < GBS_SIZE; i++) {
+        before[i] = a->y[i];
+        now[i] = a->y[i] + h * a->rate[i];
+    }
     for (int k = 1; k < n; k++) {
         a->form->rates(a->motion, now, rate);
         if (k == 1 && row <= 2 && gbs_size(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
@@ -83,6 +88,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
+/* Replaces the row before by this one, column by column. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -92,13 +98,14 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* False where the rows do not converge, or are no numbers. */
+/* Makes a row, its error, and the step that it suggests. Returns 0 where the rows do not converge,
+ * or are no numbers. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
     if (!gbs_midpoint(a, row)) return 0;
     a->row = row;
-    a->work[row] = INFINITY; /* a single row tells nothing of its error */
+    a->work[row] = INFINITY; /* A single row tells nothing of its error. */
     if (row == 1) return 1;
     gbs_extrapolate(a, row);
     a->err = gbs_size(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
@@ -108,8 +115,8 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* The row that meets the tolerance, sought from row `from` to target + 1; given up where the rows
- * that are left are not expected to reduce the error enough. */
+/* Returns the row that meets the tolerance, which is sought from row `from` to target + 1. It gives
+ * up (GBS_REJECTED) where the rows that are left are not expected to reduce the error enough. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -123,6 +130,7 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
+/* Returns the row at which the next step should aim: that with the least work per unit of time. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -143,7 +151,8 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
-    /* a row not made yet: its work per unit of time is taken for that of the last */
+    /* A row that was not made yet is taken to cost as much work per unit of time as the last
+     * one. */
     if (best > row)
         next.h *=
             gbs_cost(row < target && a->work[row] < 0.9 * a->work[row - 1] ? best + 1 : best) /
@@ -151,6 +160,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
+/* Says how to try again after an attempt that failed with this outcome. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_least(tried.target, a->row);
@@ -180,14 +190,14 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* A step may turn the top by more than half a turn, hence q is taken near where its velocity
- * leads. */
+/* Accepts an attempt that reaches the clock `end`. A step may turn the top by more than half a
+ * turn, hence of q and -q the one is taken that is nearer to where the mean velocity leads. */
 static inline void gbs_arrive(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
-    const kr_vec3 w =
+    const kr_vec3 twice =
         v_add(a->form->velocity(motion, p->y), a->form->velocity(motion, a->table[1]));
-    p->q = a->form->attitude(a->table[1], q_mul(q_exp(v_scale(0.5 * a->h, w)), p->q));
+    p->q = a->form->attitude(a->table[1], q_mul(q_exp(v_scale(0.5 * a->h, twice)), p->q));
     memcpy(p->y, a->table[1], sizeof p->y);
     motion->clock = end;
 }
@@ -201,21 +211,18 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     form->rates(motion, p->y, a.rate);
     a.speed = gbs_size(a.rate, zero, p->y, p->y);
     if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
-    if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* no step in doubles can meet it */
+    if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* No step in doubles can meet it. */
     for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
         const int lands = forward * (until - motion->clock) <= 1.01 * now.h;
         const int anywhere = now.target == 2 || (!rejected && (now.first || lands));
         const double end = lands ? until : motion->clock + forward * now.h;
         a.h = end - motion->clock;
         if (a.h == 0.0 || !isfinite(a.h)) return KR_ERR_STEP;
-        const int outcome = gbs_converge(&a,
-                                         anywhere   ? 2
-                                         : rejected ? now.target
-                                                    : now.target - 1,
-                                         now.target);
+        const int from = anywhere ? 2 : rejected ? now.target : now.target - 1;
+        const int outcome = gbs_converge(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
             gbs_arrive(motion, &a, end);
-            /* a step cut short to land says nothing about the next */
+            /* A step that was cut short to land says nothing about the next. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
         }

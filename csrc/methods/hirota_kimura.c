@@ -1,9 +1,10 @@
 /* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit,
  * birational, integrable. With W the angular velocity and M the momentum, both seen from the body,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
- * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). Keeps two rational integrals, h^2
- * from functions of energy and |m|; not m itself. For the Lagrange top it would lose |P| = 1, and
- * so have no attitude: hence only for free tops. */
+ * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). It keeps two rational integrals,
+ * which differ by O(h^2) from functions of energy and |m|, but not m itself. It serves free tops
+ * only: for the Lagrange top it would lose |P| = 1, where P is the vertical seen from the body, and
+ * with it the attitude. */
 #include "method.h"
 
 typedef struct {
@@ -11,11 +12,7 @@ typedef struct {
     kr_vec3 M, W;
 } path;
 
-static kr_vec3 velocity(const kr_motion *motion, kr_vec3 M)
-{
-    const kr_vec3 I = motion->inertia;
-    return v3(M.x / I.x, M.y / I.y, M.z / I.z);
-}
+static kr_vec3 velocity(const kr_motion *motion, kr_vec3 M) { return v_over(M, motion->inertia); }
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     path *p = (path *)motion->work;

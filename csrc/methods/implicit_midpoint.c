@@ -1,22 +1,27 @@
-/* The implicit midpoint rule on (q, m): the yardstick for stiff scenes. (q' - q) / h = q_ V / 2 at
- * q_ = (q + q') / 2 is
+/* The implicit midpoint rule on (q, m), the yardstick for stiff scenes:
+ *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with V = J^-1 q_* (m + m')/2 q_ the velocity at the midpoint, seen from the body. Solved for V by
- * Newton's iteration. Keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), where h |V|
- * is small only. */
+ * with the velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint, seen from the body, and there the
+ * mass M times the centre of mass a_. It is solved for V by Newton's iteration (Hairer, Lubich,
+ * Wanner, VII.5). It keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), but only
+ * where h |V| is small. */
 #include "method.h"
 
 enum { MOST = 30 };
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, V; /* V: of the last step */
+    kr_vec3 m;
+    kr_vec3 V; /* that of the last step, which is the next one's guess */
 } path;
-typedef struct { /* of a step, at a guess V */
-    /* h V / 4; momentum and vertical at the midpoint, seen from the body */
-    kr_vec3 y, M, P, residual;
+/* A step at a guess V. */
+typedef struct {
+    kr_vec3 y;        /* h V / 4 */
+    kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
+    kr_vec3 residual; /* J V - M */
 } attempt;
 
+/* Returns the attempt at V, from momentum M and vertical P that the body sees at the start. */
 static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -26,11 +31,13 @@ static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
     a.residual = v_sub(v_times(motion->inertia, V), a.M);
     return a;
 }
+/* Returns by how much the guess has to be less: Newton's method, column by column of d residual / d
+ * V. */
 static kr_vec3 correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
-    /* M without the torque's part */
+    /* This is M without the torque's part. */
     const kr_vec3 spun = v_axpy(-half, v_cross(a->P, motion->lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {
@@ -47,7 +54,7 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
     const kr_vec3 M = q_turn_back(start->q, start->m), I = motion->inertia;
     p->q = start->q;
     p->m = start->m;
-    p->V = v3(M.x / I.x, M.y / I.y, M.z / I.z);
+    p->V = v_over(M, I);
     return KR_OK;
 }
 static kr_status step(kr_motion *motion, double until)

@@ -1,6 +1,6 @@
 /* Seventeen times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients
- * (compose.h). Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up
- * to a bounded O(h^8). */
+ * (compose.h). The method keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^8). */
 #include "composed.h"
 
 static kr_status reset(kr_motion *motion, const kr_state *start)
@@ -14,7 +14,7 @@ const kr_method kr_method_kahan_li8 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 8,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
     .work = COMPOSED_WORK,
     .reset = reset,
     .step = composed_step,

@@ -1,12 +1,13 @@
-/* The kick of Takahashi and Imada: one of order 4, but for a change of variables. Floor 2.
- *     kick h:  m += h e3 x q L q*,    L = A - h^2/12 A x J^-1 (P x A),    P = q* e3 q,    A the lever
- * is a kick by the potential less h^2/24 <torque, J^-1 torque>. Half kick, drift, half kick with it
- * is conjugate to order 4 by the flow of G = -h^2/12 d(potential)/dt, the processor; with k =
- * -h^2/12, Om and M seen from the body, its rates are
- *     Om = k J^-1 (A x P),    dm = q (k P x (J^-1 M x A)) q*
- * taken at the midpoint, so that the way back is the same with -k (Takahashi and Imada 1984;
- * Rowlands 1991). It is applied only where a state is set (-k) or read (+k). Keeps <m,e3>, and
- * <m,a> of a Lagrange top. */
+/* The kick of Takahashi and Imada, one of order 4 but for a change of variables. With the
+ * lever A and the vertical P seen from the body, k = -h^2/12, and a kick
+ *     m += h e3 x q L q*,    L = A + k A x J^-1 (P x A),    P = q* e3 q
+ * by the potential less h^2/24 <torque, J^-1 torque>, half kick, drift, half kick is conjugate to
+ * order 4 by the processor, the flow of G = k d(potential)/dt. Its rates, Om and M seen from the
+ * body,
+ *     Om = k J^-1 (A x P),    dm = q (k P x (J^-1 M x A)) q*,
+ * are taken at the midpoint, so that -k leads back (Takahashi and Imada 1984; Rowlands 1991). It is
+ * applied only where a state is set (-k) or read (+k). <m,e3> stays, and <m,a> of a Lagrange
+ * top. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -15,9 +16,10 @@
 enum { PROCESSOR_MOST = 40 };
 
 typedef struct modified_kick {
-    kr_vec3 lever, inverse; /* of the moments */
+    kr_vec3 lever;
+    kr_vec3 inverse; /* of the moments */
     double h, k;
-    int lagrange;
+    int lagrange; /* not 0: the body is a Lagrange top */
 } modified_kick;
 
 static inline modified_kick modified_kick_begin(const kr_motion *motion)
@@ -30,7 +32,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* q L q*; of a Lagrange top (A - k A^2 <a,e3> / I1) a, which has the same product with e3. */
+/* Returns q L q*. For a Lagrange top it returns (A - k A^2 <a,e3> / I1) a, whose product with e3 is
+ * the same at less cost. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -41,7 +44,7 @@ static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
     return q_turn(
         q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
 }
-/* What m gains. */
+/* Returns what m gains by this part of a kick. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 a = modified_kick_lever(kick, q);
@@ -51,20 +54,21 @@ static inline kr_vec3 modified_kicked(const modified_kick *kick, kr_quat q, kr_v
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Whether the top, as fast as its energy lets it turn, turns by at most so much in a step [rad]. */
+/* Says whether the top, as fast as its energy lets it turn, turns by at most so much in a step
+ * [rad]. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
     const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
-    /* the lowest potential */
+    /* The start lies so much above the lowest potential. */
     const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
     return kick->h * kick->h * rate2 <= most * most;
 }
-/* The flow of G, or with sign -1 the way back. KR_ERR_STEP_SIZE where h^2 |A| over the least moment
- * is above 2: the modified potential is no small change then, and from 12 on the midpoint is not
- * found. */
+/* Goes along the flow of G, or with sign -1 back. It returns KR_ERR_STEP_SIZE where h^2 |A| over
+ * the least moment is above 2: the modified potential is no small change then, and from 12 on the
+ * midpoint is not found. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -1,5 +1,7 @@
-/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap. Floor 2.
- *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,     A = I_N N N^t + I_B B B^t + I_T T T^t
+/* The thesis' twelve equations of motion in the rest frame (3.9), for rk4 and extrap. With
+ * the mass M, gravity p, the centre of mass a and the angular velocity w, all seen from space,
+ *     A w' = A w x w + M p x a,   N' = w x N,   B' = w x B,   T' = w x T,
+ *     A = I_N N N^t + I_B B B^t + I_T T T^t.
  * They keep neither |N| = 1 nor N.B = 0: a method that integrates them leaves the group by its own
  * error. */
 #ifndef KR_REST_FRAME_H
@@ -8,12 +10,9 @@
 
 enum { REST_FRAME = 12 }; /* w, N, B, T */
 
-static inline kr_vec3 rest_vec(const double *y) { return v3(y[0], y[1], y[2]); }
-static inline void rest_put(double *y, kr_vec3 v) { y[0] = v.x, y[1] = v.y, y[2] = v.z; }
-
 static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double y[REST_FRAME])
 {
-    const kr_vec3 w = rest_vec(y), N = rest_vec(y + 3), B = rest_vec(y + 6), T = rest_vec(y + 9),
+    const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9),
                   I = motion->inertia;
     return v_axpy(I.x * v_dot(w, N), N,
                   v_axpy(I.y * v_dot(w, B), B, v_scale(I.z * v_dot(w, T), T)));
@@ -22,21 +21,21 @@ static inline kr_vec3 rest_frame_momentum(const kr_motion *motion, const double 
 static inline kr_vec3 rest_frame_velocity(const kr_motion *motion, const double y[REST_FRAME])
 {
     (void)motion;
-    return rest_vec(y);
+    return v_of(y);
 }
 
 static inline void rest_frame_rates(kr_motion *motion, const double y[REST_FRAME],
                                     double rate[REST_FRAME])
 {
-    const kr_vec3 w = rest_vec(y), N = rest_vec(y + 3), B = rest_vec(y + 6), T = rest_vec(y + 9);
+    const kr_vec3 w = v_of(y), N = v_of(y + 3), B = v_of(y + 6), T = v_of(y + 9);
     const kr_vec3 I = motion->inertia, c = motion->lever;
-    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T)));
+    const kr_vec3 a = v_axpy(c.x, N, v_axpy(c.y, B, v_scale(c.z, T))); /* M |p| a */
     const kr_vec3 f = v_add(v_cross(rest_frame_momentum(motion, y), w), v3(-a.y, a.x, 0.0));
-    rest_put(rate, v_axpy(v_dot(f, N) / I.x, N,
-                          v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
-    rest_put(rate + 3, v_cross(w, N));
-    rest_put(rate + 6, v_cross(w, B));
-    rest_put(rate + 9, v_cross(w, T));
+    v_put(rate, v_axpy(v_dot(f, N) / I.x, N,
+                       v_axpy(v_dot(f, B) / I.y, B, v_scale(v_dot(f, T) / I.z, T))));
+    v_put(rate + 3, v_cross(w, N));
+    v_put(rate + 6, v_cross(w, B));
+    v_put(rate + 9, v_cross(w, T));
     motion->stats.evaluations++;
 }
 
@@ -44,17 +43,14 @@ static inline void rest_frame_begin(const kr_motion *motion, const kr_state *s,
                                     double y[REST_FRAME])
 {
     const kr_vec3 I = motion->inertia, M = q_turn_back(s->q, s->m);
-    rest_put(y, q_turn(s->q, v3(M.x / I.x, M.y / I.y, M.z / I.z)));
-    rest_put(y + 3, q_turn(s->q, v3(1.0, 0.0, 0.0)));
-    rest_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
-    rest_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));
+    v_put(y, q_turn(s->q, v_over(M, I)));
+    v_put(y + 3, q_turn(s->q, v3(1.0, 0.0, 0.0)));
+    v_put(y + 6, q_turn(s->q, v3(0.0, 1.0, 0.0)));
+    v_put(y + 9, q_turn(s->q, v3(0.0, 0.0, 1.0)));
 }
 
-/* q and -q are the same attitude; of the two the one nearer to the last is taken, so that q moves
- * continuously. */
 static inline kr_quat rest_frame_attitude(const double y[REST_FRAME], kr_quat last)
 {
-    const kr_quat q = q_of_frame(rest_vec(y + 3), rest_vec(y + 6), rest_vec(y + 9));
-    return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
+    return q_near(q_of_frame(v_of(y + 3), v_of(y + 6), v_of(y + 9)), last);
 }
 #endif

@@ -1,5 +1,6 @@
-/* The classical Runge-Kutta method on the thesis' twelve equations in the rest frame (3.9).
- * A yardstick: it keeps nothing, and the frame leaves the group by the method's own error. */
+/* The classical Runge-Kutta method on the thesis' twelve equations in the rest frame (3.9,
+ * rest_frame.h). It is a yardstick: it keeps nothing, and the frame leaves the group by the
+ * method's own error. */
 #include "rest_frame.h"
 
 typedef struct {
@@ -14,6 +15,7 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     return KR_OK;
 }
+/* Gives y + h k. */
 static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME],
                   double out[REST_FRAME])
 {

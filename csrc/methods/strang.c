@@ -1,9 +1,9 @@
-/* Kick, free drift, kick: the splitting of second order (splitting.h). The two half kicks that meet
- * between steps are one. Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
- * energy up to a bounded O(h^2). */
+/* Half kick, free drift, half kick: the splitting of second order (splitting.h). The two half kicks
+ * that meet between steps are one. The method keeps <m,p>, for symmetric bodies <m,T> if the torque
+ * leaves it, and the energy up to a bounded O(h^2). */
 #include "splitting.h"
 
-/* Its m is half a kick ahead. */
+/* Between steps m is half a kick ahead. */
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     splitting *s = (splitting *)motion->work;
@@ -32,7 +32,7 @@ const kr_method kr_method_strang = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
     .work = sizeof(splitting) / sizeof(double),
     .reset = reset,
     .step = step,

@@ -1,6 +1,6 @@
 /* Five times half kick, free drift, half kick (splitting.h), with Suzuki's coefficients
- * (compose.h). Keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the energy up
- * to a bounded O(h^4). */
+ * (compose.h). The method keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
+ * energy up to a bounded O(h^4). */
 #include "composed.h"
 
 static kr_status reset(kr_motion *motion, const kr_state *start)
@@ -14,7 +14,7 @@ const kr_method kr_method_suzuki4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Suzuki 1990",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
     .work = COMPOSED_WORK,
     .reset = reset,
     .step = composed_step,

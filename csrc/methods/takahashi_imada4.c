@@ -1,8 +1,8 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
- * kick a step. The drift has to be of order 4 too: exact for symmetric bodies (splitting.h), else
- * Suzuki's composition of the turns about N and T, which needs no kick. Keeps <m,p>, on Lagrange
- * tops <m,a>, and the energy up to a bounded O(h^4). But for Lagrange tops, whose drift has any
- * length, a step that may turn the top by 2.5 rad is refused. */
+ * kick a step. The drift has to be of order 4 too: it is exact for symmetric bodies (splitting.h),
+ * and else Suzuki's composition of the turns about N and T, which needs no kick. The method keeps
+ * <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded O(h^4). A step that may turn the
+ * top by more than 2.5 rad is refused, but for Lagrange tops, whose drift may have any length. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
@@ -62,7 +62,7 @@ const kr_method kr_method_takahashi_imada4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC,
+    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
     .work = sizeof(path) / sizeof(double),
     .reset = reset,
     .step = step,

@@ -1,15 +1,16 @@
-/* The discrete Moser-Veselov top: a free drift of second order. Floor 2. With M = q* m q and rho =
- * (r0, r) a unit quaternion,
+/* The discrete Moser-Veselov top, a free drift of second order. With M = q* m q, the
+ * moments I and a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
- * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). Solved for r by Newton's
- * iteration; m stays, so do the energy of the free body and, where I_N = I_B, <m,T>. */
+ * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). It is solved for r by
+ * Newton's iteration. m stays, and so do the energy of the free body and, where I_N = I_B,
+ * <m,T>. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
 #include "method.h"
 
 enum { VESELOV_MOST = 20 };
 
-/* One step of Newton's for the residual F at r. */
+/* Returns r after a step of Newton's method, for the residual F at r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -21,7 +22,7 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     }
     return v_sub(r, v_solve(columns, F));
 }
-/* *r is the guess before, and the solution after. */
+/* Drifts for a step. *r is the guess before, and the solution after. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {

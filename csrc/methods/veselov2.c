@@ -1,13 +1,15 @@
 /* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet
- * between steps are one. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy; else that
- * up to a bounded O(h^2). */
+ * between steps are one. The method keeps <m,p>, on Lagrange tops <m,a>, and the energy: exactly
+ * that of a free body, else up to a bounded O(h^2). */
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m, r; /* m half a kick ahead; r is the last step's solution */
+    kr_vec3 m; /* half a kick ahead */
+    kr_vec3 r; /* the last step's solution, which is the next one's guess */
 } path;
 
+/* Returns the momentum after this part of a kick. */
 static kr_vec3 kicked(const path *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);

@@ -1,20 +1,22 @@
 /* Half of a modified kick (modified_kick.h), preprocessed discrete Moser-Veselov drift (veselov.h),
- * half of a modified kick. The drift is of order 4 with the moments I~ in place of I, C = |M|^2/2,
- * H = M J^-1 M / 2, S = (I_N + I_B + I_T) P,
- *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,    s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3
- * and P = 1 / I_N I_B I_T (Hairer and Vilmart, J. Phys. A 39, 2006). C and H are constant in a
- * drift; gravity changes them. Keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. The
- * series in h is of no use where a step may turn the top by more than 1.25 rad: refused. */
+ * half of a modified kick. The drift is of order 4 with moments I~ in place of I, where
+ *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
+ *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
+ *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift keeps C and H; gravity changes them. The
+ * method keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. A step that may turn the
+ * top by more than 1.25 rad is refused, because the series in h is of no use there. */
 #include "modified_kick.h"
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    /* m half a kick ahead, and unprocessed as q is; r is the last step's solution */
-    kr_vec3 m, r;
+    kr_vec3 m; /* half a kick ahead, and unprocessed, as q is */
+    kr_vec3 r; /* the last step's solution, which is the next one's guess */
     modified_kick kick;
 } path;
 
+/* Returns the moments I~ of the file's head. */
 static kr_vec3 preprocessed(const path *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);

@@ -1,5 +1,5 @@
 /* Bodies: their inertia at the fixed point, its principal axes, and which kind of top they are.
- * Floor 1. J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are
+ * J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are
  * right for equal moments too. */
 #include "body.h"
 

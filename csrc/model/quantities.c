@@ -1,7 +1,9 @@
-/* The quantities of a state, and what makes a scene. Floor 1. With R the principal axes' attitude,
- * M = R* m R:
+/* The quantities of a state. With R the principal axes' attitude, M = R* m R:
  *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
- * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text. */
+ * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text.
+ * Euler's angles are z-x-z, of the frame r = q tilt whose third axis is the apex:
+ *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
+#include "quantities.h"
 #include "body.h"
 #include "resummed.h"
 
@@ -11,39 +13,16 @@ static kr_quat principal(const kr_scene *scene, const kr_state *s)
 }
 static kr_vec3 over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
 
-kr_scene kr_scene_default(void)
+kr_quat kr_state_q(const kr_scene *scene, const kr_state *s)
 {
-    kr_scene s = {.gravity = 1.0, .start = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.172, -1.862, 1.46}}};
-    kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &s.body);
-    return s;
+    (void)scene;
+    return s->q;
 }
-kr_status kr_scene_check(const kr_scene *s)
+kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
 {
-    const kr_status status = s ? kr_body_check(&s->body) : KR_ERR_ARGUMENT;
-    if (status != KR_OK) return status;
-    if (!isfinite(s->gravity) || !isfinite(s->start.t) || !v_finite(s->start.m))
-        return KR_ERR_ARGUMENT;
-    return fabs(q_dot(s->start.q, s->start.q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
+    (void)scene;
+    return s->m;
 }
-static double power_of_two(double x) /* x or somewhat more; 1 for zero */
-{
-    int exponent = 0;
-    frexp(x, &exponent);
-    return ldexp(1.0, exponent);
-}
-kr_status kr_scene_units(const kr_scene *s, const kr_working *w, kr_units *units)
-{
-    const kr_body *b = &s->body;
-    const double moment = power_of_two(v_largest(w->inertia)), mass = power_of_two(b->mass);
-    const kr_vec3 lever = v_scale(mass / moment, v_scale(s->gravity * (b->mass / mass), w->com));
-    const double rate = fmax(v_largest(s->start.m) / moment, sqrt(v_largest(lever)));
-    if (!isfinite(rate)) return KR_ERR_ARGUMENT;
-    units->moment = moment;
-    units->time = 1.0 / power_of_two(rate);
-    units->lever = lever;
-    return KR_OK;
-}
-
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
     const kr_quat q = principal(scene, s);
@@ -60,11 +39,6 @@ kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
     const kr_vec3 a = reach > 0.0 ? v_scale(1.0 / reach, scene->body.com) : v3(0.0, 0.0, 1.0);
     return q_turn(principal(scene, s), v_scale(1.0 / v_length(a), a));
 }
-double kr_state_nutation(const kr_scene *scene, const kr_state *s)
-{
-    const kr_vec3 a = kr_state_apex(scene, s);
-    return atan2(sqrt(a.x * a.x + a.y * a.y), a.z);
-}
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {
     const kr_quat q = principal(scene, s);
@@ -72,6 +46,58 @@ void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
     frame[1] = q_turn(q, v3(0.0, 1.0, 0.0));
     frame[2] = q_turn(q, v3(0.0, 0.0, 1.0));
 }
+kr_vec3 kr_state_body_velocity(const kr_scene *scene, const kr_state *s)
+{
+    return q_turn_back(s->q, kr_state_velocity(scene, s));
+}
+kr_vec3 kr_state_body_momentum(const kr_scene *scene, const kr_state *s)
+{
+    (void)scene;
+    return q_turn_back(s->q, s->m);
+}
+kr_vec3 kr_state_body_vertical(const kr_scene *scene, const kr_state *s)
+{
+    (void)scene;
+    return q_vertical(s->q);
+}
+double kr_state_spin(const kr_scene *scene, const kr_state *s)
+{
+    return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
+}
+
+/* Half the sum and half the difference of the angles about e3 and about the apex. At a pole one of
+ * the two is not determined, and 0 whatever the signs of its zeros. */
+static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
+{
+    static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    const kr_quat r = q_mul(s->q, q_tilt(kr_state_apex(scene, &unturned)));
+    *sum = atan2(r.z + 0.0, r.w + 0.0);
+    *difference = atan2(r.y + 0.0, r.x + 0.0);
+}
+/* The same direction in (-pi, pi]. */
+static double wrapped(double angle)
+{
+    static const double pi = 3.14159265358979323846;
+    return angle > pi ? angle - 2.0 * pi : angle <= -pi ? angle + 2.0 * pi : angle;
+}
+double kr_state_precession_angle(const kr_scene *scene, const kr_state *s)
+{
+    double sum, difference;
+    half_angles(scene, s, &sum, &difference);
+    return wrapped(sum + difference);
+}
+double kr_state_nutation(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 a = kr_state_apex(scene, s);
+    return atan2(sqrt(a.x * a.x + a.y * a.y), a.z);
+}
+double kr_state_spin_angle(const kr_scene *scene, const kr_state *s)
+{
+    double sum, difference;
+    half_angles(scene, s, &sum, &difference);
+    return wrapped(sum - difference);
+}
+
 double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 m = q_turn_back(principal(scene, s), s->m);
@@ -82,12 +108,16 @@ double kr_state_potential(const kr_scene *scene, const kr_state *s)
     return scene->body.mass * scene->gravity *
            v_dot(scene->body.com, q_vertical(principal(scene, s)));
 }
-double kr_state_vertical(const kr_scene *scene, const kr_state *s)
+double kr_state_energy(const kr_scene *scene, const kr_state *s)
+{
+    return kr_state_kinetic(scene, s) + kr_state_potential(scene, s);
+}
+double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s)
 {
     (void)scene;
     return s->m.z;
 }
-double kr_state_axial(const kr_scene *scene, const kr_state *s)
+double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
 {
     return v_dot(s->m, kr_state_apex(scene, s));
 }
@@ -131,7 +161,7 @@ double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double
 double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step)
 {
     const kr_working w = kr_body_working(&scene->body);
-    const double i1 = w.inertia.x, c = kr_state_axial(scene, s);
+    const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
     const kr_vec3 a = q_axis(q_mul(principal(scene, s), w.axes));
     const resummed r =

@@ -1,4 +1,4 @@
-/* The rates of bobenko_suris4, and the energy that it keeps. Floor 1. Units of I1 = 1 without the
+/* The rates of bobenko_suris4, and the energy that it keeps. Units of I1 = 1 without the
  * spin's energy; with u = <a,e3>, c = <m,a>, l = <m,e3>, g the torque at its largest, and b = e^2 g
  * / 4, the map of step e
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,    V'(u) = g (1 - b u) / (1 + b^2 u^2)

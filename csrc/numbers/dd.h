@@ -1,6 +1,7 @@
-/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. Floor 0: libc
+/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. From libc
  * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
- * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. */
+ * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. A name
+ * that begins with dd_ rounds to a double-double; two_sum and two_product are exact. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
@@ -19,24 +20,28 @@ static inline dd dd_of(double a) { return dd_make(a, 0.0); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_abs(dd a) { return a.hi < 0.0 ? dd_neg(a) : a; }
 
-static inline dd two_sum_ordered(double a, double b) /* a + b exactly, |a| >= |b| */
+/* Returns a + b exactly, where |a| >= |b|. */
+static inline dd two_sum_ordered(double a, double b)
 {
     const double sum = a + b;
     return dd_make(sum, b - (sum - a));
 }
-static inline dd two_sum(double a, double b) /* a + b exactly */
+/* Returns a + b exactly, in any order of their sizes. */
+static inline dd two_sum(double a, double b)
 {
     const double sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
-/* a b exactly; both ways give the same bits */
+/* Returns a b exactly. Processors with and without a fused product get the same bits, because the
+ * rounding error of a product is itself a double. */
 static inline dd two_product(double a, double b)
 {
     const double product = a * b;
 #if defined __FMA__ || defined __aarch64__
     return dd_make(product, fma(a, b, -product));
 #else
-    const double split = 134217729.0, p = split * a, q = split * b; /* Veltkamp, Dekker */
+    /* Veltkamp splits each factor into halves of 26 bits, whose products Dekker adds up. */
+    const double split = 134217729.0, p = split * a, q = split * b;
     const double ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
     return dd_make(product, ((ah * bh - product) + ah * bl + al * bh) + al * bl);
 #endif
@@ -58,7 +63,7 @@ static inline dd dd_times(double a, dd b)
     const dd p = two_product(a, b.hi);
     return two_sum_ordered(p.hi, p.lo + a * b.lo);
 }
-/* power: of two */
+/* Returns power a exactly, where `power` is a power of two. */
 static inline dd dd_scale(double power, dd a) { return dd_make(power * a.hi, power * a.lo); }
 static inline dd dd_twice(dd a) { return dd_scale(2.0, a); }
 static inline dd dd_half(dd a) { return dd_scale(0.5, a); }
@@ -74,7 +79,7 @@ static inline dd dd_div(dd a, dd b)
     const double rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* zero for a <= 0: rounding below zero is meant as zero */
+/* Returns zero for a <= 0, because an argument below zero is a zero that rounding has moved. */
 static inline dd dd_sqrt(dd a)
 {
     if (!(a.hi > 0.0)) return dd_of(0.0);

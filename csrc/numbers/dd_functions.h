@@ -1,10 +1,12 @@
-/* Elementary functions and Carlson's R_F in double-double. Floor 3. For moderate arguments: |a| <
- * 600, angles below 4. */
-#ifndef KR_DDMATH_H
-#define KR_DDMATH_H
+/* Elementary functions and Carlson's R_F in double-double. They are made for moderate
+ * arguments: |a| < 600 in dd_exp, angles below 4 in dd_sincos. Each reduces its argument, sums a
+ * power series, and undoes the reduction by squares or by doubled angles. */
+#ifndef KR_DD_FUNCTIONS_H
+#define KR_DD_FUNCTIONS_H
 #include "dd.h"
 
-/* first (1 + square / from (from + 1) + ...), up to the term `to` */
+/* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from, as long
+ * as the pairs of factors begin below `to`. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
@@ -35,7 +37,7 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* one step of Newton's method on the angle */
+/* Improves the angle that doubles give by one step of Newton's method, which squares its error. */
 static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);
@@ -45,6 +47,8 @@ static inline dd dd_atan2(dd y, dd x)
     dd_sincos(dd_of(guess), &s, &c);
     return dd_add(dd_of(guess), dd_div(dd_sub(dd_mul(y, c), dd_mul(x, s)), r));
 }
+/* Returns Carlson's R_F(x, y, z), the symmetric elliptic integral of the first kind, by duplication
+ * until a short series suffices (DLMF 19.26.18, 19.36.1). */
 static inline dd dd_rf(dd x, dd y, dd z)
 {
     dd mean = dd_div(dd_add(dd_add(x, y), z), dd_of(3.0));

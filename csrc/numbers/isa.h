@@ -1,8 +1,16 @@
-/* Instruction sets. Floor 0. A file compiled once per set names what it exports by KR_NAME;
- * -DKR_SET=avx2 and the like come from CMakeLists.txt, which defines KR_X86 where these sets were
- * compiled in. */
-#ifndef KR_SETS_H
-#define KR_SETS_H
+/* What a file needs that is compiled once per instruction set. It names what it exports by
+ * KR_NAME. CMakeLists.txt passes -DKR_ISA=avx2 and the like, and defines KR_X86 where these
+ * instruction sets were compiled in. */
+#ifndef KR_ISA_H
+#define KR_ISA_H
+
+/* A kernel is one loop from which nothing is called: a call would send the vectors that the loop
+ * keeps in registers through memory. */
+#if defined __GNUC__
+#  define INLINE static inline __attribute__((always_inline))
+#else
+#  define INLINE static inline
+#endif
 
 #if !defined KR_ISA
 #  define KR_ISA base
@@ -11,6 +19,8 @@
 #define KR_PASTED(a, b) KR_PASTE(a, b)
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
+/* Each of these says whether this processor has the instruction set. Its features are asked for one
+ * by one, because not every compiler knows the names of the levels. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_X86
 static inline int kr_has_avx2(void)

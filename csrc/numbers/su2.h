@@ -1,5 +1,6 @@
-/* Vectors and unit quaternions (SU(2)), by value. Floor 0. q turns v into q v q*. In the thesis'
- * su(2) a vector is half a quaternion, and its Phi^-1 is q (DESIGN: conventions). */
+/* Vectors and unit quaternions (SU(2)), by value. A name that begins with v_ takes
+ * vectors, one that begins with q_ takes quaternions. A unit quaternion q turns v into q v q*. In
+ * the thesis' su(2) a vector is half a quaternion, and its Phi^-1 is q. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -11,10 +12,23 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
+/* v_of and v_put read and write a vector that stands as three numbers among the variables of a
+ * differential equation. */
+static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
+static inline void v_put(double *y, kr_vec3 v)
+{
+    y[0] = v.x;
+    y[1] = v.y;
+    y[2] = v.z;
+}
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
+/* v_times and v_over multiply and divide axis by axis, as the moments of inertia do along the
+ * principal axes. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
+static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
+/* Returns s a + b. */
 static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 {
     return v3(s * a.x + b.x, s * a.y + b.y, s * a.z + b.z);
@@ -27,7 +41,8 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b) /* x c[0] + y c[1] + z c[2] = b */
+/* Solves x c[0] + y c[1] + z c[2] = b for (x, y, z), by Cramer's rule. */
+static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
     const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);
     return v_scale(1.0 / v_dot(c[0], yz), v3(v_dot(b, yz), v_dot(b, zx), v_dot(b, xy)));
@@ -48,10 +63,16 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
+/* q and -q are one attitude. This returns the one that is nearer to the last, so that an attitude
+ * moves continuously. */
+static inline kr_quat q_near(kr_quat q, kr_quat last)
+{
+    return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
+}
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Of unit length again where only rounding has changed it: a step of Newton's, and no root. Added
- * as a correction, for a factor near 1 would be rounded itself, and not evenly: over 1e6 steps the
- * energy would drift by 1e-12. */
+/* Gives q unit length again where only rounding has changed it, by one step of Newton's method,
+ * which needs no root. The correction is added, because a factor near 1 would be rounded itself,
+ * and not evenly: over 1e6 steps the energy would drift by 1e-12. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -65,57 +86,59 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v) /* q v q* */
+/* Returns q v q*: a vector of the body as space sees it, where q is an attitude. */
+static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
     return v_add(v, v_axpy(q.w, s, v_cross(u, s)));
 }
 static inline kr_vec3 q_turn_back(kr_quat q, kr_vec3 v) { return q_turn(q_conj(q), v); }
-/* q e3 q*: the third body axis in space */
+/* Returns q e3 q*: the third body axis in space. */
 static inline kr_vec3 q_axis(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
-static inline kr_vec3 q_first_axis(kr_quat q) /* q e1 q* */
+/* Returns q e1 q*: the first body axis in space. */
+static inline kr_vec3 q_first_axis(kr_quat q)
 {
     return v3((q.w * q.w + q.x * q.x) - (q.y * q.y + q.z * q.z), 2.0 * (q.x * q.y + q.w * q.z),
               2.0 * (q.x * q.z - q.w * q.y));
 }
-/* q* e3 q: the vertical seen from the body */
+/* Returns q* e3 q: the vertical seen from the body. */
 static inline kr_vec3 q_vertical(kr_quat q)
 {
     return v3(2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x),
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 
-/* the turn by the rotation vector r */
+/* Returns the turn by the rotation vector r. */
 static inline kr_quat q_exp(kr_vec3 r)
 {
     double c, s;
     cos_sinc(0.25 * v_dot(r, r), &c, &s);
     return q4(c, v_scale(0.5 * s, r));
 }
-/* q (c + s i): first a turn about the first axis */
+/* Returns q (c + s i): a turn about the first axis comes before q. */
 static inline kr_quat q_mul_x(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.x, v3(c * q.x + s * q.w, c * q.y + s * q.z, c * q.z - s * q.y));
 }
-/* q (c + s k): first a turn about the third axis */
+/* Returns q (c + s k): a turn about the third axis comes before q. */
 static inline kr_quat q_mul_z(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* The shortest turn from the third axis to the unit vector a; about the first axis if a points the
- * other way. */
+/* Returns the shortest turn from the third axis to the unit vector a. Where a points the other way,
+ * it goes about the first axis. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* The quaternion of an orthonormal frame given by its columns, from its largest component (Shepperd
- * 1978). */
+/* Returns the quaternion of an orthonormal frame that is given by its columns. It starts from the
+ * largest component, so that nothing is divided by a small number (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

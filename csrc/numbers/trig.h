@@ -1,15 +1,15 @@
-/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. Floor 0.
- * Why not libm's: its last bit differs between libraries, and with it every state computed from it.
- * With these the same scene gives the same bits from every compiler and every libm, and in
- * WebAssembly. Power series; no table, no fma. */
+/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp.
+ * libm's would not do: its last bit differs between libraries, and with it every state computed
+ * from it. With these functions a scene gives the same bits from every compiler and every libm, and
+ * in WebAssembly. They sum power series, without a table and without a fused product. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2: no root and no division, and nothing special at
- * zero. */
+/* Gives cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2. This needs no root and no division, and
+ * nothing special at zero. */
 static inline void less_one_sinc_small(double z, double *c, double *s)
 {
     const double z2 = z * z, z4 = z2 * z2;
@@ -28,11 +28,11 @@ static inline void cos_sinc_small(double z, double *c, double *s)
     *c += 1.0;
 }
 
-/* Any x. Beyond 2^19 the angle is reduced by the double next to 2 pi, which costs less than the
- * rounding of x itself. */
+/* Gives sine and cosine of any x. Beyond 2^19 the angle is reduced by the double next to 2 pi,
+ * which costs less than the rounding of x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
-    /* 1.5 2^52: adding it leaves an integer in the low bits */
+    /* Adding 1.5 2^52 leaves an integer in the low bits. */
     const double to_integer = 6755399441055744.0;
     double turns, r, s, c;
     uint64_t quadrant;
@@ -40,8 +40,8 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 in parts of 33 bits (fdlibm's), so that their products with the quadrant's number are
-     * exact */
+    /* pi/2 comes in parts of 33 bits (fdlibm's), so that their products with the quadrant's number
+     * are exact. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);
@@ -52,7 +52,7 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     if ((quadrant + 1) & 2) *cosine = -*cosine;
 }
 
-/* cos(x) and sin(x)/x for any z = x^2. */
+/* Gives cos(x) and sin(x)/x for any z = x^2. */
 static inline void cos_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
@@ -64,8 +64,8 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* cos(x) - 1 and sin(x)/x for any z = x^2: of a small turn the change alone, which loses no digit
- * to the one. */
+/* Gives cos(x) - 1 and sin(x)/x for any z = x^2. A small turn is told by its change alone, which
+ * loses no digit to the one. */
 static inline void less_one_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
@@ -81,7 +81,7 @@ static inline double arc_tangent(double x)
     const double a = fabs(x), inverse = 1.0 / a;
     double t = a > 1.0 ? inverse : a, sum = 0.0, z;
     int k;
-    /* twice the half angle's tangent: |t| < 0.2 */
+    /* The angle is halved twice, which brings |t| below 0.2. */
     t = t / (1.0 + sqrt(1.0 + t * t));
     t = t / (1.0 + sqrt(1.0 + t * t));
     z = t * t;

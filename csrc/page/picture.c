@@ -1,4 +1,4 @@
-/* What is to be seen of a top: see picture.h. Floor 1. */
+/* What is to be seen of a top: see picture.h. */
 #include <math.h>
 #include "picture.h"
 #include "numbers/su2.h"

@@ -1,6 +1,6 @@
 /* What is to be seen of a top: a cuboid for a body that is known by its numbers alone, the way of
  * its apex, its elastic rod. Lengths as the caller scales them, from the fixed point, in space;
- * newest first. Floor 1. Kirchhoff: the tangent of the rod is the apex, its arc length the time
+ * newest first. Kirchhoff: the tangent of the rod is the apex, its arc length the time
  * (Bodack 2008, 5.7). */
 #ifndef KR_PICTURE_H
 #define KR_PICTURE_H

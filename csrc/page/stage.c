@@ -1,4 +1,4 @@
-/* The stage: see stage.h. Floor 4. */
+/* The stage: see stage.h. */
 #include <math.h>
 #include "stage.h"
 
@@ -25,8 +25,8 @@ kr_measure kr_stage_measure(const kr_stage *stage, int i)
     kr_measure m = {NAN, NAN, NAN, NAN, NAN};
     if (a->status != KR_OK) return m;
     m.energy = kr_state_kinetic(&a->scene, &a->now) + kr_state_potential(&a->scene, &a->now);
-    m.vertical = kr_state_vertical(&a->scene, &a->now);
-    m.axial = kr_state_axial(&a->scene, &a->now);
+    m.vertical = kr_state_vertical_momentum(&a->scene, &a->now);
+    m.axial = kr_state_axial_momentum(&a->scene, &a->now);
     m.fourth = kr_state_kowalewski(&a->scene, &a->now);
     if (isnan(m.fourth)) m.fourth = kr_state_goryachev_chaplygin(&a->scene, &a->now);
     if (b && b->status == KR_OK && a->steps * a->eps == b->steps * b->eps)

@@ -1,4 +1,4 @@
-/* A stage: tops side by side on one clock, with what is to be seen of them. Floor 4. Time is
+/* A stage: tops side by side on one clock, with what is to be seen of them. Time is
  * counted in whole ticks, so that steps of different length meet exactly. A top stands at multiples
  * of its own step only. Tops are compared at common multiples only: elsewhere they stand at
  * different times, and that difference would be taken for an error. Nothing depends on how the way

@@ -1,5 +1,5 @@
 /* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of
- * kreisel.h. Floor 5. Built for WebAssembly only, hence one stage to a page: the only global state
+ * kreisel.h. Built for WebAssembly only, hence one stage to a page: the only global state
  * there is. */
 #include "picture.h"
 #include "stage.h"

@@ -1,10 +1,10 @@
-/* The series in double-doubles, as far as its terms need them, and on in doubles (kernel.c): for 20
- * digits the first few terms, for 30 half of them. Compiled once per instruction set, as
- * kernel.c. */
+/* The Taylor series in double-doubles as far as its terms need them (the head), and on in doubles
+ * (the tail, kernel.c): for 20 digits the first few terms, for 30 half of them. This file is
+ * compiled once per instruction set. */
 #include "lanes_dd.h"
 #include "series.h"
 
-/* The terms up to `head`, and h^(head + 1) times the rest. */
+/* Sums the head, and adds h^(head + 1) times the sum of the tail. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {
@@ -16,6 +16,7 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
+/* Computes the next piece. */
 INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol,
                           double direction)
 {
@@ -26,6 +27,8 @@ INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail,
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
+/* DIGITS writes the kernel's two functions for 20 or 30 digits, in which head and last term are
+ * constants. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

@@ -1,11 +1,13 @@
-/* Lanes: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side. Floor 3. Each width
- * is a hardware vector where the instruction set has it, and else a pair of the next narrower
- * width, down to plain C99 doubles. The widest vectors: x86-64-v4 8 lanes, v3 4, baseline and arm64
- * 2. fma is fused where the hardware can, elsewhere a product and a sum: two sets of bits, not
- * four. */
+/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side.
+ * Each is a hardware vector where the instruction set has one so wide (x86-64-v4: 8 lanes, v3: 4,
+ * baseline and arm64: 2), and else a pair of the next narrower width, down to plain C99 doubles.
+ * fma is fused where the hardware can, and elsewhere a product and a sum: there are two sets of
+ * bits, not four. This header is source that is compiled once per instruction set, because it is
+ * what they differ in. */
 #ifndef KR_LANES_H
 #define KR_LANES_H
 #include <math.h>
+#include "numbers/isa.h"
 
 #if !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) /* no __builtin_shufflevector */
 #  define KR_PLAIN
@@ -15,17 +17,16 @@
 #  include <arm_neon.h>
 #endif
 #if defined __GNUC__
-#  define INLINE static inline __attribute__((always_inline))
 #  define ALIGNED __attribute__((aligned(64)))
 #else
-#  define INLINE static inline
 #  define ALIGNED
 #endif
-/* Unrolled, a loop over 28 orders fits the instruction cache only where one instruction does eight
- * lanes. */
+/* UNROLL stands before a loop over orders that is to be laid out: 28 of them fit the instruction
+ * cache only where one instruction does eight lanes. Elsewhere a loop need not know its end, and
+ * PER_ORDER makes one copy of a function for all orders. KR_ROLLED asks for that everywhere. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
-#  define PER_ORDER static /* a loop need not know its end: one copy for all orders */
+#  define PER_ORDER static
 #elif defined __clang__
 #  define UNROLL _Pragma("clang loop unroll(full)")
 #else
@@ -35,7 +36,9 @@
 #  define PER_ORDER INLINE
 #endif
 
-/* What every width can do; `fused` says how the hardware writes a*b + c. */
+/* NATIVE and PAIRED write the type T of so many lanes and what every width can do: load, store,
+ * splat, add, sub, mul, fma. NATIVE makes a hardware vector, where `fused` says how the hardware
+ * writes a*b + c; PAIRED makes two of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -75,7 +78,7 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* two */
+/* `two` is half a quaternion. two_mix takes a number out of each of two of them. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -102,8 +105,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* quad: quad_i, _j, _k give the lanes of the products with the units i, j, k, signs left to the
- * caller; quad_next and quad_prev turn the vector part: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* `quad` is a quaternion. quad_i, quad_j and quad_k give the lanes of the products with the units
+ * i, j and k, whose signs are left to the caller. quad_next and quad_prev turn the vector part:
+ * (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -128,8 +132,8 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* duo: duo_i, _j, _k work on both quaternions; duo_lo and duo_hi are the first and the second of
- * them; duo_next_prev and duo_prev_next are one turned both ways. */
+/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi are the first
+ * and the second of them; duo_next_prev and duo_prev_next hold one that is turned both ways. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -151,8 +155,8 @@ INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
 #endif
 
-/* Two sums side by side need the registers of newer instruction sets; there one alone would wait
- * for itself. */
+/* Newer instruction sets have the registers for two sums side by side, and one alone would wait for
+ * itself there. lone_fma is the fma of a single double. */
 #if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -160,6 +164,10 @@ INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
 enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
+
+/* What series.h says in these words, lanes_dd.h says for double-doubles. duo_lane spreads one
+ * number of w; duo_scale multiplies by eight exact ones; duo_span is the difference of two times,
+ * duo_inverse is 1 / n. */
 INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -1,18 +1,22 @@
-/* Lanes of double-doubles: each lane an unevaluated sum hi + lo of some 31 digits (Dekker 1971).
- * From the end of this file on the words of lanes.h mean these. Floor 3. In memory low words lie
- * one kr_series behind high words. */
+/* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of some 31 digits (Dekker
+ * 1971). In memory the low words lie one kr_series behind the high words. From the end of
+ * this file on the words of lanes.h mean these vectors. This header is source that is compiled once
+ * per instruction set, because lanes.h is. */
 #ifndef KR_LANES_DD_H
 #define KR_LANES_DD_H
 #include "numbers/dd.h"
 #include "lanes.h"
 #include "taylor.h"
 
+/* low and low_of find the low words that belong to high words, to be read and to be written. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
 }
 INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
+/* PRODUCT_ERROR writes what a product ab = a b of vectors has rounded off: by fma where the
+ * hardware has one, and else by Dekker's product of halves of 26 bits. */
 #if defined __FMA__ || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
@@ -31,7 +35,8 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* fma leaves its result unnormalised (|lo| of a few units in the last place of hi); mul and store
+/* DOUBLED writes the type D, a high and a low word of type T, and its arithmetic. fma leaves its
+ * result unnormalised (|lo| of a few units in the last place of hi), which is sooner; mul and store
  * normalise. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
@@ -88,13 +93,15 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
     INLINE D D##_fma(D a, D b, D c) { return D##_add(c, D##_product(a, b)); }
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
-#define EACH(D, T, name)                                                                           \
+
+/* What only moves lanes moves those of the high and of the low words alike. */
+#define BOTH_WORDS(D, T, name)                                                                     \
     INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
-EACH(duo2, duo, i)
-EACH(duo2, duo, j)
-EACH(duo2, duo, k)
-EACH(quad2, quad, next)
-EACH(quad2, quad, prev)
+BOTH_WORDS(duo2, duo, i)
+BOTH_WORDS(duo2, duo, j)
+BOTH_WORDS(duo2, duo, k)
+BOTH_WORDS(quad2, quad, next)
+BOTH_WORDS(quad2, quad, prev)
 INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_next_prev(a.lo)); }
 INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
 INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
@@ -108,6 +115,11 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
     return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
 }
 
+/* series.h is written once, in the words of lanes.h: duo, quad, and their functions. From here on
+ * the preprocessor replaces each of these words by the one for double-doubles, so that series.h,
+ * included after this file, is the same recurrence in double-doubles. No list of words could write
+ * these lines, because no macro can define another. The loops are not laid out: their terms are too
+ * long for it. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

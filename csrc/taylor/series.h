@@ -1,32 +1,37 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. Written once; the header of lanes
- * included before says whether its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h),
- * and how many go at once. Floor 3. What makes it fast: every sum runs from the middle outwards, so
- * that the two newest coefficients, for which everything waits, come last; terms j, m and m, j go
- * side by side; and the compiler knows the order, so that it can lay out the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once
+ * per instruction set and twice in each: the header of lanes that is included before says whether
+ * its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. It is
+ * fast, because every sum runs from the middle outwards, so that the two newest coefficients, for
+ * which everything waits, come last; because terms j, m and m, j go side by side; and because the
+ * compiler knows the order, so that it can lay out the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* Signs of (q W / 2 | P x W) for W = i, j, k, in the lanes as duo_i, duo_j, duo_k leave them. */
+/* These are the signs of (q W / 2 | P x W) for W = i, j, k, in the lanes as duo_i, duo_j and duo_k
+ * leave them. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* headless: without the attitude, its lanes are zero */
+/* The headless form goes without the attitude, whose lanes are zero. */
 typedef enum { WHOLE, HEADLESS } form;
-/* (next | prev), (prev | next) */
+/* The coefficients of a vector, turned both ways: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead[KR_TAYLOR_MAX + 1], behind[KR_TAYLOR_MAX + 1];
 } turned;
+/* W is turned in every form, P in the headless one only. */
 typedef struct {
     turned w, p;
-} parts; /* of every W_n and, if headless, P_n */
+} parts;
+/* Sums of products of coefficients over j + m = n. */
 typedef struct {
-    duo i, j, k; /* of W_j x_m, axis by axis; if headless instead */
+    duo i, j, k; /* of W_j x_m, axis by axis; the headless form has p in their place */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } sums;
 
+/* Stores the n-th coefficient of a vector, plain and turned. */
 INLINE void set_turned(double *to, turned *a, int n, quad value)
 {
     quad_store(to, value);
@@ -34,6 +39,7 @@ INLINE void set_turned(double *to, turned *a, int n, quad value)
     a->behind[n] = duo_prev_next(value);
 }
 
+/* Adds the term with W_j and x_m. */
 INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m, form what)
 {
     const duo x = duo_load(s->x[m]);
@@ -45,6 +51,7 @@ INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m,
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
+/* Adds the terms j, m and m, j, the one to a, the other to b. */
 INLINE void add_pair(sums *a, sums *b, const kr_series *s, const parts *of, int j, int m, form what)
 {
     add_term(a, s, of, j, m, what);
@@ -59,7 +66,8 @@ INLINE void join(sums *a, const sums *b, form what)
         a->i = duo_add(a->i, b->i), a->j = duo_add(a->j, b->j), a->k = duo_add(a->k, b->k);
 }
 
-/* All terms with j + m = n, from the middle outwards, the newest apart. */
+/* Returns the sums over j + m = n. They run from the middle outwards, with the newest pair
+ * apart. */
 INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -76,6 +84,8 @@ INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form wha
     return a;
 }
 
+/* Each of these three returns a right side of the equations, times the share 1 / (n + 1): the next
+ * coefficient of (q | P), of P alone, and of W. */
 INLINE duo attitude_rates(const sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -88,7 +98,7 @@ INLINE quad vertical_rates(const sums *a, int n)
     return quad_fma(quad_inverse(-n), duo_lo(a->p), quad_mul(quad_inverse(n), duo_hi(a->p)));
 }
 
-INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
+INLINE quad velocity_rates(const sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
@@ -96,20 +106,22 @@ INLINE quad spin_rates(const sums *a, const kr_series *s, quad p, quad share)
                     torque);
 }
 
+/* Sets the coefficients n + 1. */
 INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
 {
     const sums a = cauchy_products(s, of, n, what);
-    /* as it was stored */
+    /* P_n is read as it was stored, in either form. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
-    set_turned(s->w[n + 1], &of->w, n + 1, spin_rates(&a, s, p, quad_inverse(n + 1)));
+    set_turned(s->w[n + 1], &of->w, n + 1, velocity_rates(&a, s, p, quad_inverse(n + 1)));
 }
 
-/* log2 and exp2 to two digits, by way of the bits: enough for a step size, and much sooner than
- * libm's. A logarithm is divided by the order, so for the mantissa's the mantissa will do. */
+/* rough_log2 and rough_exp2 are right to two digits, by way of the bits: that is enough for a step
+ * size, and much sooner than libm's. The logarithm is divided by the order later, so the mantissa
+ * itself will do for its logarithm. */
 INLINE double rough_log2(double x)
 {
     int64_t bits;
@@ -127,7 +139,7 @@ INLINE double rough_exp2(double x)
     return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* log2 of the radius of convergence, as the n-th term has it. */
+/* Returns log2 of the radius of convergence, as the n-th term has it. */
 INLINE double log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
@@ -136,16 +148,16 @@ INLINE double log2_radius(const kr_series *s, int n)
         a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return rough_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* The step at whose end the last term is as large as the tolerance. Two terms tell the radius
- * (Jorba and Zou 2005), for of an even or odd series every other one vanishes: those before the
- * last, so that the step is known when that is. */
+/* Returns the step at whose end the last term is as large as the tolerance. Two terms tell the
+ * radius (Jorba and Zou 2005), because every other term of an even or odd series vanishes. They are
+ * those before the last, so that the step is known as soon as the last term is. */
 INLINE double step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
     return rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b));
 }
 
-/* The coefficients after number `from`, up to the order. */
+/* Computes the coefficients after number `from`, up to the order. */
 INLINE void expand(kr_series *s, int from, int order, form what)
 {
     parts of;
@@ -157,8 +169,8 @@ INLINE void expand(kr_series *s, int from, int order, form what)
     for (int n = from; n < order; n++) next_coefficient(s, &of, n, what);
 }
 
-/* sum of x_n h^(n - from), h = to - t, its even and odd powers apart: two chains of fma side by
- * side. */
+/* Sums x_n h^(n - from) with h = to - t. Even and odd powers are summed apart, in two chains of fma
+ * side by side. */
 INLINE void sum_series(const kr_series *s, int from, int order, const double *to, double *sum_x,
                        double *sum_w)
 {
@@ -183,6 +195,7 @@ INLINE void sum_series(const kr_series *s, int from, int order, const double *to
     quad_store(sum_w, w);
 }
 
+/* Begins the next piece where this one ends. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

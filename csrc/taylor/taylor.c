@@ -1,21 +1,21 @@
-/* The Taylor method: any top, any accuracy down to rounding and beyond, the state at any time for
- * the price of one sum. A step computes a piece of path as long as its tolerance allows, whatever
- * times were asked for; these are then read off inside the piece. Equations: taylor.h; step size:
- * Jorba and Zou 2005. Keeps nothing but what the tolerance keeps. Time is counted in powers of two
- * so long that W stays below one: no coefficient overflows, no threshold has a dimension. */
+/* The Taylor method, for any top and any accuracy down to rounding and beyond. A step computes a
+ * piece of path as long as its tolerance allows, whatever times were asked for; these are then read
+ * off inside the piece, each for the price of one sum. The equations stand in taylor.h, the step
+ * size is that of Jorba and Zou (2005). It keeps nothing but what the tolerance keeps. Time is
+ * counted in powers of two so long that W stays below one: no coefficient overflows, and no
+ * threshold has a dimension. */
 #include "numbers/su2_dd.h"
 #include "taylor.h"
 
 typedef struct {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate; /* the series' unit of time is 1 / rate of the run's */
+    double rate; /* the series' unit of time is 1 / rate of the motion's */
 } path;
 
 static path *path_of(const kr_motion *motion) { return (path *)motion->work; }
 static const kr_kernel *kernel_of(const kr_motion *motion) { return motion->aux; }
 
-/* Which kernel. */
 const kr_isa *kr_taylor_isa(int i)
 {
     static const kr_isa isas[] = {
@@ -28,17 +28,17 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* digits: 16 are what doubles give; 20 and 30 need these tolerances. Measured by
- * validation/bench/kernels.py depth. */
+/* Returns log2 of the tolerance of a step. Doubles give 16 digits; 20 and 30 need the tolerances
+ * that validation/bench/kernels.py depth has measured. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* The order that is fastest at this tolerance, and what its steps aim at: at the same size of their
- * last term higher orders leave the larger error, down to rounding. Measured by
- * validation/bench/kernels.py orders. */
+/* Returns the kernel of the order that is fastest at this tolerance, and lowers the tolerance to
+ * what its steps have to aim at: where their last terms are of one size, a higher order leaves the
+ * larger error, down to rounding. validation/bench/kernels.py orders has measured both. */
 static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -58,27 +58,31 @@ void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
     path_of(motion)->log2_tol = log2_tol;
 }
 
-/* State to series and back. */
-static void pure(double lanes[4], kr_vec3 v)
+/* Writes a vector into the lanes of a quaternion without real part. */
+static void set_lanes(double lanes[4], kr_vec3 v)
 {
-    lanes[0] = 0.0, lanes[1] = v.x, lanes[2] = v.y, lanes[3] = v.z;
+    lanes[0] = 0.0;
+    v_put(lanes + 1, v);
 }
 static void set_vector(double high[4], double low[4], vec_dd v)
 {
-    pure(high, vdd_high(v));
-    pure(low, vdd_low(v));
+    set_lanes(high, vdd_high(v));
+    set_lanes(low, vdd_low(v));
 }
+/* Divides axis by axis, as the moments of inertia do. */
 static vec_dd over(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-static vec_dd at_rate(double rate, vec_dd a) /* a power of two */
+/* Multiplies by a rate exactly, because it is a power of two. */
+static vec_dd at_rate(double rate, vec_dd a)
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
-/* A power of two above every W that the energy allows: W^2 least moment <= 2 T <= 2 T0 + 4 |c|. */
+/* Returns a power of two above every W that the energy allows:
+ *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 A = motion->inertia;
@@ -87,6 +91,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     frexp(sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z))), &exponent);
     return ldexp(1.0, exponent);
 }
+/* Sets k, up and down of the series, whose vectors c are those of the series' own unit of time. */
 static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
@@ -97,14 +102,16 @@ static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
 }
-/* The shortest turn that lifts P to the vertical stands for all that do. P is of unit length but
- * for the tolerance: of 1 / |P| two terms do, which take neither a root nor a quotient. */
+/* Returns the attitude. Without the heading, the shortest turn that lifts P to the vertical stands
+ * for all that do. P is of unit length but for the tolerance, so two terms of 1 / |P| do, which
+ * take neither a root nor a quotient. */
 static kr_quat attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
     return motion->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                  : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
+/* Gives the state in doubles, from sums (q | P) and W of the series. */
 static void plain_state(const path *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
@@ -112,6 +119,7 @@ static void plain_state(const path *p, const kr_motion *motion, const double x[8
     s->q = attitude(motion, x);
     s->m = q_turn(s->q, M);
 }
+/* Gives the state in double-double, from the sums at `at`; its low words go into motion->low. */
 static void deep_state(const path *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
@@ -122,8 +130,10 @@ static void deep_state(const path *p, kr_motion *motion, kr_state *s)
     const quat_dd q = qdd_unit(
         q_dd(q4(x[0], v3(x[1], x[2], x[3])), q4(low_x[0], v3(low_x[1], low_x[2], low_x[3]))));
     const vec_dd m = qdd_turn(q, M);
-    s->q = qdd_high(q), motion->low.q = qdd_low(q);
-    s->m = vdd_high(m), motion->low.m = vdd_low(m);
+    s->q = qdd_high(q);
+    motion->low.q = qdd_low(q);
+    s->m = vdd_high(m);
+    motion->low.m = vdd_low(m);
 }
 
 static int is_finite(const kr_series *s)
@@ -133,7 +143,7 @@ static int is_finite(const kr_series *s)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* A piece of no length, where the last one began. */
+/* Makes the piece one of no length, where it began. */
 static void stay(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -163,7 +173,6 @@ static void set_start(path *p, const kr_motion *motion, const kr_state *start)
     high->t = p->rate * motion->clock;
     stay(p->series);
 }
-/* The method. */
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
@@ -181,7 +190,7 @@ static kr_status step(kr_motion *motion, double until)
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     (void)until;
-    /* no step in doubles can meet it */
+    /* No step in doubles can meet such a tolerance. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     kernel_of(motion)->advance(s, p->log2_tol, forward);
     motion->stats.evaluations++;
@@ -215,6 +224,8 @@ static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
+/* Returns the instruction set that a kernel belongs to; NULL for one that is none of the
+ * tables'. */
 static const kr_isa *isa_of(const kr_kernel *k)
 {
     const kr_isa *isa = kr_taylor_isa(0);
@@ -255,7 +266,7 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DENSE | KR_DIGITS | KR_HEADLESS,
+    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS,
     .work = sizeof(path) / sizeof(double),
     .reset = reset,
     .step = step,

@@ -1,25 +1,25 @@
-/* The heavy top as a Taylor series. Floor 3; private to taylor/.
+/* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
- *     P' = P x W                  P = q* e3 q: the upward vertical seen from the body
- *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass * gravity * com
+ *     P' = P x W                  P = q* e3 q: the vertical seen from the body
+ *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
  * Every right side is a product of two unknowns or linear, so the coefficients of x = sum x_n t^n
  * follow from
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
- * with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the constants k, up, down of kr_series. P
- * could be had from q, by nine more products; carried along it costs none, for it fills idle lanes:
- * P and W are written as quaternions without real part, and right products with i, j, k move the
- * lanes of q and of P alike and differ only in signs. So one vector of eight lanes is (q | P).
- * Without the heading (kr_config) the equations of P and W stand alone, 9 products a term for 21;
- * the lanes of q are zero. */
+ * with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the constants k, up, down of kr_series.
+ * One vector of eight lanes is (q | P): P fills idle lanes at no cost, because right products with
+ * i, j, k move the lanes of q and of P, a quaternion without real part, alike and differ only in
+ * signs. Without the heading (kr_config) the equations of P and W stand alone, with 9 products a
+ * term in place of 21, and the lanes of q are zero. The series keeps nothing but what its tolerance
+ * keeps. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "numbers/isa.h"
 
-/* For 20 and for 30 digits: the last term in double-double - all later ones are so small that
- * doubles do - and the last of all. Measured by validation/bench/kernels.py depth, which compiles
- * others. */
+/* For 20 and for 30 digits, HEAD is the last term in double-double, because all later ones are so
+ * small that doubles do, and LAST is the last of all. validation/bench/kernels.py depth has
+ * measured them; it compiles others. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -28,35 +28,37 @@
 #endif
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
-/* a piece of path, from t to end; fastest on a multiple of 64 bytes */
+/* A piece of path, from the time t to `end`. It is fastest on a multiple of 64 bytes. In
+ * double-double it is an array of two: the high words, then the low words. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
-    /* sums: at `end`, where the next piece begins; at `at` */
-    double end_x[8], at_x[8];
+    double end_x[8], at_x[8];       /* sums at `end`, where the next piece begins, and at `at` */
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
-    /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    double k[4], up[4], down[4];
+    double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
     double t, end, at, unused;
-} kr_series; /* in double-double an array of two: the high words, then the low words */
+} kr_series;
 
-typedef struct kr_kernel { /* one order on one instruction set */
+/* One order on one instruction set. */
+typedef struct kr_kernel {
     int order;
-    /* The next piece: from the end of this one, as far as the tolerance allows, forward or (-1)
-     * backward. */
+    /* Computes the next piece: from the end of this one as far as the tolerance allows, forward or
+     * (direction -1) backward. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
-    /* at_x, at_w: the state at any time `at` inside the piece. */
+    /* Sums the series at the time `at` inside the piece, into at_x and at_w. */
     void (*look)(kr_series *s);
 } kr_kernel;
 
-typedef struct kr_tail { /* the terms behind a head in double-double, in doubles */
+/* The terms behind a head in double-double, which are doubles. */
+typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
 } kr_tail;
 
 enum { KR_ORDER_12, KR_ORDER_16, KR_ORDER_18, KR_ORDER_22, KR_ORDER_28, KR_ORDERS };
 enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
-#define KR_TAYLOR_ISA(isa) /* what kernel.c and kernel_dd.c export */                              \
+/* KR_TAYLOR_ISA declares what kernel.c and kernel_dd.c export for an instruction set. */
+#define KR_TAYLOR_ISA(isa)                                                                         \
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
     extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
@@ -65,16 +67,19 @@ KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
+/* An instruction set that was compiled in. `plain` and `headless` have KR_ORDERS kernels, with and
+ * without the heading; `deep` has KR_DEPTHS, for 20 and 30 digits; `product` is that of a
+ * kr_piece. */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_kernel *plain, *headless, *deep;
-    /* as that of a kr_piece */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-/* The i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_isa *kr_taylor_isa(int i);
-/* For tests and measurements: go on with another kernel and tolerance than were chosen. */
+/* Goes on with another kernel and tolerance than were chosen: this is for tests and
+ * measurements. */
 void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

@@ -6,28 +6,28 @@
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 
-Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space; vectors are seen from space; any
-consistent units do, given as [M L T]. See kreisel.conventions(), kreisel.methods, kreisel.scenes.
+Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space; vectors are
+seen from space; any consistent units do, given as [M L T]. See kreisel.conventions(),
+kreisel.methods, kreisel.scenes.
 """
+
 from . import events, quaternion, scenes
+from ._analysis.apex import Apex, Nutation, apex
+from ._analysis.compare import Row, Table, compare
+from ._analysis.rod import Rod, rod
+from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
-from .apex import Apex, Nutation, apex
-from .body import Body
-from .compare import Row, Table, compare
-from .errors import Error, Interrupted
-from .events import Event, Events
-from .exact import Exact, ExactEnsemble, ExactMap, exact
-from .methods import Method, methods
-from .path import Path
-from .plan import Choice, Plan, plan
+from ._model.body import Body
+from ._model.scene import Scene
+from ._recording.path import Error, Events, Interrupted, Path, Stats
+from ._request.methods import Method, methods
+from ._request.plan import Choice, Plan, plan
+from ._showing.view import View, view
+from ._verbs.exact import Exact, ExactEnsemble, ExactMap, exact
+from ._verbs.run import Run, resume, start, stream
+from ._verbs.solve import solve
+from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
-from .rod import Rod, rod
-from .scene import Scene
-from .run import Run, resume, start, stream
-from .solve import solve
-from .states import Stats
-from .units import Units, h_eps, scaled_units
-from .view import View, view
 
 __all__ = [
     "Apex",

@@ -1,4 +1,5 @@
 """python -m kreisel: the command line."""
-from .cli import main
+
+from ._showing.cli import main
 
 main(prog_name="kreisel")

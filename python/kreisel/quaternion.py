@@ -1,13 +1,15 @@
-"""Unit quaternions (w, x, y, z), scalar first, that turn vectors of the body into space: v_space = q v q*."""
-# mypy: disable-error-code="import-untyped"
+"""Unit quaternions (w, x, y, z), scalar first, that turn vectors of the body into space: v_space =
+q v q*."""
+
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from . import _core, check
-from .check import Array, Quaternion, Vector
+from ._core import attitude_error as error_of_rows
+from ._ground.arguments import Array, Quaternion, Vector, array, row
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -40,7 +42,11 @@ def turn(q: Quaternion, v: Vector) -> Vector:
     w, *u = q
     c = _cross((u[0], u[1], u[2]), v)
     d = _cross((u[0], u[1], u[2]), c)
-    return v[0] + 2.0 * (w * c[0] + d[0]), v[1] + 2.0 * (w * c[1] + d[1]), v[2] + 2.0 * (w * c[2] + d[2])
+    return (
+        v[0] + 2.0 * (w * c[0] + d[0]),
+        v[1] + 2.0 * (w * c[1] + d[1]),
+        v[2] + 2.0 * (w * c[2] + d[2]),
+    )
 
 
 def turn_back(q: Quaternion, v: Vector) -> Vector:
@@ -48,9 +54,9 @@ def turn_back(q: Quaternion, v: Vector) -> Vector:
     return turn(conjugate(q), v)
 
 
-def from_xyzw(name: str, value: Any) -> Quaternion:
+def from_xyzw(name: str, value: object) -> Quaternion:
     """Four numbers with the scalar last."""
-    x, y, z, w = check.row(name, value, 4, "4 numbers (x, y, z, w)")
+    x, y, z, w = row(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
 
@@ -59,18 +65,19 @@ def from_rotation(rotation: Rotation) -> Quaternion:
     return from_xyzw("rotation", rotation.as_quat())
 
 
-def attitude_error(a: Any, b: Any) -> Array:
+def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
     """The angle of the rotation between attitudes, 0 .. pi [rad].
 
-    `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape without the 4. It is
-    2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q are the same attitude.
+    `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape
+    without the 4. It is 2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q
+    are the same attitude.
     """
-    p, q = check.array("a", a, "of shape (..., 4)"), check.array("b", b, "of shape (..., 4)")
+    p, q = array("a", a, "of shape (..., 4)"), array("b", b, "of shape (..., 4)")
     if p.shape[-1:] != (4,) or q.shape[-1:] != (4,):
         raise ValueError(f"attitudes must be of shape (..., 4), not {p.shape} and {q.shape}")
     shape = np.broadcast_shapes(p.shape, q.shape)
     flat_p, flat_q = (np.broadcast_to(x, shape).reshape(-1, 4) for x in (p, q))
-    return _core.attitude_error(flat_p, flat_q).reshape(shape[:-1])[()]
+    return error_of_rows(flat_p, flat_q).reshape(shape[:-1])[()]
 
 
 def conventions() -> str:
@@ -78,8 +85,10 @@ def conventions() -> str:
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (
-        "attitude  q = (w, x, y, z), scalar first, unit; from the frame in which the body was described into space:\n"
-        f"          v_space = q v q*, so that (0.7071, 0, 0, 0.7071) turns (1, 0, 0) into {turned}\n"
+        "attitude  q = (w, x, y, z), scalar first, unit; from the frame in which the body was "
+        "described into space:\n"
+        "          v_space = q v q*, so that (0.7071, 0, 0, 0.7071) turns (1, 0, 0) into "
+        f"{turned}\n"
         "momentum  angular momentum about the fixed point, seen from space\n"
         "velocity  angular velocity, seen from space: dq/dt = velocity q / 2\n"
         "gravity   along -e3 where positive\n"

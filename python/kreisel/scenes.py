@@ -1,25 +1,34 @@
 """Scenes with names, and in `about` what to look at in each.
 
-thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so that the centre of mass
-is the lever mass * gravity * com; their numbers are those of validation/truth/problems.json to the last bit.
+thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so
+that the centre of mass is the lever mass * gravity * com; their numbers are those of
+validation/truth/problems.json to the last bit.
 """
+
 from __future__ import annotations
 
-from .body import Body
-from .check import Quaternion, Vector
-from .scene import Scene
+from ._ground.arguments import Quaternion, Vector
+from ._model.body import Body
+from ._model.scene import Scene
 
 about = {
-    "thesis": "the Lagrange top of Bodack 2008, chapter 6, begun upright: the apex nutates in loops",
-    "kowalewski": "Kowalewski's integrable top: path.kowalewski is constant, though the apex looks lawless",
-    "goryachev_chaplygin": "integrable for momenta without a vertical part only: path.goryachev_chaplygin is constant",
+    "thesis": "the Lagrange top of Bodack 2008, chapter 6, begun upright: the apex nutates in "
+    "loops",
+    "kowalewski": "Kowalewski's integrable top: path.kowalewski is constant, though the apex "
+    "looks lawless",
+    "goryachev_chaplygin": "integrable for momenta without a vertical part only: "
+    "path.goryachev_chaplygin is constant",
     "asymmetric": "chaotic: a rounding of the start grows to 6e-9 rad by t = 100",
     "asymmetric_regular": "asymmetric too, but regular: it spins fast enough",
-    "fast": "fast and upright, with quick nutation of small amplitude; hard for methods of fixed step",
-    "strong_gravity": "slow under strong gravity: bobenko_suris fails here at steps that do elsewhere",
+    "fast": "fast and upright, with quick nutation of small amplitude; hard for methods of fixed "
+    "step",
+    "strong_gravity": "slow under strong gravity: bobenko_suris fails here at steps that do "
+    "elsewhere",
     "sleeping": "fast enough to stand though it is pushed a little: m3^2 > 4 M g a I1",
-    "steady_precession": "momentum and tilt matched: the apex goes round on a level circle, without nutation",
-    "cusps": "let go with spin alone: the apex falls, and comes to rest in cusps at the height where it began",
+    "steady_precession": "momentum and tilt matched: the apex goes round on a level circle, "
+    "without nutation",
+    "cusps": "let go with spin alone: the apex falls, and comes to rest in cusps at the height "
+    "where it began",
     "dzhanibekov": "no gravity, spinning about the middle axis: it turns over, again and again",
 }
 
@@ -27,16 +36,22 @@ _THESIS = (7.918933333333336, 7.918933333333336, 2.1845333333333343)
 _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 
 
-def _in_principal_axes(moments: Vector, lever: Vector, momentum: Vector, attitude: Quaternion = _UPRIGHT) -> Scene:
+def _in_principal_axes(
+    moments: Vector, lever: Vector, momentum: Vector, attitude: Quaternion = _UPRIGHT
+) -> Scene:
     return Scene(Body(1.0, moments, lever), momentum=momentum, attitude=attitude, gravity=1.0)
 
 
 thesis = _in_principal_axes(_THESIS, (0.0, 0.0, 5.120000000000001), (0.172, -1.862, 1.46))
 kowalewski = _in_principal_axes(
-    (4.618802153517007, 9.237604307034012, 9.237604307034012), (0.0, 0.0, 3.4641016151377544), (0.172, -1.862, 1.46)
+    (4.618802153517007, 9.237604307034012, 9.237604307034012),
+    (0.0, 0.0, 3.4641016151377544),
+    (0.172, -1.862, 1.46),
 )
 goryachev_chaplygin = _in_principal_axes(
-    (7.055336829505571, 28.2213473180223, 28.2213473180223), (0.0, 0.0, 5.291502622129181), (0.172, -1.862, 0.0)
+    (7.055336829505571, 28.2213473180223, 28.2213473180223),
+    (0.0, 0.0, 5.291502622129181),
+    (0.172, -1.862, 0.0),
 )
 asymmetric = _in_principal_axes(
     (1.3023470384399705, 5.756687128667914, 6.124965832892115),
@@ -51,17 +66,25 @@ fast = _in_principal_axes(_THESIS, (0.0, 0.0, 5.120000000000001), (0.5, 0.0, 200
 strong_gravity = _in_principal_axes(_THESIS, (0.0, 0.0, 51.20000000000001), (5.0, 0.0, 0.0))
 
 _symmetric = Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0)
-_tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)        # by the angle whose cosine is 0.6, about e1
+_tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # by the angle whose cosine is 0.6, about e1
 
 sleeping = Scene(_symmetric, momentum=(0.02, 0.0, 3.0))
 # I1 W^2 cos - m3 W + M g a = 0 with W = 1: m3 = 1.6 along the axis, I1 W sin = 0.8 across it
 steady_precession = Scene(_symmetric, body_momentum=(0.0, 0.8, 1.6), attitude=_tilted)
 cusps = Scene(_symmetric, body_momentum=(0.0, 0.0, 3.0), attitude=_tilted)
 dzhanibekov = Scene(
-    Body.cuboid(half=(1.0, 0.6, 0.2), pivot=(0.0, 0.0, 0.0)), body_velocity=(0.001, 3.0, 0.0), gravity=0.0
+    Body.cuboid(half=(1.0, 0.6, 0.2), pivot=(0.0, 0.0, 0.0)),
+    body_velocity=(0.001, 3.0, 0.0),
+    gravity=0.0,
 )
+
+
+def named(name: str) -> Scene:
+    """The scene of this name; KeyError if there is none."""
+    scene: Scene = {name: globals()[name] for name in about}[name]
+    return scene
 
 
 def name_of(scene: Scene) -> str:
     """The name of a scene that is one of these; else ''."""
-    return next((name for name in about if globals()[name] == scene), "")
+    return next((name for name in about if named(name) == scene), "")

@@ -1,9 +1,85 @@
 /* The adaptive methods by themselves, without the driver: extrap, and GSL's where it is there. How
- * right they are. */
-#include "adapters.h"
+ * right they are; and their limits: landing, first steps, tolerances, failures, the same bits again. */
+#include <float.h>
+#include <stdlib.h>
+#include "method.h"
+#include "tops.h"
 #ifdef KREISEL_GSL
 #  include "gsl/gsl.h"
 #endif
+
+static const kr_method *const methods[] = {
+    &kr_method_extrap,
+#ifdef KREISEL_GSL
+    &kr_method_gsl_rk8pd,
+    &kr_method_gsl_bsimp,
+#endif
+};
+enum { METHODS = sizeof methods / sizeof *methods };
+
+typedef struct {
+    kr_vec3 inertia, lever;
+    kr_state start, at_10; /* the second from a Taylor series of order 40 with 45 digits */
+} problem;
+static problem thesis, general; /* set by main */
+static problem problem_of(kr_body body, kr_state start, kr_quat q_at_10, kr_vec3 m_at_10)
+{
+    const problem p = {body.inertia, body.com, start, {10.0, q_at_10, m_at_10}};
+    return p;
+}
+static void set_problems(void)
+{
+    const kr_quat thesis_q = {0.95778047096818769, 0.20792894694422817, -0.1964128488164547,
+                              -0.02905366197961001},
+                  general_q = {0.1611762213863433, 0.26546751270182839, 0.46221260169745422,
+                               0.83060745011804197};
+    const kr_vec3 thesis_m = {2.5647341391753806, -3.1917221901811318, 1.46},
+                  general_m = {-4.0279419090772544, -7.2048687705076523, 1.46};
+    const kr_scene s = asymmetric();
+    thesis = problem_of(thesis_body(), s.start, thesis_q, thesis_m);
+    thesis.start.q = q_one();
+    general = problem_of(s.body, s.start, general_q, general_m);
+}
+
+static kr_motion open_motion(const kr_method *method, const problem *p, double step, double tol)
+{
+    kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = step, .tol = tol};
+    motion.work = calloc(method->work, sizeof(double));
+    IS(motion.work && method->reset(&motion, &p->start) == KR_OK);
+    return motion;
+}
+static void close_motion(const kr_method *method, kr_motion *motion)
+{
+    if (method->done) method->done(motion);
+    free(motion->work);
+}
+static kr_state to(const kr_method *method, kr_motion *motion, double until)
+{
+    kr_state s = {0};
+    int left = 200000;
+    kr_status status = KR_OK;
+    while (status == KR_OK && motion->clock != until && left-- > 0)
+        status = method->step(motion, until);
+    IS(status == KR_OK && motion->clock == until);
+    method->read(motion, &s);
+    return s;
+}
+static kr_state solve(const kr_method *method, const problem *p, double tol, double until,
+                      kr_stats *stats)
+{
+    kr_motion motion = open_motion(method, p, until < 0.0 ? -0.01 : 0.01, tol);
+    const kr_state s = to(method, &motion, until);
+    if (stats) *stats = motion.stats;
+    close_motion(method, &motion);
+    return s;
+}
+
+/* The angle between two attitudes of which the sign counts: it is that of the continuous path. */
+static double apart(kr_quat a, kr_quat b)
+{
+    const kr_quat d = q_mul(q_conj(a), b);
+    return 2.0 * atan2(v_length(q_vec(d)), d.w);
+}
 
 static double energy(const problem *p, const kr_state *s)
 {
@@ -11,7 +87,7 @@ static double energy(const problem *p, const kr_state *s)
     return 0.5 * (M.x * M.x / I.x + M.y * M.y / I.y + M.z * M.z / I.z) + q_turn(s->q, p->lever).z;
 }
 
-/* A free symmetric top: m stays, q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
+/* A free symmetric top keeps m and goes q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
 static void free_top(const kr_method *method)
 {
     problem p = thesis;
@@ -26,8 +102,8 @@ static void free_top(const kr_method *method)
         NEAR(off(s.m, p.start.m), 0.0, 1e-10);
     }
 }
-/* Steady precession: turn = rate e3 + spin a with rate (I3 (spin + rate cos) - I1 rate cos) =
- * lever. */
+/* A top precesses steadily, turning by rate e3 + spin a, where
+ * rate (I3 (spin + rate cos tilt) - I1 rate cos tilt) = lever. */
 static problem precession(double rate, double tilt, double *spin)
 {
     problem p = thesis;
@@ -56,20 +132,20 @@ static void long_steps(const kr_method *method)
     p.inertia = v3(1.0, 1.0, 1.0);
     p.lever = v3(0.0, 0.0, 0.0);
     p.start.m = v3(0.0, 0.0, 1.0);
-    kr_motion run = open_run(method, &p, 0.0, 1e-2);
-    for (int left = 200; run.clock < 50.0 && left > 0; left--) {
-        const double before = run.clock;
+    kr_motion motion = open_motion(method, &p, 0.0, 1e-2);
+    for (int left = 200; motion.clock < 50.0 && left > 0; left--) {
+        const double before = motion.clock;
         kr_state s;
-        IS(method->step(&run, INFINITY) == KR_OK);
-        method->read(&run, &s);
-        NEAR(apart(s.q, q_exp(v3(0.0, 0.0, run.clock))), 0.0, 1.0);
-        longest = fmax(longest, run.clock - before);
+        IS(method->step(&motion, INFINITY) == KR_OK);
+        method->read(&motion, &s);
+        NEAR(apart(s.q, q_exp(v3(0.0, 0.0, motion.clock))), 0.0, 1.0);
+        longest = fmax(longest, motion.clock - before);
     }
-    IS(run.clock >= 50.0 && longest > 3.2);
-    close_run(method, &run);
+    IS(motion.clock >= 50.0 && longest > 3.2);
+    close_motion(method, &motion);
 }
 
-/* 0.05 and 500: what the methods make of a tolerance here, between tol / 20 and 500 tol. */
+/* The methods make an error between tol / 20 and 500 tol of a tolerance here. */
 static void errors_follow_tol(const kr_method *method, const problem *p)
 {
     double at_six = 0.0, at_nine = 0.0, at_twelve = 0.0;
@@ -105,16 +181,16 @@ static void jacobian_is_the_derivative(void)
 {
     static const double y[GSL_SIZE] = {0.31, -0.72, 0.45, 0.58, 0.9, -1.7, 2.3};
     const double h = 1e-5;
-    kr_motion run = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
+    kr_motion motion = {.inertia = {1.3, 2.9, 3.7}, .lever = {0.4, -1.1, 2.2}};
     double jacobian[GSL_SIZE * GSL_SIZE], rate_t[GSL_SIZE], plus[GSL_SIZE], minus[GSL_SIZE],
         at[GSL_SIZE];
-    IS(kr_gsl_jacobian(0.0, y, jacobian, rate_t, &run) == 0);
+    IS(kr_gsl_jacobian(0.0, y, jacobian, rate_t, &motion) == 0);
     for (int j = 0; j < GSL_SIZE; j++) {
         memcpy(at, y, sizeof at);
         at[j] = y[j] + h;
-        kr_gsl_rates(0.0, at, plus, &run);
+        kr_gsl_rates(0.0, at, plus, &motion);
         at[j] = y[j] - h;
-        kr_gsl_rates(0.0, at, minus, &run);
+        kr_gsl_rates(0.0, at, minus, &motion);
         for (int i = 0; i < GSL_SIZE; i++)
             NEAR(jacobian[GSL_SIZE * i + j], (plus[i] - minus[i]) / (2.0 * h), 1e-10);
         IS(rate_t[j] == 0.0);
@@ -122,15 +198,139 @@ static void jacobian_is_the_derivative(void)
 }
 static void libraries_agree(void)
 {
-    const kr_state ours = solve(&kr_method_extrap, &asymmetric, 1e-13, 10.0, NULL);
-    const kr_state gsl = solve(&kr_method_gsl_rk8pd, &asymmetric, 1e-13, 10.0, NULL);
+    const kr_state ours = solve(&kr_method_extrap, &general, 1e-13, 10.0, NULL);
+    const kr_state gsl = solve(&kr_method_gsl_rk8pd, &general, 1e-13, 10.0, NULL);
     NEAR(apart(ours.q, gsl.q), 0.0, 1e-10);
     NEAR(off(ours.m, gsl.m), 0.0, 1e-10);
 }
 #endif
 
+static void lands(const kr_method *method, const problem *p)
+{
+    static const double times[] = {0.0123456789, 0.7, 1.0 / 3.0 + 0.5, 2.7182818284590452, 9.1};
+    for (double way = -1.0; way <= 1.0; way += 2.0) {
+        kr_motion motion = open_motion(method, p, 0.05 * way, 1e-10);
+        for (size_t i = 0; i < sizeof times / sizeof *times; i++)
+            to(method, &motion, way * times[i]);
+        close_motion(method, &motion);
+    }
+}
+/* A step cut short to land leaves the next as long as it would have been. */
+static void landing_spoils_nothing(const kr_method *method)
+{
+    kr_motion motion = open_motion(method, &thesis, 0.0, 1e-8);
+    double natural;
+    for (int i = 0; i < 20; i++) IS(method->step(&motion, INFINITY) == KR_OK);
+    natural = motion.clock;
+    IS(method->step(&motion, INFINITY) == KR_OK);
+    natural = motion.clock - natural;
+    to(method, &motion, motion.clock + 1e-6);
+    const double landed = motion.clock;
+    IS(method->step(&motion, INFINITY) == KR_OK);
+    IS(motion.clock - landed > 0.2 * natural && motion.clock - landed < 5.0 * natural);
+    close_motion(method, &motion);
+}
+/* The first step ends with this status, soon, and leaves q, m and the clock as they were. */
+static void fails(const kr_method *method, const problem *p, double tol, kr_status want)
+{
+    kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = 0.01, .tol = tol};
+    kr_state before = {0}, after = {0};
+    motion.work = calloc(method->work, sizeof(double));
+    kr_status status = method->reset(&motion, &p->start);
+    if (status == KR_OK) {
+        method->read(&motion, &before);
+        status = method->step(&motion, INFINITY);
+        method->read(&motion, &after);
+        IS(same(before, after));
+    }
+    IS(status == want);
+    IS(motion.clock == 0.0);
+    IS(motion.stats.evaluations < 100000);
+    close_motion(method, &motion);
+}
+static void failures(const kr_method *method)
+{
+    problem p = thesis;
+    p.start.m.y = NAN;
+    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    p = thesis;
+    p.start.q.x = INFINITY;
+    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    p = thesis;
+    p.lever.z = NAN;
+    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    fails(method, &thesis, 1e-20, KR_ERR_STEP);
+    fails(method, &thesis, 1e-300, KR_ERR_STEP);
+}
+/* Where time is so late that no step of the needed length can be told, there is no step. */
+static void no_resolution(const kr_method *method)
+{
+    kr_motion motion = open_motion(method, &thesis, 0.01, 1e-10);
+    motion.clock = 0x1p60;
+    IS(method->step(&motion, INFINITY) == KR_ERR_STEP);
+    IS(motion.clock == 0x1p60);
+    close_motion(method, &motion);
+}
+/* Tolerances about rounding are met, or not, with no more work than is due. */
+static void limit_of_tol(const kr_method *method, const problem *p)
+{
+    for (double tol = 8.0 * DBL_EPSILON; tol >= DBL_EPSILON; tol *= 0.5) {
+        kr_motion motion = open_motion(method, p, 0.0, tol);
+        kr_status status = KR_OK;
+        while (status == KR_OK && motion.clock != 1.0 && motion.stats.evaluations < 10000)
+            status = method->step(&motion, 1.0);
+        IS(status == KR_ERR_STEP || motion.clock == 1.0);
+        close_motion(method, &motion);
+    }
+}
+/* A first step far too long is cut down; one far too short grows. */
+static void first_steps(const kr_method *method)
+{
+    static const double steps[] = {1e-12, 1e3, 1e9};
+    for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
+        kr_motion motion = open_motion(method, &thesis, steps[i], 1e-10);
+        const kr_state s = to(method, &motion, 10.0);
+        NEAR(apart(s.q, thesis.at_10.q), 0.0, 1e-7);
+        IS(motion.stats.evaluations < 6000);
+        close_motion(method, &motion);
+    }
+}
+/* At rest the error is zero and the step grows: until time ends. */
+static void rest(const kr_method *method)
+{
+    problem p = thesis;
+    p.start.m = v3(0.0, 0.0, 0.0);
+    kr_motion motion = open_motion(method, &p, 0.0, 1e-10);
+    kr_state s = {0};
+    kr_status status = KR_OK;
+    for (int i = 0; i < 500 && status == KR_OK; i++) status = method->step(&motion, INFINITY);
+    method->read(&motion, &s);
+    IS(status == KR_OK || status == KR_ERR_STEP);
+    IS(motion.clock > 1e15 && isfinite(motion.clock));
+    IS(s.q.w == 1.0 && v_length(s.m) == 0.0);
+    close_motion(method, &motion);
+}
+
+static void same_bits(const kr_method *method, const problem *p)
+{
+    kr_motion motion = open_motion(method, p, 0.0, 1e-10);
+    const kr_state first = to(method, &motion, 5.0);
+    for (int i = 0; i < 3; i++) {
+        motion.clock = 0.0;
+        IS(method->reset(&motion, &p->start) == KR_OK);
+        const kr_state again = to(method, &motion, 5.0);
+        IS(same(first, again));
+    }
+    close_motion(method, &motion);
+    motion = open_motion(method, p, 0.0, 1e-10);
+    const kr_state other = to(method, &motion, 5.0);
+    IS(same(first, other));
+    close_motion(method, &motion);
+}
+
 int main(void)
 {
+    set_problems();
     for (size_t i = 0; i < METHODS; i++) {
         const kr_method *method = methods[i];
         IS(method->flags & KR_ADAPTIVE && method->flags & KR_ABSOLUTE);
@@ -138,8 +338,16 @@ int main(void)
         steady_precession(method);
         long_steps(method);
         errors_follow_tol(method, &thesis);
-        errors_follow_tol(method, &asymmetric);
-        there_and_back(method, &asymmetric);
+        errors_follow_tol(method, &general);
+        there_and_back(method, &general);
+        lands(method, &general);
+        landing_spoils_nothing(method);
+        failures(method);
+        no_resolution(method);
+        limit_of_tol(method, &general);
+        first_steps(method);
+        rest(method);
+        same_bits(method, &general);
     }
 #ifdef KREISEL_GSL
     jacobian_is_the_derivative();

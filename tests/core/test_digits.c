@@ -1,23 +1,20 @@
 /* digits=: what 20 and 30 promise, against heyoka in 128 bit (validation/truth/reference.json), and
  * how the low words travel. */
-#include <string.h>
-#include "check.h"
 #include "numbers/su2_dd.h"
+#include "tops.h"
 
 typedef struct {
     kr_state high, low;
 } deep;
 
-static const kr_method *taylor(void) { return kr_method_find("taylor"); }
 static deep run_to(const kr_scene *s, int digits, double t)
 {
     const kr_config config = {.digits = digits, .step = t < s->start.t ? -1.0 : 1.0};
     deep end;
-    kr_top *top = NULL;
-    IS(kr_top_create(s, taylor(), config, &top) == KR_OK);
+    kr_top *top = make(s, taylor(), config);
     IS(kr_top_record_low(top, 1, &t, &end.high, &end.low, NULL) == KR_OK);
     const kr_state high = kr_top_state(top), low = kr_top_low(top);
-    IS(memcmp(&high, &end.high, sizeof high) == 0 && memcmp(&low, &end.low, sizeof low) == 0);
+    IS(same(high, end.high) && same(low, end.low));
     kr_top_free(top);
     return end;
 }
@@ -28,14 +25,11 @@ static double apart(deep a, deep b) /* half the angle, and the difference of m *
                  n = v_dd(v_scale(-1.0, b.high.m), v_scale(-1.0, b.low.m));
     return v_length(vdd_high(d.v)) + v_length(vdd_high(vdd_add(m, n)));
 }
-static kr_scene tilted(void)
+static kr_scene heavy(void)
 {
-    kr_scene s = kr_scene_default();
-    const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
-    const kr_vec3 com = {0.25, -0.5, 0.75};
-    IS(kr_body_from_tensor(2.0, tensor, com, &s.body) == KR_OK);
+    kr_scene s = tilted();
+    s.body = general_body();
     s.gravity = 9.81;
-    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
     return s;
 }
 
@@ -43,11 +37,7 @@ static kr_scene tilted(void)
 static void truth(void)
 {
     kr_scene s = kr_scene_default();
-    const kr_body body = {1.0,
-                          {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
-                          {0.0, 0.0, 0x1.47ae147ae147cp+2},
-                          {1, 0, 0, 0}};
-    s.body = body;
+    s.body = thesis_body();
     const deep want = {
         {100.0,
          {0x1.596bdbe6c4be4p-1, 0x1.7d1de20e97b5bp-3, -0x1.cd594600f1a57p-4, -0x1.6924a07d8f6b3p-1},
@@ -65,11 +55,7 @@ static void truth(void)
 }
 static void truth_of_asymmetric(void)
 {
-    kr_scene s = kr_scene_default();
-    const kr_body body = {1.0,
-                          {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
-                          {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
-                          {1, 0, 0, 0}};
+    const kr_scene s = asymmetric();
     const deep want = {
         {30.0,
          {0x1.2955932a0ceb4p-1, -0x1.843051ea62496p-4, -0x1.87212b636e44ap-1, 0x1.0f4a0522e92d1p-2},
@@ -78,9 +64,6 @@ static void truth_of_asymmetric(void)
          {-0x1.bf467b072c22cp-55, -0x1.15de6d0a52be1p-59, 0x1.a3e1c6570dfe9p-55,
           -0x1.eca201dc222e0p-56},
          {0, 0, 0}}};
-    s.body = body;
-    s.start.q = q4(0x1.2acb3a9f5a815p-4,
-                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
     deep thirty = run_to(&s, 30, 30);
     thirty.high.m = thirty.low.m = v3(0, 0, 0);
     NEAR(apart(thirty, want), 0.0, 1e-27);
@@ -88,7 +71,7 @@ static void truth_of_asymmetric(void)
 /* Errors fall with the digits; there and back; the vertical momentum. */
 static void accuracy(void)
 {
-    kr_scene s = tilted();
+    kr_scene s = heavy();
     const kr_state start = s.start;
     const deep plain = run_to(&s, 16, 5), twenty = run_to(&s, 20, 5), thirty = run_to(&s, 30, 5);
     IS(v_length(plain.low.m) == 0.0 && plain.low.q.w == 0.0);
@@ -104,7 +87,7 @@ static void accuracy(void)
 /* A start that is no whole number of steps from anything: the time between is taken exactly. */
 static void exact_time(void)
 {
-    kr_scene s = tilted(), late = s;
+    kr_scene s = heavy(), late = s;
     const double t = 10.3;
     late.start.t = 0.1;
     const dd span = two_sum(t, -late.start.t);
@@ -124,7 +107,7 @@ static void exact_time(void)
 /* Mass, length and time in other powers of two: the same bits, low words and all. */
 static void scaling(void)
 {
-    const kr_scene s = tilted();
+    const kr_scene s = heavy();
     kr_scene big = s;
     const double kg = 0x1p20, m = 0x1p-30, sec = 0x1p12;
     big.body.mass *= kg;
@@ -143,10 +126,9 @@ static void scaling(void)
 }
 static void stepping(void)
 {
-    const kr_scene s = tilted();
+    const kr_scene s = heavy();
     const kr_config config = {.digits = 30};
-    kr_top *top = NULL;
-    IS(kr_top_create(&s, taylor(), config, &top) == KR_OK);
+    kr_top *top = make(&s, taylor(), config);
     for (int i = 0; i < 20; i++) {
         IS(kr_top_step(top) == KR_OK);
         const deep here = {kr_top_state(top), kr_top_low(top)}, there = run_to(&s, 30, here.high.t);
@@ -158,15 +140,15 @@ static void stepping(void)
 }
 static void words(void)
 {
-    const kr_scene s = tilted();
+    const kr_scene s = heavy();
     kr_top *top = NULL;
     static const kr_config wrong[] = {{.digits = -1}, {.digits = 31}, {.digits = 20, .tol = 1e-9}};
     const kr_config fine = {.digits = 20};
     for (int i = 0; i < 3; i++) IS(kr_top_create(&s, taylor(), wrong[i], &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, kr_method_find("extrap"), fine, &top) == KR_ERR_ARGUMENT && top == NULL);
-    const int same[][2] = {{0, 16}, {1, 16}, {17, 20}, {21, 30}};
+    const int pairs[][2] = {{0, 16}, {1, 16}, {17, 20}, {21, 30}};
     for (int i = 0; i < 4; i++) {
-        const deep a = run_to(&s, same[i][0], 3), b = run_to(&s, same[i][1], 3);
+        const deep a = run_to(&s, pairs[i][0], 3), b = run_to(&s, pairs[i][1], 3);
         IS(memcmp(&a, &b, sizeof a) == 0);
     }
 }

@@ -1,71 +1,73 @@
-/* Events: the search for roots by itself, and every quantity's polynomial. */
-#include "events.h"
-#include "events/roots.h"
+/* Runs that stop at events: every quantity's polynomial, what is found, that the path is left alone,
+ * what is refused, failures. */
+#include "events/terms.h"
+#include "model/quantities.h"
+#include "random.h"
+#include "taylor/taylor.h"
+#include "tops.h"
 
-/* The changes of sign of scale * prod (s - root), by the search; how many. */
-static int roots_of(int n, const double *root, double scale, double *found)
+enum { MANY = 64 };
+static kr_scene scene_of(int i)
 {
-    double c[KR_PIECE_MOST + 1] = {scale};
-    for (int k = 0; k < n; k++)
-        for (int i = k + 1; i >= 0; i--) c[i] = (i > 0 ? c[i - 1] : 0.0) - root[k] * c[i];
-    kr_search r = {
-        .c = c, .degree = n, .noise = fabs(scale) * 0x1p-48, .start_noise = fabs(scale) * 0x1p-40};
-    int count = 0;
-    while (count < MANY && kr_roots_next(&r)) found[count++] = r.root;
-    return count;
+    const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
+    kr_scene s = kr_scene_default();
+    if (i == 0) return s;
+    kr_body_from_tensor(1.3, inertia, v3(0.3, -0.4, 0.6), &s.body);
+    s.start.q = q_unit(q4(0.3, v3(0.2 * i, -0.5, 0.4)));
+    s.start.m = v3(0.7, -1.0 * i, 1.9);
+    s.gravity = i == 2 ? -2.5 : 1.5;
+    return s;
 }
-static void roots(void)
+static kr_top *watched(const kr_scene *s, kr_config config, kr_event *events, size_t n)
 {
-    const double near[] = {0.3, 0.3 + 1e-6, -2.0, 3.0}, twice[] = {0.37, 0.37},
-                 thrice[] = {0.37, 0.37, 0.37};
-    const double ends[] = {0.0, 1.0, 0.5}, outside[] = {-0.1, 1.1}, near_end[] = {1.0 - 1e-9, 2.0};
-    double found[MANY], scaled[MANY];
-    IS(roots_of(4, near, 1.0, found) == 2);
-    NEAR(found[0], near[0], 1e-9);
-    NEAR(found[1], near[1], 1e-9);
-    IS(roots_of(4, near, -0x1p-300, scaled) == 2 && scaled[0] == found[0] && scaled[1] == found[1]);
-    IS(roots_of(2, twice, 1.0, found) == 0);
-    IS(roots_of(3, thrice, 1.0, found) == 1);
-    NEAR(found[0], 0.37, 1e-4); /* the cube root of rounding */
-    /* neither the start nor the end */
-    IS(roots_of(3, ends, 1.0, found) == 1 && fabs(found[0] - 0.5) < 1e-15);
-    IS(roots_of(2, outside, 1.0, found) == 0);
-    IS(roots_of(2, near_end, 1.0, found) == 1);
-    NEAR(found[0], near_end[0], 1e-15);
-    IS(roots_of(1, outside, 0.0, found) == 0);
-    IS(roots_of(2, twice, INFINITY, found) == 0 && roots_of(2, twice, NAN, found) == 0);
-    for (int i = 0; i < 20000; i++) {
-        double root[12];
-        int inside = 0;
-        for (int k = 0; k < 12; k++)
-            root[k] = k % 3 ? 4.0 * uniform() - 1.5 : 0.04 * k + 0.03 * uniform();
-        for (int k = 0; k < 12; k++) inside += root[k] > 0.0 && root[k] < 1.0;
-        for (int k = 0; k < 144; k++)
-            if (k / 12 != k % 12 && fabs(root[k / 12] - root[k % 12]) < 0.01) inside = -1;
-        if (inside >= 0) IS(roots_of(12, root, 1.0, found) == inside);
+    kr_top *top = make(s, taylor(), config);
+    IS(kr_top_watch(top, n, events) == KR_OK);
+    return top;
+}
+/* Writes the times of the events up to `end`, at most MANY, and returns how many there are. */
+static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
+{
+    int n = 0;
+    kr_hit hit;
+    while (n < MANY && kr_top_seek(top, end, &hit) == KR_OK && hit.which >= 0) {
+        t[n] = kr_top_state(top).t;
+        if (hits) hits[n] = hit;
+        n++;
     }
+    return n;
 }
+static kr_term term(double factor, const char *of, const char *times)
+{
+    const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
+    IS(t.of >= 0 && t.times >= 0);
+    return t;
+}
+/* The height of the apex, which main sets before all else. */
+static kr_term height;
 
 /* Every product of two quantities: its polynomial against the value of the states inside a step. */
 static void polynomials(int scene, int digits)
 {
     const kr_scene s = scene_of(scene);
-    kr_top *top = make(&s, (kr_config){.digits = digits}, NULL, 0);
-    for (int i = 0; i < KR_QUANTITY_COUNT * KR_QUANTITY_COUNT; i++) {
-        const kr_term term = {0.7, (kr_quantity)(i / KR_QUANTITY_COUNT),
-                              (kr_quantity)(i % KR_QUANTITY_COUNT)};
-        const kr_event g = {.terms = &term, .count = 1},
-                       rate = {.terms = &term, .count = 1, .extremum = 1};
+    int component[MANY], n_components = 0;
+    for (int number = 0; number <= KR_QUANTITIES * KR_QUANTITY_MOST; number++)
+        if (kr_component_is(number)) component[n_components++] = number;
+    IS(n_components > 20 && n_components <= MANY);
+    kr_top *top = watched(&s, (kr_config){.digits = digits}, NULL, 0);
+    for (int i = 0; i < n_components * n_components; i++) {
+        const kr_term product = {0.7, component[i / n_components], component[i % n_components]};
+        const kr_event g = {.terms = &product, .count = 1},
+                       rate = {.terms = &product, .count = 1, .extremum = 1};
         double c[KR_TERMS_ROOM], d[KR_TERMS_ROOM], there = 0.0;
         IS(kr_top_advance(top, 0.05 * i) == KR_OK);
         const kr_piece piece = top->method->piece(&top->main);
         const kr_state inside = kr_top_state(top);
-        const double size = kr_terms_size(top, &piece, 1, &term);
+        const double size = kr_terms_size(top, &piece, 1, &product);
         const double at =
             i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
         const int degree = kr_terms_polynomial(top, &piece, &g, c);
         for (int n = degree; n >= 0; n--) there = there * at + c[n];
-        NEAR(there, kr_terms_value(&s, &inside, 1, &term), 1e-14 * size);
+        NEAR(there, kr_terms_value(&s, &inside, 1, &product), 1e-14 * size);
         IS(at >= 0.0 && at <= 1.0 && kr_terms_polynomial(top, &piece, &rate, d) == degree - 1);
         for (int n = 0; n < degree; n++) NEAR(d[n], (n + 1) * c[n + 1], 1e-13 * size);
     }
@@ -75,19 +77,20 @@ static void polynomials(int scene, int digits)
 /* Without the heading the same is found, of what does not turn with it. */
 static void headless(void)
 {
-    static const kr_quantity turning[] = {KR_Q_W, KR_Q_Z, KR_APEX_X, KR_APEX_Y, KR_M_X, KR_M_Y};
+    static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
     const kr_scene s = scene_of(1);
-    const kr_term g[] = {height, {0.2, KR_M_Z, KR_VERTICAL_X}, {0.1, KR_SPIN, KR_BODY_MOMENTUM_Y}};
+    const kr_term g[] = {height, term(0.2, "m_z", "body_vertical_x"),
+                         term(0.1, "spin", "body_momentum_y")};
     kr_event e = {.terms = g, .count = 3, .extremum = 1}, f = e;
     double t[MANY], u[MANY];
-    kr_top *whole = make(&s, (kr_config){0}, &e, 1),
-           *level = make(&s, (kr_config){.leave_heading = 1}, &f, 1);
+    kr_top *whole = watched(&s, (kr_config){0}, &e, 1),
+           *level = watched(&s, (kr_config){.leave_heading = 1}, &f, 1);
     const int n = seek_all(whole, 20.0, t, NULL);
     IS(n > 5 && seek_all(level, 20.0, u, NULL) == n);
     for (int i = 0; i < n; i++) NEAR(u[i], t[i], 1e-11);
     for (size_t i = 0; i < sizeof turning / sizeof *turning; i++) {
-        const kr_term term = {1.0, KR_SPIN, turning[i]};
-        kr_event turns = {.terms = &term, .count = 1};
+        const kr_term product = term(1.0, "spin", turning[i]);
+        kr_event turns = {.terms = &product, .count = 1};
         IS(kr_top_watch(whole, 1, &turns) == KR_OK &&
            kr_top_watch(level, 1, &turns) == KR_ERR_ARGUMENT);
     }
@@ -101,7 +104,7 @@ static void loaded(void)
     const kr_scene s = scene_of(2);
     kr_event e = {.terms = &height, .count = 1, .extremum = 1}, f = e;
     double t[MANY], u[MANY];
-    kr_top *top = make(&s, (kr_config){0}, &e, 1), *other = make(&s, (kr_config){0}, &f, 1);
+    kr_top *top = watched(&s, (kr_config){0}, &e, 1), *other = watched(&s, (kr_config){0}, &f, 1);
     const size_t size = kr_top_save_size(top);
     IS(seek_all(other, 3.0, u, NULL) > 0 && size <= sizeof memory);
     for (int i = 0; i < 10; i++) {
@@ -117,12 +120,277 @@ static void loaded(void)
     kr_top_free(other);
 }
 
+static void nutation_of_lagrange_tops(void)
+{
+    for (int i = 0; i < 20; i++) {
+        kr_scene s = scene_of(0);
+        kr_exact closed;
+        kr_event e = {.terms = &height, .count = 1, .extremum = 1, .direction = 1};
+        double t[MANY];
+        s.start.q = random_quat();
+        s.start.m = random_vec(4.0);
+        IS(kr_exact_plan(&s, &closed) == KR_OK);
+        kr_top *top = watched(&s, (kr_config){.step = i % 2 ? -1.0 : 0.0}, &e, 1);
+        const int n = seek_all(top, (i % 2 ? -12.5 : 12.5) * closed.period, t, NULL);
+        IS(n == 12 || n == 13);
+        for (int k = 1; k < n; k++)
+            NEAR(fabs(t[k] - t[k - 1]), closed.period, 1e-12 * closed.period);
+        kr_top_free(top);
+    }
+}
+
+static void path_is_the_same(void)
+{
+    const kr_term precession[] = {term(1.0, "body_vertical_x", "body_velocity_x"),
+                                  term(1.0, "body_vertical_y", "body_velocity_y"),
+                                  term(1.0, "body_vertical_z", "body_velocity_z"),
+                                  term(-1.0, "apex_z", "spin")};
+    for (int digits = 16; digits <= 30; digits += 7) {
+        const kr_scene s = scene_of(1);
+        kr_event e[2] = {{.terms = precession, .count = 4},
+                         {.terms = &height, .count = 1, .extremum = 1}};
+        const kr_config config = {.digits = digits};
+        kr_top *top = watched(&s, config, e, 2), *plain = watched(&s, config, NULL, 0);
+        kr_hit hit = {-1, 0};
+        int found = 0;
+        for (int i = 1; i <= 200; i++) {
+            const double t = 0.1 * i;
+            while (kr_top_seek(top, t, &hit) == KR_OK && hit.which >= 0) found++;
+            IS(hit.which == -1 && kr_top_advance(plain, t) == KR_OK);
+            const kr_state a[2] = {kr_top_state(top), kr_top_low(top)};
+            const kr_state b[2] = {kr_top_state(plain), kr_top_low(plain)};
+            IS(memcmp(a, b, sizeof a) == 0);
+        }
+        IS(found > 5 && kr_top_stats(top).steps == kr_top_stats(plain).steps);
+        kr_top_free(top);
+        kr_top_free(plain);
+    }
+}
+
+/* A height that the apex has where a step ends, to the last bits and just beside them: passed once,
+ * there. */
+static void at_the_border(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_top *top = watched(&s, (kr_config){0}, NULL, 0);
+    for (int k = 0; k < 60; k++) {
+        IS(kr_top_step(top) == KR_OK);
+        const kr_state border = kr_top_state(top);
+        const double level = kr_terms_value(&s, &border, 1, &height);
+        for (int off = -20; off <= 20; off++) {
+            const kr_term g[] = {height, term(-(level + off * 0x1p-54), "1", "1")};
+            kr_event e = {.terms = g, .count = 2};
+            double t[MANY];
+            int here = 0;
+            kr_top *other = watched(&s, (kr_config){0}, &e, 1);
+            const int n = seek_all(other, border.t + 0.5, t, NULL);
+            for (int i = 0; i < n; i++) here += fabs(t[i] - border.t) < 1e-7;
+            IS(here == 1);
+            kr_top_free(other);
+        }
+    }
+    kr_top_free(top);
+}
+
+static void two_in_one_step(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_event top_most = {.terms = &height, .count = 1, .extremum = 1, .direction = -1};
+    double at[MANY], t[MANY];
+    kr_hit hits[MANY];
+    kr_top *top = watched(&s, (kr_config){0}, &top_most, 1);
+    const int n = seek_all(top, 40.0, at, NULL);
+    IS(n > 5);
+    kr_top_free(top);
+    for (int i = 0; i < n; i++) {
+        const double steps[] = {1e-2, 1e-4, 1e-6};
+        kr_top *to = watched(&s, (kr_config){0}, NULL, 0);
+        IS(kr_top_advance(to, at[i]) == KR_OK);
+        const kr_piece piece = to->method->piece(&to->main);
+        const double length = (piece.end - piece.begin) * to->time_unit;
+        const kr_state peak = kr_top_state(to);
+        for (int k = 0; k < 3; k++) {
+            const double aside = 0.5 * steps[k] * length;
+            IS(kr_top_reset(to, &s.start) == KR_OK && kr_top_advance(to, at[i] - aside) == KR_OK);
+            const kr_state before = kr_top_state(to);
+            const kr_term g[] = {height, term(-kr_terms_value(&s, &before, 1, &height), "1", "1")};
+            kr_event e = {.terms = g, .count = 2};
+            kr_top *other = watched(&s, (kr_config){0}, &e, 1);
+            const int m = seek_all(other, at[i] + length, t, hits);
+            int up = 0, down = 0;
+            for (int j = 0; j < m; j++) {
+                up += fabs(t[j] - peak.t) < 2.0 * aside && hits[j].direction == 1;
+                down += fabs(t[j] - peak.t) < 2.0 * aside && hits[j].direction == -1;
+            }
+            IS(up == 1 && down == 1);
+            kr_top_free(other);
+        }
+        kr_top_free(to);
+    }
+}
+
+/* One that starts late, and one that is told again to watch, where an event is: each found once. */
+static void starts(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_scene late = s;
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &height, .count = 1, .extremum = 1}};
+    double t[MANY], u[MANY];
+    late.start.t = 12345.6789;
+    kr_top *top = watched(&s, (kr_config){0}, e, 1),
+           *other = watched(&late, (kr_config){0}, e + 1, 1);
+    const int n = seek_all(top, 30.0, t, NULL);
+    IS(n > 5 && seek_all(other, late.start.t + 30.0, u, NULL) == n);
+    /* the rounding of the late times */
+    for (int i = 0; i < n; i++) NEAR(u[i] - late.start.t, t[i], 4e-12);
+    IS(kr_top_reset(top, &s.start) == KR_OK && seek_all(top, 30.0, u, NULL) == n);
+    IS(memcmp(t, u, (size_t)n * sizeof *t) == 0);
+    IS(kr_top_reset(top, &s.start) == KR_OK);
+    for (int i = 0; i < n; i++) {
+        kr_hit hit;
+        IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.which == 0);
+        NEAR(kr_top_state(top).t, t[i], 1e-13);
+        IS(kr_top_watch(top, 1, e) == KR_OK);
+    }
+    kr_scene on = s;
+    on.start = kr_top_state(top);
+    on.start.q = q_unit(on.start.q);
+    kr_top *again = watched(&on, (kr_config){0}, e, 1);
+    kr_hit hit;
+    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.which == 0 &&
+       kr_top_state(again).t > t[n - 1] + 0.1);
+    kr_top_free(top);
+    kr_top_free(other);
+    kr_top_free(again);
+}
+static void both_at_once(void)
+{
+    const kr_scene s = scene_of(1);
+    kr_event e[3] = {
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1},
+        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+    double t[MANY];
+    kr_hit hits[MANY];
+    int above = 0;
+    kr_top *top = watched(&s, (kr_config){0}, e, 3);
+    const int n = seek_all(top, 20.0, t, hits);
+    for (int i = 0; i < n; i++) {
+        if (hits[i].which == 0) IS(hits[i + 1].which == 1 && t[i + 1] == t[i]);
+        above += hits[i].which == 2;
+    }
+    IS(above > 0 && above < n / 3);
+    kr_top_free(top);
+}
+static void kernels_agree(void)
+{
+    const kr_term g[] = {term(1.0, "m_x", "apex_y"), term(-1.0, "m_y", "apex_x")};
+    const kr_scene s = scene_of(2);
+    double first[MANY], t[MANY];
+    int n = 0;
+    for (int i = 0; kr_taylor_isa(i) != NULL; i++) {
+        kr_event e = {.terms = g, .count = 2};
+        kr_top *top = watched(&s, (kr_config){0}, &e, 1);
+        if (kr_taylor_isa(i)->runs_here()) {
+            kr_taylor_use(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
+            const int m = seek_all(top, 10.0, n ? t : first, NULL);
+            IS(m > 3 && (!n || m == n));
+            for (int k = 0; n && k < n; k++) NEAR(t[k], first[k], 1e-11);
+            n = m;
+        }
+        kr_top_free(top);
+    }
+}
+/* Units of length, mass and time by powers of two. */
+static void scaling(void)
+{
+    const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
+                 momentum = mass * length * length / time;
+    const kr_scene s = scene_of(1);
+    kr_scene big = s;
+    big.body.mass *= mass;
+    big.body.inertia = v_scale(mass * length * length, s.body.inertia);
+    big.body.com = v_scale(length, s.body.com);
+    big.gravity *= length / (time * time);
+    big.start.m = v_scale(momentum, s.start.m);
+    const kr_term g[] = {term(1.0, "m_x", "body_velocity_y"), term(0.3, "spin", "1")};
+    const kr_term h[] = {term(1.0 / momentum * time, "m_x", "body_velocity_y"),
+                         term(0.3 * time, "spin", "1")};
+    kr_event e = {.terms = g, .count = 2}, f = {.terms = h, .count = 2};
+    double t[MANY], u[MANY];
+    kr_top *top = watched(&s, (kr_config){0}, &e, 1), *other = watched(&big, (kr_config){0}, &f, 1);
+    const int n = seek_all(top, 20.0, t, NULL);
+    IS(n > 3 && seek_all(other, 20.0 * time, u, NULL) == n);
+    for (int i = 0; i < n; i++) IS(u[i] == time * t[i]);
+    kr_top_free(top);
+    kr_top_free(other);
+}
+
+static void refusals(void)
+{
+    const kr_scene s = scene_of(0);
+    const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
+    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_ONE};
+    const kr_term vast[2] = {term(1e308, "m_x", "1"), term(1e308, "m_y", "1")};
+    kr_event good = {.terms = &height, .count = 1},
+             wrong[] = {{.terms = NULL, .count = 1},
+                        {.terms = &height, .count = 0},
+                        {.terms = &nothing, .count = 1},
+                        {.terms = &bad, .count = 1},
+                        {.terms = &odd, .count = 1},
+                        {.terms = vast, .count = 2},
+                        {.terms = &height, .count = 1, .direction = 2},
+                        {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
+    kr_hit hit = {7, 7};
+    kr_top *top = watched(&s, (kr_config){0}, &good, 1), *rk4 = NULL;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
+    IS(top->watched == 1 && top->events == &good);
+    IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT &&
+       kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, 1.0, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_seek(top, NAN, &hit) == KR_ERR_ARGUMENT &&
+       kr_top_seek(top, -1.0, &hit) == KR_ERR_TIME);
+    IS(hit.which == 7 && kr_top_watch(top, 0, NULL) == KR_OK);
+    IS(kr_top_seek(top, 50.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(top).t == 50.0);
+    kr_top_free(top);
+    IS(kr_top_create(&s, kr_method_find("rk4"), (kr_config){.step = 0.1}, &rk4) == KR_OK);
+    IS(kr_top_watch(rk4, 1, &good) == KR_ERR_METHOD && kr_top_watch(rk4, 0, NULL) == KR_OK);
+    IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(rk4).t == 1.0);
+    kr_top_free(rk4);
+}
+static void failures(void)
+{
+    const kr_scene s = scene_of(0);
+    const kr_term still = term(1.0, "m_z", "1");
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &still, .count = 1, .extremum = 1}};
+    kr_hit hit = {7, 7};
+    kr_top *top = watched(&s, (kr_config){.max_steps = 3}, e, 2);
+    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
+    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 &&
+       kr_top_stats(top).steps == 3);
+    kr_top_free(top);
+}
+
 int main(void)
 {
-    roots();
-    headless();
-    loaded();
+    height = term(1.0, "apex_z", "1");
     for (int scene = 0; scene < 3; scene++)
         for (int digits = 16; digits <= 30; digits += 7) polynomials(scene, digits);
+    nutation_of_lagrange_tops();
+    path_is_the_same();
+    at_the_border();
+    two_in_one_step();
+    starts();
+    both_at_once();
+    headless();
+    loaded();
+    kernels_agree();
+    scaling();
+    refusals();
+    failures();
     return check_result();
 }

@@ -1,24 +1,9 @@
-/* The closed form: against truths by quadrature, against stepping, its integrals, scaling, frames,
- * batches, rates; and the k-th state of the Bobenko-Suris map against the map. */
-#include <string.h>
-#include "check.h"
+/* The closed form: against truths by quadrature and against stepping, its integrals, scaling, frames,
+ * batches of any size; the same bits from every instruction set, those of the map's closed form too. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
-#include "numbers/su2.h"
-
-static uint64_t seed = 7;
-static double uniform(double low, double high) /* splitmix64 */
-{
-    uint64_t z = seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return low + (high - low) * (double)((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
-}
-static kr_vec3 random_vec(double size)
-{
-    return v3(uniform(-size, size), uniform(-size, size), uniform(-size, size));
-}
-static kr_quat random_quat(void) { return q_unit(q4(uniform(-1, 1), random_vec(1))); }
+#include "random.h"
+#include "tops.h"
 
 static kr_scene top_of(double i1, double i3, double lever, kr_quat q, kr_vec3 m)
 {
@@ -38,26 +23,19 @@ static kr_scene random_top(int number)
     return top_of(i1, i1 * pow(10.0, uniform(-2, 0.3)),
                   (number % 3 ? 1.0 : -1.0) * pow(10.0, uniform(-4, 3)), q, random_vec(size));
 }
-static kr_exact plan_of(const kr_scene *s)
+static kr_exact closed_form(const kr_scene *s)
 {
-    kr_exact plan = {0};
-    IS(kr_exact_plan(s, &plan) == KR_OK);
-    return plan;
+    kr_exact closed = {0};
+    IS(kr_exact_plan(s, &closed) == KR_OK);
+    return closed;
 }
-static kr_state stepped(const kr_scene *s, const char *method, double step, double t)
+static kr_state extrapolated(const kr_scene *s, double t)
 {
-    const kr_config config = {.step = step, .tol = strcmp(method, "extrap") == 0 ? 1e-13 : 0.0};
-    kr_top *top = NULL;
-    IS(kr_top_create(s, kr_method_find(method), config, &top) == KR_OK &&
-       kr_top_advance(top, t) == KR_OK);
-    const kr_state r = top ? kr_top_state(top) : s->start;
-    kr_top_free(top);
-    return r;
+    return state_at(t, s, kr_method_find("extrap"), (kr_config){.tol = 1e-13});
 }
-static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-static double distance(kr_state a, kr_state b)
+static double relative_distance(kr_state a, kr_state b)
 {
-    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m)) / (1.0 + v_length(b.m));
+    return kr_attitude_error(a.q, b.q) + off(a.m, b.m) / (1.0 + v_length(b.m));
 }
 
 /* The largest |m| that the top's energy allows. */
@@ -74,15 +52,15 @@ static void truths(void)
         const exact_truth *c = &exact_truths[i];
         kr_scene s = top_of(1.0, 1.0, c->lever, c->q, c->m);
         s.body.inertia = c->inertia;
-        const kr_exact plan = plan_of(&s);
-        const kr_state end = kr_exact_state(&plan, c->t);
+        const kr_exact closed = closed_form(&s);
+        const kr_state end = kr_exact_state(&closed, c->t);
         const kr_quat d = q_mul(q_conj(c->at.q), end.q);
-        if (!(2.0 * v_length(q_vec(d)) + v_length(v_sub(end.m, c->at.m)) / scale_of(&s) <= 7e-15))
+        if (!(2.0 * v_length(q_vec(d)) + off(end.m, c->at.m) / scale_of(&s) <= 7e-15))
             printf("%s at t = %g:\n", c->name, c->t);
         /* 1e-15 of it is the truth's rounding to doubles */
         NEAR(2.0 * v_length(q_vec(d)), 0.0, 4e-15);
         IS(d.w > 0.0);
-        NEAR(v_length(v_sub(end.m, c->at.m)) / scale_of(&s), 0.0, 3e-15);
+        NEAR(off(end.m, c->at.m) / scale_of(&s), 0.0, 3e-15);
     }
 }
 static void integrals(void)
@@ -90,18 +68,19 @@ static void integrals(void)
     double worst = 0.0, worst_energy = 0.0, worst_norm = 0.0, worst_start = 0.0, worst_m = 0.0;
     for (int i = 0; i < 20000; i++) {
         const kr_scene s = random_top(i);
-        const kr_exact plan = plan_of(&s);
+        const kr_exact closed = closed_form(&s);
         const double scale = scale_of(&s),
                      energy = kr_state_kinetic(&s, &s.start) + kr_state_potential(&s, &s.start);
         const double most = kr_state_kinetic(&s, &s.start) + 2.0 * s.body.com.z;
-        const kr_state first = kr_exact_state(&plan, 0.0);
+        const kr_state first = kr_exact_state(&closed, 0.0);
         worst_start = fmax(worst_start, kr_attitude_error(first.q, s.start.q));
-        worst_m = fmax(worst_m, v_length(v_sub(first.m, s.start.m)) / scale);
+        worst_m = fmax(worst_m, off(first.m, s.start.m) / scale);
         for (int k = 0; k < 3; k++) {
-            const kr_state e = kr_exact_state(&plan, pow(10.0, uniform(-2, 6)));
+            const kr_state e = kr_exact_state(&closed, pow(10.0, uniform(-2, 6)));
             const double now = kr_state_kinetic(&s, &e) + kr_state_potential(&s, &e);
-            worst =
-                fmax(worst, fabs(kr_state_axial(&s, &e) - kr_state_axial(&s, &s.start)) / scale);
+            worst = fmax(worst, fabs(kr_state_axial_momentum(&s, &e) -
+                                     kr_state_axial_momentum(&s, &s.start)) /
+                                    scale);
             worst_energy = fmax(worst_energy, fabs(now - energy) / most);
             worst_norm = fmax(worst_norm, fabs(q_dot(e.q, e.q) - 1.0));
             IS(e.m.z == s.start.m.z);
@@ -130,12 +109,12 @@ static void free_bodies(void)
         if (i % 5 == 0) s.body.com = v3(0, 0, 0), s.gravity = 2.0;
         /* about a principal axis */
         if (i % 7 == 0) s.start.m = q_turn(s.start.q, v3(0, i % 14 ? 1.0 : -1.0, 0));
-        const kr_exact plan = plan_of(&s);
-        const kr_state e = kr_exact_state(&plan, pow(10.0, uniform(-2, 6)));
+        const kr_exact closed = closed_form(&s);
+        const kr_state e = kr_exact_state(&closed, pow(10.0, uniform(-2, 6)));
         IS(memcmp(&e.m, &s.start.m, sizeof e.m) == 0);
         worst = fmax(worst, fabs(kr_state_kinetic(&s, &e) / kr_state_kinetic(&s, &s.start) - 1.0));
         if (i < 200 && fmin(part.x, part.y) > 0.1)
-            NEAR(distance(kr_exact_state(&plan, 3.0), stepped(&s, "extrap", 0.0, 3.0)), 0.0, 1e-9);
+            NEAR(relative_distance(kr_exact_state(&closed, 3.0), extrapolated(&s, 3.0)), 0.0, 1e-9);
     }
     NEAR(worst, 0.0, 3e-14);
 }
@@ -148,24 +127,25 @@ static void stillness(void)
         const double m = critical * (i % 4) * 0.5, lever = i < 4 ? 5.0 : -5.0;
         const kr_quat q = i % 2 ? q4(0.6, v3(0, 0, 0.8)) : q4(0.0, v3(0.6, -0.8, 0.0));
         const kr_scene s = top_of(i1, i3, lever, q, v3(0, 0, m));
-        const kr_exact plan = plan_of(&s);
-        const kr_state e = kr_exact_state(&plan, 7.0);
+        const kr_exact closed = closed_form(&s);
+        const kr_state e = kr_exact_state(&closed, 7.0);
         NEAR(kr_attitude_error(e.q, q_mul(q_exp(v3(0, 0, m / i3 * 7.0)), q)), 0.0, 1e-14);
-        IS(e.m.x == 0.0 && e.m.y == 0.0 && e.m.z == m && plan.period == INFINITY &&
-           plan.precession == 0.0);
-        NEAR(plan.spin, (i % 2 ? m : -m) / i3, 1e-15 * m);
+        IS(e.m.x == 0.0 && e.m.y == 0.0 && e.m.z == m && closed.period == INFINITY &&
+           closed.precession == 0.0);
+        NEAR(closed.spin, (i % 2 ? m : -m) / i3, 1e-15 * m);
     }
     kr_scene s = top_of(2.0, 2.0, 0.0, q4(0.6, v3(0.8, 0, 0)), v3(0, 0, 0));
-    kr_exact plan = plan_of(&s);
-    NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 1e-15);
-    s.start.m = v3(0.0, 3.0, 0.0), plan = plan_of(&s);
-    NEAR(kr_attitude_error(kr_exact_state(&plan, 10.0).q, q_mul(q_exp(v3(0, 15.0, 0)), s.start.q)),
-         0.0, 2e-15);
-    NEAR(plan.precession, 1.5, 1e-15);
+    kr_exact closed = closed_form(&s);
+    NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 1e-15);
+    s.start.m = v3(0.0, 3.0, 0.0), closed = closed_form(&s);
+    NEAR(
+        kr_attitude_error(kr_exact_state(&closed, 10.0).q, q_mul(q_exp(v3(0, 15.0, 0)), s.start.q)),
+        0.0, 2e-15);
+    NEAR(closed.precession, 1.5, 1e-15);
     /* hangs at rest */
-    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), plan = plan_of(&s);
-    NEAR(distance(kr_exact_state(&plan, 1e6), s.start), 0.0, 0.0);
-    IS(isnan(kr_exact_state(&plan, NAN).q.w) && isnan(kr_exact_state(&plan, INFINITY).q.w));
+    s = top_of(1.0, 1.0, 1.0, q4(0.0, v3(0, 1, 0)), v3(0, 0, 0)), closed = closed_form(&s);
+    NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 0.0);
+    IS(isnan(kr_exact_state(&closed, NAN).q.w) && isnan(kr_exact_state(&closed, INFINITY).q.w));
 }
 static void scaling(void)
 {
@@ -181,7 +161,7 @@ static void scaling(void)
         big.start.m = v_scale(ldexp(1.0, mass + 2 * length - time), s.start.m);
         kr_scene small = s;
         small.gravity = i % 9 ? s.gravity : 0.0;
-        const kr_exact a = plan_of(&small), b = plan_of(&big);
+        const kr_exact a = closed_form(&small), b = closed_form(&big);
         kr_exact_map c, d;
         const double t = pow(10.0, uniform(-2, 6)), h = 1e-3 / (1.0 + v_length(s.start.m));
         kr_state y = kr_exact_state(&b, ldexp(t, time)), x = kr_exact_state(&a, t);
@@ -202,7 +182,7 @@ static void frames(void)
     const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
                                q4(0.6, v3(0.0, 0.8, 0.0))};
     const kr_scene s = top_of(2.0, 1.5, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
-    const kr_exact plain = plan_of(&s);
+    const kr_exact plain = closed_form(&s);
     for (int i = 0; i < 5; i++) {
         kr_scene other = s;
         const kr_quat turn = cycles[i % 3];
@@ -216,18 +196,18 @@ static void frames(void)
             other.body.inertia = v3(2, 1.5, 2), other.body.com = v3(0, 3, 0);
         else
             other.body.axes = turn;
-        const kr_exact plan = plan_of(&other);
-        kr_state a = kr_exact_state(&plain, 1e5), b = kr_exact_state(&plan, 1e5 + 0.25);
+        const kr_exact closed = closed_form(&other);
+        kr_state a = kr_exact_state(&plain, 1e5), b = kr_exact_state(&closed, 1e5 + 0.25);
         b.q = q_mul(b.q, turn);
-        NEAR(distance(a, b), 0.0, i == 2 ? 1e-10 : 3e-15); /* i = 2: its q is rounded */
+        NEAR(relative_distance(a, b), 0.0, i == 2 ? 1e-10 : 3e-15); /* i = 2: its q is rounded */
     }
     kr_scene ball = top_of(2.0, 2.0, 13.0, q_one(), v3(1, 2, 3)), tilted = ball;
     tilted.body.com = v3(3, 4, 12);
     tilted.start.q = q_conj(q_tilt(v3(3.0 / 13, 4.0 / 13, 12.0 / 13)));
-    const kr_exact a = plan_of(&ball), b = plan_of(&tilted);
+    const kr_exact a = closed_form(&ball), b = closed_form(&tilted);
     const kr_quat there = q_mul(kr_exact_state(&b, 100.0).q, q_conj(tilted.start.q));
     NEAR(kr_attitude_error(kr_exact_state(&a, 100.0).q, there), 0.0, 1e-13);
-    NEAR(distance(kr_exact_state(&b, 5.0), stepped(&tilted, "extrap", 0.0, 5.0)), 0.0, 1e-9);
+    NEAR(relative_distance(kr_exact_state(&b, 5.0), extrapolated(&tilted, 5.0)), 0.0, 1e-9);
 }
 static void batches(void)
 {
@@ -238,17 +218,17 @@ static void batches(void)
         kr_scene s = random_top(i);
         if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
         if (i % 5 == 0) s.body.axes = random_quat(), s.start.t = 1.1;
-        const kr_exact plan = plan_of(&s);
+        const kr_exact closed = closed_form(&s);
         const size_t n = (size_t)(i % N);
         for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
         out[n] = guard;
-        kr_exact_states(&plan, n, t, out);
-        for (size_t k = 0; k < n; k++) IS(same(out[k], kr_exact_state(&plan, t[k])));
+        kr_exact_states(&closed, n, t, out);
+        for (size_t k = 0; k < n; k++) IS(same(out[k], kr_exact_state(&closed, t[k])));
         IS(same(out[n], guard));
     }
 }
-/* The same bits from every instruction set: plans, single states, batches, the map. */
-static void sets(void)
+/* Every instruction set gives the same bits: closed forms, single states, batches, the map. */
+static void instruction_sets(void)
 {
     enum { N = 70 };
     double t[N];
@@ -266,18 +246,42 @@ static void sets(void)
            same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
         kr_exact_many_base(&a, N, t, base);
         for (int j = 0; kr_exact_isa_at(j); j++) {
-            const kr_exact_isa *set = kr_exact_isa_at(j);
-            if (!set->runs_here()) continue;
-            IS(made == KR_OK && set->one->plan(&s, 0, &b) == KR_OK &&
+            const kr_exact_isa *isa = kr_exact_isa_at(j);
+            if (!isa->runs_here()) continue;
+            IS(made == KR_OK && isa->one->plan(&s, 0, &b) == KR_OK &&
                memcmp(&b, &a, sizeof a) == 0);
-            set->many(&a, N, t, out);
+            isa->many(&a, N, t, out);
             for (int k = 0; k < N; k++)
-                IS(same(out[k], base[k]) && same(set->one->state(&a, t[k]), base[k]));
+                IS(same(out[k], base[k]) && same(isa->one->state(&a, t[k]), base[k]));
         }
+    }
+}
+enum { MANY = 20000 };
+static double many_times[MANY];
+static kr_state memory[MANY + 1];
+static void as_one_by_one(const kr_scene *scene, kr_state *out)
+{
+    const kr_exact closed = closed_form(scene);
+    kr_exact_states(&closed, MANY, many_times, out);
+    for (int k = 0; k < MANY; k++)
+        IS(k == 77 ? isnan(out[k].q.w) : same(out[k], kr_exact_state(&closed, many_times[k])));
+}
+/* So many states go past the cache, to addresses that suit that and to others. */
+static void many_at_once(void)
+{
+    kr_state *const odd = (kr_state *)(void *)((double *)(void *)memory + 1);
+    kr_scene scene = kr_scene_default();
+    for (int k = 0; k < MANY; k++) many_times[k] = 0.37 * (k - 5000);
+    many_times[77] = NAN;
+    for (int i = -1; i <= 1; i++) {
+        scene.gravity = i;
+        as_one_by_one(&scene, memory);
+        as_one_by_one(&scene, odd);
     }
 }
 int main(void)
 {
+    random_seed = 7;
     truths();
     integrals();
     free_bodies();
@@ -285,6 +289,7 @@ int main(void)
     scaling();
     frames();
     batches();
-    sets();
+    instruction_sets();
+    many_at_once();
     return check_result();
 }

@@ -1,14 +1,12 @@
 /* What is to be seen of a top: the cuboid for a body of numbers, the way of its apex, its rod. */
 #include "page/picture.h"
 #include "page/stage.h"
-#include "numbers/su2.h"
-#include "check.h"
+#include "tops.h"
 
 static kr_stage stage;
 static float point[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
 static kr_vec3 at(int i) { return v3(point[i][0], point[i][1], point[i][2]); }
-static double off(kr_vec3 a, kr_vec3 b) { return v_largest(v_sub(a, b)); }
 static kr_body cuboid(double density, kr_vec3 half, kr_vec3 pivot)
 {
     kr_body body = {0};

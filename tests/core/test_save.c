@@ -1,9 +1,8 @@
-/* Checkpoints: every method goes on from one with the bits of a run that was never stopped; what is
- * none is refused. */
+/* Checkpoints: every method goes on from one with the bits of a run that was never stopped, and
+ * bytes that are no checkpoint of the top are refused. */
 #include <stdlib.h>
-#include <string.h>
-#include "check.h"
-#include "numbers/su2.h"
+#include "random.h"
+#include "tops.h"
 
 enum { BEFORE = 7, AFTER = 6, MOST = 1 << 15 };
 static const double times[BEFORE + AFTER] = {0.5,   0.75, 0.8,   2.3,  9.99,   10.0, 10.01,
@@ -11,8 +10,7 @@ static const double times[BEFORE + AFTER] = {0.5,   0.75, 0.8,   2.3,  9.99,   1
 
 static kr_scene scene_for(const kr_method *method)
 {
-    kr_scene s = kr_scene_default();
-    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
+    kr_scene s = tilted();
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
     return s;
 }
@@ -23,15 +21,16 @@ static kr_config config_for(const kr_method *method, double sign, int digits)
         .step = sign * 0.0625, .tol = adaptive && !digits ? 1e-8 : 0.0, .digits = digits};
     return config;
 }
-static kr_top *make(const kr_scene *s, const kr_method *method, kr_config config)
+static void save(const kr_top *top, unsigned char *saved)
 {
-    kr_top *top = NULL;
-    IS(kr_top_create(s, method, config, &top) == KR_OK && top);
-    return top;
+    IS(kr_top_save_size(top) < MOST && kr_top_save(top, kr_top_save_size(top), saved) == KR_OK);
 }
-static int same(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
-/* Never stopped; and stopped before every one of the times, saved to an odd place, and gone on with
- * by another top. */
+static void load(kr_top *top, const unsigned char *saved)
+{
+    IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK);
+}
+/* One top is never stopped. The other is stopped before each of the times, saved to an odd address,
+ * and another goes on in its place. */
 static void goes_on(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
@@ -44,74 +43,78 @@ static void goes_on(const kr_method *method, double sign, int digits, int leave_
     for (int i = 0; i < BEFORE + AFTER; i++) t[i] = sign * times[i];
     IS(kr_top_record_low(top, BEFORE + AFTER, t, whole, low, NULL) == KR_OK);
     for (int i = 0; i < BEFORE + AFTER; i++) {
-        const size_t size = kr_top_save_size(one);
         kr_top *other = make(&s, method, config);
-        IS(size < MOST && kr_top_save(one, size, saved + 1) == KR_OK);
-        IS(kr_top_load(other, size, saved + 1) == KR_OK);
-        const kr_state then = kr_top_state(one), now = kr_top_state(other);
-        IS(same(&then, &now, sizeof now));
+        save(one, saved + 1);
+        load(other, saved + 1);
+        IS(same(kr_top_state(one), kr_top_state(other)));
         kr_top_free(one);
         one = other;
         IS(kr_top_record_low(one, 1, &t[i], &part, &rest, NULL) == KR_OK);
-        IS(same(&part, &whole[i], sizeof part) && same(&rest, &low[i], sizeof rest));
+        IS(same(part, whole[i]) && same(rest, low[i]));
     }
     const kr_stats all = kr_top_stats(top), parts = kr_top_stats(one);
-    IS(same(&all, &parts, sizeof all));
+    IS(memcmp(&all, &parts, sizeof all) == 0);
     kr_top_free(top);
     kr_top_free(one);
 }
 
-static int stop(void *context) { return --*(int *)context < 0; }
-/* Stopped on the way, where it had failed, and with another limit. */
-static void after_a_stop(void)
+static void after_a_limit(void)
 {
     static unsigned char saved[MOST];
-    kr_scene s = scene_for(kr_method_find("rk4"));
-    kr_config config = {.step = 0.0625, .max_steps = 1000};
-    const double late[] = {1.0, 100.0}, wild[] = {3.0, 1e4};
-    kr_state end, out[2], last;
+    const kr_scene s = tilted();
+    const kr_method *rk4 = kr_method_find("rk4");
+    const kr_config limited = {.step = 0.0625, .max_steps = 1000}, config = {.step = 0.0625};
+    kr_top *top = make(&s, rk4, limited), *on = make(&s, rk4, config);
+    IS(kr_top_advance(top, 50.0) == KR_OK && kr_top_advance(top, 100.0) == KR_ERR_LIMIT);
+    save(top, saved);
+    load(on, saved);
+    IS(kr_top_advance(on, 100.0) == KR_OK);
+    IS(same(kr_top_state(on), state_at(100.0, &s, rk4, config)));
+    kr_top_free(top);
+    kr_top_free(on);
+}
+static int stop(void *context) { return --*(int *)context < 0; }
+static void after_an_interruption(void)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = tilted();
+    const kr_method *rk4 = kr_method_find("rk4");
+    const double late[] = {1.0, 100.0};
     int left = 1;
-    kr_top *whole = make(&s, kr_method_find("rk4"), config), *top;
-    IS(kr_top_advance(whole, 50.0) == KR_OK && kr_top_advance(whole, 100.0) == KR_ERR_LIMIT);
-    IS(kr_top_save(whole, kr_top_save_size(whole), saved) == KR_OK);
-    config.max_steps = 0;
-    top = make(&s, kr_method_find("rk4"), config);
-    IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK &&
-       kr_top_advance(top, 100.0) == KR_OK);
-    end = kr_top_state(top);
-    kr_top_free(whole);
-    kr_top_free(top);
-    config.poll = stop, config.context = &left;
-    top = make(&s, kr_method_find("rk4"), config);
-    IS(kr_top_record(top, 2, late, out, NULL) == KR_ERR_INTERRUPTED &&
-       kr_top_time(top) == 512 * 0.0625 * 1.0);
-    IS(kr_top_save(top, kr_top_save_size(top), saved) == KR_OK);
+    const kr_config plain = {.step = 0.0625},
+                    config = {.step = 0.0625, .poll = stop, .context = &left};
+    kr_state out[2];
+    kr_top *top = make(&s, rk4, config), *on = make(&s, rk4, config);
+    IS(kr_top_record(top, 2, late, out, NULL) == KR_ERR_INTERRUPTED);
+    IS(kr_top_time(top) == 512 * 0.0625);
+    save(top, saved);
     left = 1000;
-    kr_top *on = make(&s, kr_method_find("rk4"), config);
-    IS(kr_top_load(on, kr_top_save_size(on), saved) == KR_OK && kr_top_advance(on, 100.0) == KR_OK);
-    last = kr_top_state(on);
-    IS(same(&last, &end, sizeof end));
-    kr_top_free(on);
+    load(on, saved);
+    IS(kr_top_advance(on, 100.0) == KR_OK);
+    IS(same(kr_top_state(on), state_at(100.0, &s, rk4, plain)));
     kr_top_free(top);
-    s.start.m = v3(20.0, 30.0, 5.0), config.step = 3.0;
-    top = make(&s, kr_method_find("rk4"), config), on = make(&s, kr_method_find("rk4"), config);
-    IS(kr_top_record(top, 2, wild, out, NULL) == KR_ERR_NOT_FINITE &&
-       kr_top_save(top, kr_top_save_size(top), saved) == KR_OK);
-    end = kr_top_state(top);
-    IS(kr_top_load(on, kr_top_save_size(on), saved) == KR_OK &&
-       kr_top_advance(on, 1e4) == KR_ERR_NOT_FINITE);
-    last = kr_top_state(on);
-    IS(same(&last, &end, sizeof end));
     kr_top_free(on);
+}
+static void after_a_failure(void)
+{
+    static unsigned char saved[MOST];
+    const kr_method *rk4 = kr_method_find("rk4");
+    const kr_config config = {.step = 3.0};
+    const double wild[] = {3.0, 1e4};
+    kr_scene s = tilted();
+    kr_state out[2];
+    s.start.m = v3(20.0, 30.0, 5.0);
+    kr_top *top = make(&s, rk4, config), *on = make(&s, rk4, config);
+    IS(kr_top_record(top, 2, wild, out, NULL) == KR_ERR_NOT_FINITE);
+    save(top, saved);
+    load(on, saved);
+    IS(kr_top_advance(on, 1e4) == KR_ERR_NOT_FINITE);
+    IS(same(kr_top_state(on), kr_top_state(top)));
     kr_top_free(top);
+    kr_top_free(on);
 }
 
-static uint64_t noise(uint64_t *seed)
-{
-    *seed ^= *seed << 13, *seed ^= *seed >> 7, *seed ^= *seed << 17;
-    return *seed;
-}
-/* Nothing that was changed is taken, and the top stays as it was. */
+/* Bytes of which any was changed or is missing are not taken, and the top stays as it was. */
 static void refusals(const char *name)
 {
     static unsigned char saved[MOST], bad[MOST];
@@ -120,17 +123,16 @@ static void refusals(const char *name)
     kr_top *top = make(&s, method, config_for(method, 1.0, 0)),
            *whole = make(&s, method, config_for(method, 1.0, 0));
     const size_t size = kr_top_save_size(top);
-    uint64_t seed = 7;
     IS(kr_top_advance(top, 5.01) == KR_OK && kr_top_advance(whole, 5.01) == KR_OK);
     IS(kr_top_save(whole, size, saved) == KR_OK);
     for (size_t i = 0; i < size; i++) {
         memcpy(bad, saved, size);
-        bad[i] = (unsigned char)(bad[i] ^ (1 << noise(&seed) % 8));
+        bad[i] = (unsigned char)(bad[i] ^ (1 << random_bits() % 8));
         IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     }
     for (int round = 0; round < 1000; round++) {
         memcpy(bad, saved, size);
-        for (size_t i = noise(&seed) % size; i < size; i++) bad[i] = (unsigned char)noise(&seed);
+        for (size_t i = random_bits() % size; i < size; i++) bad[i] = (unsigned char)random_bits();
         IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     }
     for (size_t n = 0; n < size; n++) IS(kr_top_load(top, n, saved) == KR_ERR_CHECKPOINT);
@@ -142,8 +144,7 @@ static void refusals(const char *name)
        kr_top_save(top, size, NULL) == KR_ERR_ARGUMENT);
     IS(kr_top_save_size(NULL) == 0);
     IS(kr_top_advance(top, 9.0) == KR_OK && kr_top_advance(whole, 9.0) == KR_OK);
-    const kr_state a = kr_top_state(top), b = kr_top_state(whole);
-    IS(same(&a, &b, sizeof a));
+    IS(same(kr_top_state(top), kr_top_state(whole)));
     kr_top_free(top);
     kr_top_free(whole);
 }
@@ -172,7 +173,9 @@ int main(void)
     for (int digits = 16; digits <= 30; digits += 7)
         goes_on(kr_method_find("taylor"), 1.0, digits, 0);
     goes_on(kr_method_find("taylor"), -1.0, 0, 1);
-    after_a_stop();
+    after_a_limit();
+    after_an_interruption();
+    after_a_failure();
     refusals("taylor");
     refusals("extrap");
     foreign();

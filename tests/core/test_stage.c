@@ -1,7 +1,6 @@
 /* The stage: tops on one clock in ticks. */
-#include <string.h>
 #include "page/stage.h"
-#include "check.h"
+#include "tops.h"
 
 static kr_stage stage, other;
 static const int64_t eps1 = 10000, eps2 = 70000; /* 0.01, 0.07; the common multiple is 0.07 */
@@ -14,7 +13,6 @@ static void set(kr_stage *s, int64_t first, int64_t second)
     IS(kr_stage_add(s, &scene, kr_method_find("bobenko_suris"), second, 0.0, 0) == KR_OK);
     IS(kr_stage_add(s, &scene, kr_method_find("extrap"), second, 1e-10, 0) == KR_OK);
 }
-static int same(const kr_state *a, const kr_state *b) { return memcmp(a, b, sizeof *a) == 0; }
 
 /* The states are those of a top on its own, to the last bit. */
 static void test_states(void)
@@ -28,7 +26,7 @@ static void test_states(void)
     IS(kr_top_create(&scene, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
     IS(kr_top_advance(top, 100 * 0.07) == KR_OK);
     alone = kr_top_state(top);
-    IS(same(&alone, &stage.actor[1].now));
+    IS(same(alone, stage.actor[1].now));
     IS(memcmp(&stage.actor[1].trace[100], &alone.q, sizeof alone.q) == 0);
     IS(stage.actor[0].steps == 700 && stage.actor[1].steps == 100 && stage.actor[2].steps == 100);
     kr_top_free(top);
@@ -52,7 +50,7 @@ static void test_restarts(void)
         scene.start = kr_top_state(top);
         kr_top_free(top);
     }
-    IS(same(&scene.start, &stage.actor[1].now));
+    IS(same(scene.start, stage.actor[1].now));
     IS(stage.actor[0].steps == 400 && kr_stage_measure(&stage, 1).error > 1e-9);
     IS(kr_stage_measure(&stage, 1).error < 1e-4 && kr_stage_measure(&stage, 2).error < 1e-4);
 }
@@ -68,7 +66,7 @@ static void test_any_division_is_the_same(void)
     }
     kr_stage_advance(&other, 20000000, INT64_MAX);
     IS(stage.clock == other.clock && stage.rows == other.rows);
-    for (int i = 0; i < stage.tops; i++) IS(same(&stage.actor[i].now, &other.actor[i].now));
+    for (int i = 0; i < stage.tops; i++) IS(same(stage.actor[i].now, other.actor[i].now));
     for (int64_t r = 0; r < stage.rows; r++)
         IS(memcmp(&stage.row[r], &other.row[r], sizeof(kr_row)) == 0);
 }
@@ -153,7 +151,7 @@ static void test_track(void)
     IS(kr_stage_add(&stage, &scene, kr_method_find("strang"), 100000, 0.0, -1) == KR_OK);
     IS(kr_stage_add_track(&stage, &scene, track, 51, 100000, 0) == KR_OK);
     kr_stage_advance(&stage, 5000000, INT64_MAX);
-    IS(kr_stage_measure(&stage, 1).error == 0.0 && same(&stage.actor[1].now, &track[50]));
+    IS(kr_stage_measure(&stage, 1).error == 0.0 && same(stage.actor[1].now, track[50]));
     /* past its end: it stays, the other goes on */
     kr_stage_advance(&stage, 6000000, INT64_MAX);
     IS(stage.actor[1].status == KR_ERR_LIMIT && isnan(kr_stage_measure(&stage, 1).energy));

@@ -1,41 +1,13 @@
 /* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens
  * when it fails. */
 #include <stdlib.h>
-#include <string.h>
-#include "check.h"
-#include "numbers/su2.h"
 #include "taylor/taylor.h"
+#include "tops.h"
 
-static const kr_method *taylor(void) { return kr_method_find("taylor"); }
-static kr_scene asymmetric(void) /* that of problems.json */
-{
-    kr_scene s = kr_scene_default();
-    s.body.mass = 1.0;
-    s.body.inertia = v3(0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2);
-    s.body.com = v3(-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5);
-    s.start.q = q4(0x1.2acb3a9f5a815p-4,
-                   v3(0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1));
-    return s;
-}
-static kr_top *make(const kr_scene *s, kr_config config)
-{
-    kr_top *top = NULL;
-    IS(kr_top_create(s, taylor(), config, &top) == KR_OK && top);
-    return top;
-}
 static kr_state run_to(const kr_scene *s, double tol, double t)
 {
     const kr_config config = {.tol = tol, .step = t < s->start.t ? -1.0 : 1.0};
-    kr_top *top = make(s, config);
-    IS(kr_top_advance(top, t) == KR_OK);
-    const kr_state end = kr_top_state(top);
-    kr_top_free(top);
-    return end;
-}
-static int same(const kr_state *a, const kr_state *b) { return memcmp(a, b, sizeof *a) == 0; }
-static double distance(kr_state a, kr_state b)
-{
-    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+    return state_at(t, s, taylor(), config);
 }
 static double energy(const kr_scene *s, kr_state a)
 {
@@ -52,7 +24,7 @@ static kr_series example(void)
     return s;
 }
 static kr_quat quat(const double a[4]) { return q4(a[0], v3(a[1], a[2], a[3])); }
-static double off(const double a[4], kr_quat b)
+static double apart(const double a[4], kr_quat b)
 {
     const kr_quat d = q4(a[0] - b.w, v_sub(v3(a[1], a[2], a[3]), q_vec(b)));
     return sqrt(q_dot(d, d));
@@ -61,7 +33,7 @@ static kr_vec3 next(kr_vec3 v) { return v3(v.y, v.z, v.x); }
 static kr_vec3 prev(kr_vec3 v) { return v3(v.z, v.x, v.y); }
 
 /* Every coefficient against the equations at the head of taylor.h. */
-static void coefficients(const kr_isa *set, const kr_kernel *kernel)
+static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
 {
     kr_series pair[2] = {example()}, *s = pair;
     kernel->advance(s, -2.0 * kernel->order, 1.0);
@@ -78,9 +50,9 @@ static void coefficients(const kr_isa *set, const kr_kernel *kernel)
         const kr_vec3 p = q_vec(quat(s->x[n] + 4));
         W = v_add(v_times(q_vec(quat(s->k)), W), v_add(v_times(q_vec(quat(s->up)), next(p)),
                                                        v_times(q_vec(quat(s->down)), prev(p))));
-        NEAR(off(s->x[n + 1], q_scale(1.0 / (n + 1), q)), 0.0, 4e-16);
-        NEAR(off(s->x[n + 1] + 4, q_scale(1.0 / (n + 1), P)), 0.0, 4e-16);
-        NEAR(off(s->w[n + 1], q4(0, v_scale(1.0 / (n + 1), W))), 0.0, 4e-16);
+        NEAR(apart(s->x[n + 1], q_scale(1.0 / (n + 1), q)), 0.0, 4e-16);
+        NEAR(apart(s->x[n + 1] + 4, q_scale(1.0 / (n + 1), P)), 0.0, 4e-16);
+        NEAR(apart(s->w[n + 1], q4(0, v_scale(1.0 / (n + 1), W))), 0.0, 4e-16);
     }
     double sum = 0.0;
     for (int n = kernel->order; n >= 0; n--) sum = sum * s->end + s->x[n][0];
@@ -89,20 +61,20 @@ static void coefficients(const kr_isa *set, const kr_kernel *kernel)
     kernel->look(s);
     IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
-    IS(set->runs_here());
+    IS(isa->runs_here());
 }
 /* The kernels go the same way up to rounding, those with fma bit by bit. */
 static void kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
         kr_series first = example();
-        const kr_isa *set, *widest = NULL;
-        for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
+        const kr_isa *isa, *widest = NULL;
+        for (int i = 0; (isa = kr_taylor_isa(i)) != NULL; i++) {
             kr_series s = example();
-            if (!set->runs_here()) continue;
-            for (int n = 0; n < 100; n++) set->plain[order].advance(&s, -40.0, 1.0);
-            if (!widest) widest = set, first = s;
-            if (strcmp(widest->name, "avx512") == 0 && strcmp(set->name, "avx2") == 0)
+            if (!isa->runs_here()) continue;
+            for (int n = 0; n < 100; n++) isa->plain[order].advance(&s, -40.0, 1.0);
+            if (!widest) widest = isa, first = s;
+            if (strcmp(widest->name, "avx512") == 0 && strcmp(isa->name, "avx2") == 0)
                 IS(s.end == first.end && memcmp(s.end_x, first.end_x, sizeof s.end_x) == 0);
             NEAR(s.end, first.end, 1e-12);
             for (int j = 0; j < 8; j++) NEAR(s.end_x[j], first.end_x[j], 2e-12);
@@ -113,11 +85,11 @@ static void kernels(void)
 }
 static void kernels_one_by_one(void)
 {
-    const kr_isa *set;
-    for (int i = 0; (set = kr_taylor_isa(i)) != NULL; i++) {
-        if (!set->runs_here()) continue;
-        for (int order = 0; order < KR_ORDERS; order++) coefficients(set, &set->plain[order]);
-        for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(set, &set->deep[depth]);
+    const kr_isa *isa;
+    for (int i = 0; (isa = kr_taylor_isa(i)) != NULL; i++) {
+        if (!isa->runs_here()) continue;
+        for (int order = 0; order < KR_ORDERS; order++) coefficients(isa, &isa->plain[order]);
+        for (int depth = 0; depth < KR_DEPTHS; depth++) coefficients(isa, &isa->deep[depth]);
     }
 }
 
@@ -159,13 +131,10 @@ static void references(void)
 static void against_extrapolation(void)
 {
     const kr_scene scenes[] = {kr_scene_default(), asymmetric()};
+    const kr_config config = {.tol = 1e-13};
     for (int i = 0; i < 2; i++) {
-        const kr_config config = {.tol = 1e-13};
-        kr_top *top = NULL;
-        IS(kr_top_create(&scenes[i], kr_method_find("extrap"), config, &top) == KR_OK &&
-           kr_top_advance(top, 10) == KR_OK);
-        NEAR(distance(run_to(&scenes[i], 0, 10), kr_top_state(top)), 0.0, 1e-10);
-        kr_top_free(top);
+        const kr_state other = state_at(10, &scenes[i], kr_method_find("extrap"), config);
+        NEAR(distance(run_to(&scenes[i], 0, 10), other), 0.0, 1e-10);
     }
 }
 
@@ -176,12 +145,12 @@ static void dense_output(void)
     const kr_config config = {.tol = 0}, precise = {.digits = 20};
     static kr_state out[LOOKS + 1], better[LOOKS + 1];
     static double t[LOOKS + 1];
-    kr_top *top = make(&s, config), *truth = make(&s, precise);
+    kr_top *top = make(&s, taylor(), config), *truth = make(&s, taylor(), precise);
     for (int i = 0; i <= LOOKS; i++) t[i] = 10.0 * i / LOOKS;
     IS(kr_top_record(top, LOOKS + 1, t, out, NULL) == KR_OK &&
        kr_top_record(truth, LOOKS + 1, t, better, NULL) == KR_OK);
     const kr_state once = run_to(&s, 0, 10);
-    IS(same(&out[LOOKS], &once));
+    IS(same(out[LOOKS], once));
     NEAR((double)kr_top_stats(top).evaluations, 20, 5);
     for (int i = 0; i <= LOOKS; i++) {
         NEAR(distance(out[i], better[i]), 0.0, 1e-12);
@@ -214,23 +183,23 @@ static void extremes(void)
             NEAR((energy(&s, end) - energy(&s, s.start)) / scale, 0.0, 1e-9);
         }
 }
-/* What fails leaves the run where it was. */
+/* What fails leaves the motion where it was. */
 static void fails(double lever, double tol, double clock, kr_status why)
 {
-    kr_motion run = {
+    kr_motion motion = {
         .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
     kr_state start = {0, {1, 0, 0, 0}, {0.5, 0.25, 0.5}}, before = start, after = start,
              there = start;
-    run.work = calloc(taylor()->work, sizeof(double));
-    IS(run.work && taylor()->reset(&run, &start) == KR_OK);
-    taylor()->read(&run, &before);
+    motion.work = calloc(taylor()->work, sizeof(double));
+    IS(motion.work && taylor()->reset(&motion, &start) == KR_OK);
+    taylor()->read(&motion, &before);
     for (int i = 0; i < 2; i++) {
-        IS(taylor()->step(&run, INFINITY) == why && run.clock == clock);
-        taylor()->read(&run, &after);
-        taylor()->at(&run, clock, &there);
-        IS(same(&before, &after) && same(&before, &there));
+        IS(taylor()->step(&motion, INFINITY) == why && motion.clock == clock);
+        taylor()->read(&motion, &after);
+        taylor()->at(&motion, clock, &there);
+        IS(same(before, after) && same(before, there));
     }
-    free(run.work);
+    free(motion.work);
 }
 static void refusals(void)
 {

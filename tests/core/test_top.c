@@ -1,40 +1,15 @@
 /* The driver: landing, grids, side runs, limits, interruption, the last good state, own units. */
 #include <stdlib.h>
-#include <string.h>
-#include "check.h"
-#include "numbers/su2.h"
+#include "tops.h"
 
 enum { MANY = 700 };
 
-static kr_scene tilted(void)
+static kr_top *fixed(const kr_scene *s, const char *name, double step)
 {
-    kr_scene s = kr_scene_default();
-    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
-    return s;
-}
-static kr_top *make(const kr_scene *s, const char *name, double step)
-{
-    kr_top *top = NULL;
-    const kr_config config = {.step = step};
-    IS(kr_top_create(s, kr_method_find(name), config, &top) == KR_OK && top);
-    return top;
-}
-static kr_state end(const kr_scene *s, const kr_method *method, kr_config config, double t)
-{
-    kr_top *top = NULL;
-    kr_state state = {0};
-    IS(kr_top_create(s, method, config, &top) == KR_OK && kr_top_advance(top, t) == KR_OK);
-    if (top) state = kr_top_state(top);
-    kr_top_free(top);
-    return state;
-}
-static int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-static double distance(kr_state a, kr_state b)
-{
-    return kr_attitude_error(a.q, b.q) + v_length(v_sub(a.m, b.m));
+    return make(s, kr_method_find(name), (kr_config){.step = step});
 }
 
-/* However the way is divided, on the grid or off it: the same bits. */
+/* A state has the same bits however the way to it is divided, on the grid or off it. */
 static void division(const kr_method *method)
 {
     const kr_scene s = tilted();
@@ -50,7 +25,7 @@ static void division(const kr_method *method)
        kr_top_create(&s, method, config, &steps) == KR_OK);
     IS(kr_top_record(top, N, t, at_once, &done) == KR_OK && done == N);
     for (int i = 0; i < N; i++) {
-        IS(same(at_once[i], end(&s, method, config, t[i])) && at_once[i].t == t[i]);
+        IS(same(at_once[i], state_at(t[i], &s, method, config)) && at_once[i].t == t[i]);
         IS(kr_top_advance(steps, t[i]) == KR_OK && same(at_once[i], kr_top_state(steps)));
     }
     IS(same(at_once[0], s.start));
@@ -61,7 +36,7 @@ static void division(const kr_method *method)
     kr_top_free(steps);
 }
 
-/* Mass, length and time in other powers of two: the same bits, scaled. */
+/* Units of mass, length and time that are powers of two only scale the bits. */
 static void scaling(const kr_method *method, int mass, int length, int time)
 {
     const kr_scene s = tilted();
@@ -74,26 +49,27 @@ static void scaling(const kr_method *method, int mass, int length, int time)
     big.body.com = v_scale(m, s.body.com);
     big.gravity = s.gravity * m / (sec * sec);
     big.start.m = v_scale(kg * m * m / sec, s.start.m);
-    const kr_state a = end(&s, method, config, 5.003), b = end(&big, method, scaled, 5.003 * sec);
+    const kr_state a = state_at(5.003, &s, method, config),
+                   b = state_at(5.003 * sec, &big, method, scaled);
     kr_state back = b;
     back.t /= sec;
     back.m = v_scale(sec / (kg * m * m), b.m);
     IS(same(a, back));
 }
 
-/* The frame of description does not matter, nor which axis is the odd one. */
+/* Neither the frame of description matters nor which axis is the odd one. */
 static void frames(const kr_method *method)
 {
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.01};
-    const kr_state a = end(&s, method, config, 10.0);
+    const kr_state a = state_at(10.0, &s, method, config);
     const kr_quat turns[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
                               q_exp(v3(1.0, 0.3, -0.7))};
     for (int i = 0; i < 3; i++) {
         kr_scene other = s;
         other.body.axes = turns[i];
         other.start.q = q_mul(s.start.q, q_conj(turns[i]));
-        kr_state b = end(&other, method, config, 10.0);
+        kr_state b = state_at(10.0, &other, method, config);
         b.q = q_mul(b.q, turns[i]);
         NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_ADAPTIVE ? 1e-6 : 1e-11);
     }
@@ -103,7 +79,7 @@ static void frames(const kr_method *method)
         other.body.inertia = i == 0 ? v3(I.z, I.x, I.y) : v3(I.y, I.z, I.x);
         other.body.com = i == 0 ? v3(1, 0, 0) : v3(0, 1, 0);
         other.start.q = q_mul(s.start.q, q_conj(turns[i]));
-        kr_state b = end(&other, method, config, 10.0);
+        kr_state b = state_at(10.0, &other, method, config);
         b.q = q_mul(b.q, turns[i]);
         NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_ADAPTIVE ? 1e-6 : 1e-11);
     }
@@ -135,10 +111,10 @@ static void limits(void)
     left = 9;
     IS(kr_top_advance(top, 7.0) == KR_OK); /* and on from there */
     const kr_config plain = {.step = 0.01};
-    IS(same(kr_top_state(top), end(&s, map, plain, 7.0)));
+    IS(same(kr_top_state(top), state_at(7.0, &s, map, plain)));
     kr_top_free(top);
 }
-/* A step far beyond stability: the last finite state is kept, wherever in a batch it lies. */
+/* A step far beyond stability fails; the last finite state is kept, wherever in a batch it lies. */
 static void blow_up(void)
 {
     kr_scene s = tilted();
@@ -147,7 +123,7 @@ static void blow_up(void)
     size_t done = 0;
     s.start.m = v3(20.0, 30.0, 5.0);
     for (int i = 0; i < MANY; i++) t[i] = i * 3.0;
-    kr_top *top = make(&s, "rk4", 3.0), *again = make(&s, "rk4", 3.0);
+    kr_top *top = fixed(&s, "rk4", 3.0), *again = fixed(&s, "rk4", 3.0);
     const kr_status why = kr_top_record(top, MANY, t, out, &done);
     IS(why == KR_ERR_NOT_FINITE && done > 1 && done < MANY);
     last = kr_top_state(top);
@@ -161,7 +137,7 @@ static void blow_up(void)
 static void steps_and_ways_back(void)
 {
     const kr_scene s = tilted();
-    kr_top *top = make(&s, "bobenko_suris2", 0.1);
+    kr_top *top = fixed(&s, "bobenko_suris2", 0.1);
     IS(kr_top_advance(top, 0.25) == KR_OK && kr_top_step(top) == KR_OK);
     NEAR(kr_top_state(top).t, 0.3, 1e-15);
     IS(kr_top_step(top) == KR_OK && kr_top_stats(top).steps == 4);
@@ -170,11 +146,11 @@ static void steps_and_ways_back(void)
     kr_scene from = s;
     from.start = kr_top_state(top);
     kr_top_free(top);
-    top = make(&from, "bobenko_suris2", -0.1);
+    top = fixed(&from, "bobenko_suris2", -0.1);
     IS(kr_top_advance(top, 0.5) == KR_ERR_TIME && kr_top_advance(top, 0.0) == KR_OK);
     NEAR(distance(kr_top_state(top), s.start), 0.0, 2e-15);
     kr_top_free(top);
-    top = make(&s, "extrap", 0.0);
+    top = fixed(&s, "extrap", 0.0);
     IS(kr_top_advance(top, 1e-3) == KR_OK && kr_top_step(top) == KR_OK &&
        kr_top_state(top).t > 1e-3);
     kr_top_free(top);
@@ -207,12 +183,12 @@ static void refusals(void)
     IS(top == NULL && kr_top_advance(NULL, 1.0) == KR_ERR_ARGUMENT &&
        kr_top_step(NULL) == KR_ERR_ARGUMENT);
     kr_top_free(NULL);
-    top = make(&s, "rk4", 1e-300);
+    top = fixed(&s, "rk4", 1e-300);
     IS(kr_top_advance(top, 1.0) == KR_ERR_STEP && kr_top_state(top).t == 0.0);
     kr_top_free(top);
     for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
 }
-/* Nothing moves and nothing pulls; a free body; one that hangs at rest. */
+/* A top at rest on which nothing pulls stays where it is, to the last bit, by every method. */
 static void stillness(void)
 {
     kr_scene s = kr_scene_default();
@@ -221,7 +197,7 @@ static void stillness(void)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_config config = {.step = 0.1};
         if (!kr_method_applies(kr_method_at(i), &s.body)) continue;
-        const kr_state a = end(&s, kr_method_at(i), config, 30.0);
+        const kr_state a = state_at(30.0, &s, kr_method_at(i), config);
         NEAR(distance(a, s.start), 0.0, 0.0);
     }
 }

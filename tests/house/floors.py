@@ -109,7 +109,9 @@ def circle(arrows):
         state[file] = "done"
         return []
 
-    return next((found for file in sorted(arrows) if file not in state if (found := visit(file))), [])
+    return next(
+        (found for file in sorted(arrows) if file not in state if (found := visit(file))), []
+    )
 
 
 def tree_of(file: Path):

@@ -5,7 +5,11 @@ from floors import PLAN, circle, files, floor, floors, targets
 from toolbox import ROOT
 
 TREES = sorted(floors())
-FILES = [pytest.param(tree, file, id=str(file.relative_to(ROOT))) for tree in TREES for file in files(tree)]
+FILES = [
+    pytest.param(tree, file, id=str(file.relative_to(ROOT)))
+    for tree in TREES
+    for file in files(tree)
+]
 
 
 def test_the_plan_has_all_trees():

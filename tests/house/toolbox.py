@@ -6,6 +6,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,14 @@ def run(*command, cwd=ROOT, **environment):
     return done.stdout
 
 
+def python(code, *words, timeout=60, **how):
+    """Runs code in a Python of its own, which Ctrl-C interrupts even where the tests were started
+    with it ignored, as nohup and shells do in the background; gives the process when it is done."""
+    heeding = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    command = [sys.executable, "-c", heeding + code, *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
+
+
 def need(*tools):
     """Skips the test where a tool is missing; fails it where CI=true."""
     missing = [tool for tool in tools if not shutil.which(tool)]
@@ -44,10 +53,10 @@ def need_gsl():
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)("needs GSL")
 
 
-def core_sources():
+def core_sources(csrc=CSRC):
     """What the library is made of, the adapters to GSL and the page's own file apart."""
     return sorted(
-        file for file in CSRC.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
+        file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )
 
 

@@ -1,15 +1,31 @@
-"""What the tests of the page share: visits without a network, drags, and what the page says of itself."""
+"""What the tests of the page share: visits without a network, presets by name, drags, and what the
+page says of itself."""
+
+import json
 
 import kreisel as kr
 import numpy as np
-from kreisel.view import _PAGE
+from inside import view
+from toolbox import ROOT
+
+PAGE = view._PAGE
+WIDE, PHONE = (1280, 800), (390, 780)  # windows, in pixels
+SMALL = {"width": 720, "height": 420}  # a window that is drawn fast
+UPRIGHT = "Lagrange's top"  # the preset with which the page opens, and every test of a shared page
+PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
+TICKS = 1_000_000  # of the clock, in a unit of time
+MEASURES = ["energy", "vertical", "axial", "fourth", "error"]  # in the order of the page's record
+TRACE = 2048  # the most points that a trace is drawn with
+ROD_SIDES = 12  # of a rod's section
 
 
-def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):
-    """The page in a window of its own; `troubles`: complaints in the console, and what was asked of the network."""
-    context = browser.new_context(
-        viewport=dict(zip(("width", "height"), size)), offline=True, **how
-    )
+def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
+    """The page in a window of its own.
+
+    `troubles` are complaints in the console and what was asked of the network.
+    """
+    window = {"width": size[0], "height": size[1]}
+    context = browser.new_context(viewport=window, offline=True, **how)
     context.set_default_timeout(10000)
     page = context.new_page()
     page.troubles = troubles = []
@@ -27,26 +43,28 @@ def visit(browser, file=_PAGE, size=(1280, 800), fragment="", **how):
     return page
 
 
-def scene(page):
-    return page.evaluate("kreisel.page.scene")
+# What is done in the page
 
 
-def clock(page):
-    return page.evaluate("kreisel.page.clock")
-
-
-def scene_in_python(given, second=False):
-    body = given["body"]
-    if "half" in body:
-        made = kr.Body.cuboid(**body)
-    else:
-        made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"])
-    attitude, momentum = (
-        (given["second"][:4], given["second"][4:])
-        if second
-        else (given["attitude"], given["momentum"])
+def load(page, preset=UPRIGHT, **changes):
+    """Opens a preset, with some of its words changed, at its start."""
+    loaded = page.evaluate(
+        """([name, changes]) => {
+        const preset = kreisel.presets.find((preset) => preset.name === name);
+        return !!preset && kreisel.page.load({...preset, ...changes});
+    }""",
+        [preset, changes],
     )
-    return kr.Scene(made, momentum, attitude, given["gravity"])
+    assert loaded, f"the page has no preset {preset}, or refuses {changes}"
+
+
+def advance(page, t):
+    page.evaluate(f"kreisel.advance({t})")
+
+
+def until(page, t):
+    """Waits for a jump to be at its goal."""
+    page.wait_for_function(f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
 def drag(page, kind, by, number=0, button="left", key=None):
@@ -65,5 +83,59 @@ def drag(page, kind, by, number=0, button="left", key=None):
     return np.array((x, y)), np.array(page.evaluate(where))
 
 
+# What the page says
+
+
+def scene(page):
+    return page.evaluate("kreisel.page.scene")
+
+
 def changed(before, after):
+    """The words in which two scenes of the page differ, but for the name."""
     return {key for key in before if before[key] != after[key] and key != "name"}
+
+
+def clock(page):
+    return page.evaluate("kreisel.page.clock")
+
+
+def states(page):
+    """(t, q, m) of each top."""
+    return page.evaluate("kreisel.states()")
+
+
+def measure(page, top, name):
+    """What is measured of a top now."""
+    return page.evaluate(f"kreisel.stage.measure({top})[{MEASURES.index(name)}]")
+
+
+def record(page, top, name):
+    """What was measured of a top on its way."""
+    values = page.evaluate(f"kreisel.stage.record({top}, {MEASURES.index(name)})")
+    return np.array(values, float)
+
+
+def words(page):
+    """What the page has to say to its user."""
+    return page.locator("#words").inner_text()
+
+
+def colours(page):
+    """How many colours the picture has, made small."""
+    return page.evaluate("""(() => {
+        const c = document.createElement('canvas'), x = c.getContext('2d');
+        [c.width, c.height] = [160, 100];
+        x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
+        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size;
+    })()""")
+
+
+def scene_in_python(given, second=False):
+    """The kreisel.Scene that a scene of the page is."""
+    body = given["body"]
+    if "half" in body:
+        made = kr.Body.cuboid(**body)
+    else:
+        made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"])
+    start = given["second"] if second else [*given["attitude"], *given["momentum"]]
+    return kr.Scene(made, start[4:], start[:4], given["gravity"])

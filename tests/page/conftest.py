@@ -1,23 +1,22 @@
-"""The browser, and in it one page for all tests that can share it."""
+"""The browser, and in it one page for all tests of a file that can share it."""
 
 import shutil
 
 import pytest
-from browser import visit
-from kreisel.view import _PAGE
+from browser import PAGE, SMALL, load, visit
 from toolbox import need
 
-SOFTWARE = [
+SOFTWARE = [  # draws without a GPU
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-]  # draws without a GPU
+]
 
 
 @pytest.fixture(scope="session")
 def browser():
     need("chromium")
-    if not _PAGE.exists():
+    if not PAGE.exists():
         need("npm")
     from playwright.sync_api import sync_playwright
 
@@ -35,11 +34,15 @@ def shared(browser):
     page.context.close()
 
 
+@pytest.fixture(scope="module")
+def small(shared):
+    shared.set_viewport_size(SMALL)
+
+
 @pytest.fixture
 def page(shared):
     """Lagrange's top at rest, at its start, and all of the panel open."""
-    shared.evaluate(
-        "kreisel.page.run(false); kreisel.page.past = []; kreisel.page.load(kreisel.presets[0])"
-    )
+    shared.evaluate("kreisel.page.run(false); kreisel.page.past = []")
+    load(shared)
     shared.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")
     return shared

@@ -1,4 +1,4 @@
-"""The page, without a network: it computes what Python does, and can be taken along."""
+"""The page computes what Python does, without a network, and can be taken along."""
 
 import csv
 import gzip
@@ -8,28 +8,46 @@ import json
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import clock, scene, scene_in_python, visit
-from kreisel.view import _PAGE
+from browser import (
+    MEASURES,
+    PAGE,
+    PHONE,
+    PRESETS,
+    TICKS,
+    UPRIGHT,
+    WIDE,
+    advance,
+    clock,
+    colours,
+    load,
+    measure,
+    record,
+    scene,
+    scene_in_python,
+    states,
+    visit,
+    words,
+)
 from toolbox import need
 
-EXACT = [
+ALGEBRAIC = [  # methods of + - * / sqrt alone have the same bits everywhere
     "bobenko_suris",
     "bobenko_suris2",
     "strang",
     "rk4",
-]  # + - * / sqrt alone: the same bits everywhere
+]
 
 
 # The file
 
 
 def test_one_small_file_with_its_licences():
-    if not _PAGE.exists():
+    if not PAGE.exists():
         need("npm")
-    text = _PAGE.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     size = len(text.encode())
     assert 400_000 < size <= 900_000 and len(gzip.compress(text.encode(), 9)) <= 250_000
-    for words in (
+    for name in (
         "three.js authors",
         "Leon Sorokin",
         "musl as a whole",
@@ -37,7 +55,7 @@ def test_one_small_file_with_its_licences():
         "Google LLC",
         "the kreisel authors",
     ):
-        assert words in text, words
+        assert name in text, name
 
 
 def test_starts_by_itself(browser):
@@ -62,27 +80,26 @@ def test_waits_where_motion_is_not_wanted(page):
 # The numbers
 
 
-@pytest.mark.parametrize("preset", range(8))
+@pytest.mark.parametrize("preset", PRESETS)
 def test_states_are_those_of_python_bit_for_bit(page, preset):
-    page.evaluate(f"kreisel.page.load({{...kreisel.presets[{preset}], eps: [0.01, 0.07]}})")
+    load(page, preset, eps=[0.01, 0.07])
     given = scene(page)
-    for method in EXACT:
+    for method in ALGEBRAIC:
         if not kr.methods[method].applies_to(scene_in_python(given).body):
             continue
         page.evaluate(
             "name => kreisel.page.edit((s) => (s.methods = s.methods.map(() => name)))", method
         )
-        page.evaluate("kreisel.advance(21)")
-        states = page.evaluate("kreisel.states()")
-        for i, state in enumerate(states):
+        advance(page, 21)
+        for i, state in enumerate(states(page)):
             top = scene_in_python(given, second=bool(i > 1 and given["second"]))
             expected = kr.solve(top, 21, method, step=(0.01, 0.07)[i % 2], every=300).states[-1]
             assert state == expected.tolist(), (method, i)
 
 
-@pytest.mark.parametrize("preset", [0, 2, 4])
+@pytest.mark.parametrize("preset", [UPRIGHT, "Kowalewski", "Dzhanibekov's nut"])
 def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
-    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    load(page, preset)
     top = scene_in_python(scene(page))
     names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
     assert len(names) >= 9
@@ -91,57 +108,61 @@ def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
             "name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name
         )
         expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
-        assert page.evaluate("kreisel.states()[0]") == expected.tolist(), name
+        assert states(page)[0] == expected.tolist(), name
 
 
 def test_adaptive_methods_agree_with_python(page):
     page.evaluate("kreisel.page.edit((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
-    page.evaluate("kreisel.advance(20)")
+    advance(page, 20)
     expected = kr.solve(scene_in_python(scene(page)), [20.0], "extrap", tol=1e-10).states[0]
-    assert page.evaluate("kreisel.states()[0]") == pytest.approx(expected.tolist(), abs=1e-7)
+    assert states(page)[0] == pytest.approx(expected.tolist(), abs=1e-7)
 
 
 def test_extrap_begins_anew_at_each_eps(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(4)")
-    state, now = page.evaluate("kreisel.states()[3]"), scene_in_python(scene(page))
+    load(page, "Compare four")
+    advance(page, 4)
+    state, now = states(page)[3], scene_in_python(scene(page))
     for _ in range(20):
         now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
     expected = [*now.attitude, *now.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
     )  # its logarithms and powers are not the same bits
-    assert 1e-9 < page.evaluate("kreisel.stage.measure(3)[4]") < 1e-3
+    assert 1e-9 < measure(page, 3, "error") < 1e-3
 
 
 def test_one_big_advance_equals_many_small(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(30)")
-    once = page.evaluate("kreisel.states()")
-    page.evaluate("""kreisel.page.reset(); for (let t = 0, i = 0; t < 30; i++) {
-        t = Math.min(30, t + ((i * 7919) % 97) / 300); kreisel.advance(t); }""")
-    assert page.evaluate("kreisel.states()") == once
+    load(page, "Compare four")
+    advance(page, 30)
+    once = states(page)
+    page.evaluate("""{
+        kreisel.page.reset();
+        for (let t = 0, i = 0; t < 30; i++) {
+            t = Math.min(30, t + ((i * 7919) % 97) / 300);
+            kreisel.advance(t);
+        }
+    }""")
+    assert states(page) == once
 
 
 def test_compares_at_common_multiples_only(page):
-    page.evaluate(
-        "kreisel.page.load({...kreisel.presets[1], eps: [0.03, 0.2]}); kreisel.advance(30)"
-    )
-    assert page.evaluate("kreisel.stage.common()") == 600000
+    load(page, "Compare four", eps=[0.03, 0.2])
+    advance(page, 30)
+    assert page.evaluate("kreisel.stage.common()") == 0.6 * TICKS
     times = np.array(page.evaluate("Array.from(kreisel.stage.time())"))
     assert np.abs(times - 0.6 * np.arange(51)).max() < 1e-9
-    assert 1e-4 < max(page.evaluate("kreisel.stage.record(1, 4)")) < 0.3
-    page.evaluate("kreisel.advance(30.03)")
-    assert np.isnan(page.evaluate("kreisel.stage.measure(1)[4]"))
+    assert 1e-4 < record(page, 1, "error").max() < 0.3
+    advance(page, 30.03)
+    assert np.isnan(measure(page, 1, "error"))
 
 
-@pytest.mark.parametrize("preset", range(8))
+@pytest.mark.parametrize("preset", PRESETS)
 def test_presets_keep_their_integrals(page, preset):
-    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}]); kreisel.advance(50)")
+    load(page, preset)
+    advance(page, 50)
     given, tops = scene(page), page.evaluate("kreisel.page.tops")
     for i, top in enumerate(tops):
-        energy, vertical, axial, fourth = (
-            np.array(page.evaluate(f"kreisel.stage.record({i}, {what})"), float)
-            for what in range(4)
-        )
+        energy, vertical, axial, fourth = (record(page, i, name) for name in MEASURES[:4])
         size = np.abs(energy).max() + np.abs(vertical).max()
         coarse = 0.2 if top["eps"] > 0.1 else 0.01
         kept = 1e-4 if top["method"] == "extrap" else 1e-6
@@ -154,21 +175,21 @@ def test_presets_keep_their_integrals(page, preset):
 
 
 def test_sleeping_top_sleeps_and_the_other_falls(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[5])")
+    load(page, "Sleeping top")
     lowest = [1.0, 1.0]
     for t in range(1, 31):
-        page.evaluate(f"kreisel.advance({t})")
-        for i, (_, w, x, y, z, *_) in enumerate(page.evaluate("kreisel.states()")):
+        advance(page, t)
+        for i, (_, _, x, y, *_) in enumerate(states(page)):
             lowest[i] = min(lowest[i], 1 - 2 * (x * x + y * y))
     assert lowest[0] > 0.95 and lowest[1] < 0.8
 
 
 def test_steady_precession_is_level(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[6])")
+    load(page, "Steady precession")
     heights = []
     for t in range(31):
-        page.evaluate(f"kreisel.advance({t})")
-        (_, w, x, y, z, *_) = page.evaluate("kreisel.states()[0]")
+        advance(page, t)
+        _, _, x, y, *_ = states(page)[0]
         heights.append(1 - 2 * (x * x + y * y))
     assert heights == pytest.approx([0.6] * 31, abs=1e-3)
 
@@ -183,10 +204,11 @@ def taken(page, name):
 
 
 def test_files(page, browser, tmp_path):
-    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(2)")
+    load(page, "Compare four")
+    advance(page, 2)
     given = scene(page)
     rows = list(csv.reader(io.StringIO(taken(page, "CSV").read_text())))
-    assert len(rows) == 12 and len(rows[0]) == 1 + 4 * 5 and float(rows[-1][0]) == 2
+    assert len(rows) == 12 and len(rows[0]) == 1 + 4 * len(MEASURES) and float(rows[-1][0]) == 2
     assert json.loads(taken(page, "JSON").read_text()) == given
     assert kr.Scene.from_toml(taken(page, "TOML")) == scene_in_python(given)
     assert taken(page, "Picture").read_bytes().startswith(b"\x89PNG")
@@ -221,28 +243,24 @@ def test_files(page, browser, tmp_path):
 )
 def test_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
-    assert "cannot be shown" in page.locator("#words").inner_text()
-    assert scene(page)["name"] == "Lagrange's top" and page.troubles == []
+    assert "cannot be shown" in words(page)
+    assert scene(page)["name"] == UPRIGHT and page.troubles == []
     page.context.close()
 
 
 def test_python_snippet_runs(page):
-    words = page.get_by_label("The same in Python").input_value()
-    names = {}
-    exec(words, names)
+    program, names = page.get_by_label("The same in Python").input_value(), {}
+    exec(program, names)
     assert names["scene"] == scene_in_python(scene(page)) and names["path"].step == 0.01
 
 
 def test_picture_is_not_blank(page):
     page.evaluate("kreisel.view.dirty = true; kreisel.view.render()")
-    colours = page.evaluate("""(() => { const c = document.createElement('canvas'); [c.width, c.height] = [160, 100];
-        const x = c.getContext('2d'); x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
-        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size; })()""")
-    assert colours > 200
+    assert colours(page) > 200
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("size", [(390, 780), (800, 460), (1280, 800)], ids=str)
+@pytest.mark.parametrize("size", [PHONE, (800, 460), WIDE], ids=str)
 def test_sizes(browser, size, theme):
     page = visit(browser, size=size, color_scheme=theme, reduced_motion="reduce")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")

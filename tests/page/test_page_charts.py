@@ -1,17 +1,12 @@
-"""The page's charts, its table of integrals and the momentum it shows: the present, as Python has it."""
+"""The page's charts, its table of integrals and the momentum it shows are the present of Python."""
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import clock, scene, scene_in_python
+from browser import UPRIGHT, advance, clock, load, scene, scene_in_python, states
 
+pytestmark = pytest.mark.usefixtures("small")
 AXES = ("first", "second", "vertical")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def small(shared):
-    """A small window is drawn fast."""
-    shared.set_viewport_size({"width": 720, "height": 420})
 
 
 def drawn(page, chart=0):
@@ -23,7 +18,7 @@ def drawn(page, chart=0):
 
 def run_to(page, t):
     """On, until the charts show it."""
-    page.evaluate(f"kreisel.advance({t})")
+    advance(page, t)
     page.wait_for_function("kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
 
 
@@ -49,7 +44,8 @@ def fields(page):
 def show(page, m):
     written = [float(f"{x:.6g}") for x in m]
     page.wait_for_function(
-        """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")].every((e, k) => +e.value === m[k])""",
+        """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")]
+            .every((field, k) => +field.value === m[k])""",
         arg=written,
     )
 
@@ -57,9 +53,9 @@ def show(page, m):
 # Charts
 
 
-@pytest.mark.parametrize("preset, t", [(0, 8), (1, 30), (2, 100)])
+@pytest.mark.parametrize("preset, t", [(UPRIGHT, 8), ("Compare four", 30), ("Kowalewski", 100)])
 def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
-    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    load(page, preset)
     run_to(page, t)
     before, box = drawn(page), page.get_by_role("checkbox", name="log")
     assert (before[1:] < 0).any()
@@ -74,7 +70,7 @@ def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
 
 
 def test_zoom_of_both_charts_stays_while_time_goes_on(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[1])")
+    load(page, "Compare four")
     run_to(page, 30)
     spans = "kreisel.charts.plots.map(({scales: {x}}) => [x.min, x.max])"
     whole = page.evaluate(spans)
@@ -138,7 +134,11 @@ def table(page):
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
     return np.array(
-        [[cell.split("\n") if cell != "–" else ["nan"] * 2 for cell in row] for row in rows], float
+        [
+            [cell.split("\n") if cell != "\N{EN DASH}" else ["nan"] * 2 for cell in row]
+            for row in rows
+        ],
+        float,
     )
 
 
@@ -147,23 +147,23 @@ def expected(path):
     fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(
         path.scene.body.kind
     )
-    lines = [path.scene.gravity * path.vertical, path.axial, path.energy]
+    lines = [path.scene.gravity * path.vertical_momentum, path.axial_momentum, path.energy]
     lines += [getattr(path, fourth)] if fourth else []
     return np.array([(line[-1], line[-1] - line[0]) for line in lines])
 
 
-@pytest.mark.parametrize("preset, fourth", [(0, None), (2, "K"), (3, "G")])
+@pytest.mark.parametrize(
+    "preset, fourth", [(UPRIGHT, None), ("Kowalewski", "K"), ("Goryachev-Chaplygin", "G")]
+)
 def test_integrals_are_those_of_python(page, preset, fourth):
-    page.evaluate(
-        f"kreisel.page.load({{...kreisel.presets[{preset}], methods: ['strang', 'rk4'], eps: [0.05]}})"
-    )
+    load(page, preset, methods=["strang", "rk4"], eps=[0.05])
     page.evaluate("kreisel.page.set('gravity', 2.5)")
     for t in (2, 6):
-        page.evaluate(f"kreisel.advance({t})")
-        show(page, page.evaluate("kreisel.states()[0].slice(5)"))
+        advance(page, t)
+        show(page, states(page)[0][5:])
         told, top = table(page), scene_in_python(scene(page))
         assert len(told) == 2
-        for row, method in zip(told, ("strang", "rk4")):
+        for row, method in zip(told, ("strang", "rk4"), strict=True):
             path = kr.solve(top, t, method, step=0.05, every=20 * t)
             now, change = expected(path).T
             assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
@@ -181,18 +181,18 @@ def test_integrals_are_those_of_python(page, preset, fourth):
 
 def test_momentum_shown_is_the_present_one(page):
     show(page, scene(page)["momentum"])
-    page.evaluate("kreisel.advance(3)")
-    show(page, page.evaluate("kreisel.states()[0].slice(5)"))
+    advance(page, 3)
+    show(page, states(page)[0][5:])
     page.get_by_role("button", name="Reset").click()
     show(page, scene(page)["momentum"])
 
 
 def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
     end = kr.solve(scene_in_python(scene(page)), 4, "bobenko_suris", step=0.01, every=400).end
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     second = fields(page)[1]
     second.fill("2.5")
-    page.evaluate("kreisel.advance(4)")  # while it is typed
+    advance(page, 4)  # while it is typed
     second.press("Tab")
     assert clock(page) == 0 and scene(page)["momentum"] == [end.momentum[0], 2.5, end.momentum[2]]
     assert scene(page)["attitude"] == list(end.attitude)

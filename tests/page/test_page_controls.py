@@ -1,9 +1,22 @@
-"""The page's controls and keys, by the names that a screen reader says: each changes what it should, nothing else."""
+"""The page's controls and keys, by the names that a screen reader says.
+
+Each changes what it should, and nothing else."""
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import changed, clock, scene, scene_in_python
+from browser import (
+    TICKS,
+    advance,
+    changed,
+    clock,
+    load,
+    scene,
+    scene_in_python,
+    states,
+    until,
+    words,
+)
 
 
 @pytest.mark.parametrize(
@@ -73,28 +86,28 @@ def test_choices(page):
 
 
 def test_jump_goes_to_any_time_and_back(page):
-    page.evaluate("kreisel.page.load({...kreisel.presets[1], methods: ['bobenko_suris', 'rk4']})")
+    load(page, "Compare four", methods=["bobenko_suris", "rk4"])
     field = page.get_by_label("Jump to t")
     for t in (3200, 7):
         field.fill(str(t))
         field.press("Tab")
-        page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
+        until(page, t)
         first, *_, last = (
             kr.solve(
                 scene_in_python(scene(page)), t, method, step=step, every=round(t / step)
             ).states[-1]
             for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
         )
-        states = page.evaluate("kreisel.states()")
-        assert (states[0], states[3]) == (first.tolist(), last.tolist())
+        now = states(page)
+        assert (now[0], now[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.running")
     field.fill("-3")
     field.press("Tab")
-    assert clock(page) == 7000000 and "no time" in page.locator("#words").inner_text()
+    assert clock(page) == 7 * TICKS and "no time" in words(page)
     field.fill("1e8")
     field.press("Tab")
     page.get_by_role("button", name="Stop").click()
-    assert clock(page) < 1e14 and page.evaluate("kreisel.page.goal") is None
+    assert clock(page) < 1e8 * TICKS and page.evaluate("kreisel.page.goal") is None
 
 
 def test_looks(page):
@@ -135,15 +148,15 @@ def test_bad_numbers_change_nothing(page):
     field = page.get_by_label("Step ε, number", exact=True)
     field.fill("-1")
     field.press("Tab")
-    assert scene(page) == before and "eps cannot be" in page.locator("#words").inner_text()
+    assert scene(page) == before and "eps cannot be" in words(page)
 
 
 def test_buttons_and_keys(page):
     page.get_by_role("button", name="Step", exact=True).click()
-    assert clock(page) == 10000
+    assert clock(page) == 0.01 * TICKS
     page.locator("canvas").first.focus()
     page.keyboard.press("ArrowRight")
-    assert clock(page) == 20000
+    assert clock(page) == 0.02 * TICKS
     page.keyboard.press("r")
     assert clock(page) == 0
     page.keyboard.press("Space")
@@ -177,13 +190,13 @@ def test_stops_at_the_stop_time(page):
     page.evaluate(
         "kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)"
     )
-    assert clock(page) == 500000 and not page.evaluate("kreisel.page.running")
+    assert clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.running")
 
 
 def test_toggles_and_table(page):
-    page.evaluate(
-        "kreisel.page.load(kreisel.presets[1]); kreisel.advance(2); kreisel.charts.update()"
-    )
+    load(page, "Compare four")
+    advance(page, 2)
+    page.evaluate("kreisel.charts.update()")
     page.get_by_role("checkbox", name="extrap 0.2").uncheck()
     assert page.evaluate("kreisel.charts.plots[0].series.map((s) => s.show)") == [
         True,
@@ -198,8 +211,11 @@ def test_toggles_and_table(page):
 
 
 def test_all_controls_have_names(page):
-    nameless = page.evaluate("""[...document.querySelectorAll('button, input, select, textarea, canvas')]
-        .filter((e) => !e.closest('.uplot') && !e.getAttribute('aria-label') && !e.getAttribute('aria-labelledby'))
-        .filter((e) => !e.labels?.[0]?.textContent.trim() && !(e.tagName === 'BUTTON' && e.textContent.trim()))
+    nameless = page.evaluate("""[
+        ...document.querySelectorAll('button, input, select, textarea, canvas')]
+        .filter((e) => !e.closest('.uplot'))
+        .filter((e) => !e.getAttribute('aria-label') && !e.getAttribute('aria-labelledby'))
+        .filter((e) => !e.labels?.[0]?.textContent.trim())
+        .filter((e) => e.tagName !== 'BUTTON' || !e.textContent.trim())
         .map((e) => e.outerHTML)""")
     assert nameless == []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import changed, clock, drag, scene, visit
+from browser import PHONE, TICKS, advance, changed, clock, drag, load, scene, states, visit
 
 
 def test_drag_of_the_tip_sets_the_momentum(page):
@@ -80,8 +80,8 @@ def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
 
 def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
     before = scene(page)
-    page.evaluate("kreisel.advance(3)")
-    state = page.evaluate("kreisel.states()[0]")
+    advance(page, 3)
+    state = states(page)[0]
     drag(page, "tip", (20, 20))
     assert scene(page)["attitude"] == state[1:5] and clock(page) == 0
     page.keyboard.press("Control+z")
@@ -89,7 +89,8 @@ def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
 
 
 def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
-    page.evaluate("kreisel.page.load(kreisel.presets[1]); kreisel.advance(3)")
+    load(page, "Compare four")
+    advance(page, 3)
     before = scene(page)
     x, y = page.evaluate("kreisel.at('corner', 2, 5)")
     shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
@@ -97,19 +98,21 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     assert page.evaluate(shown) == [False, False, True, False]
     page.mouse.dblclick(20, 20)
     assert page.evaluate(shown) == [True] * 4
-    assert scene(page) == before and clock(page) == 3000000
+    assert scene(page) == before and clock(page) == 3 * TICKS
 
 
 def test_touch_drags_too(browser):
-    page = visit(browser, size=(390, 780), has_touch=True, is_mobile=True, reduced_motion="reduce")
+    page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
     x, y = page.evaluate("kreisel.at('tip')")
     assert y < 400
     page.evaluate(
         """([x, y]) => {
         const canvas = kreisel.view.canvas;
         canvas.setPointerCapture = () => {};
-        const send = (type, x, y) => canvas.dispatchEvent(new PointerEvent(type, {clientX: x, clientY: y,
-            pointerId: 7, pointerType: 'touch', button: 0, buttons: 1, bubbles: true, cancelable: true}));
+        const touch = {pointerId: 7, pointerType: 'touch', button: 0, buttons: 1};
+        const event = {...touch, bubbles: true, cancelable: true};
+        const send = (type, x, y) =>
+            canvas.dispatchEvent(new PointerEvent(type, {...event, clientX: x, clientY: y}));
         send('pointerdown', x + 6, y - 5);
         send('pointermove', x + 46, y - 35);
         send('pointerup', x + 46, y - 35);
@@ -124,14 +127,15 @@ def test_touch_drags_too(browser):
 
 @pytest.mark.parametrize("kind, moved", [("tip", slice(5, 8)), ("face", slice(1, 5))])
 def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
-    page.evaluate("kreisel.page.load(kreisel.presets[5]); kreisel.advance(4)")
-    before = page.evaluate("kreisel.states()")
+    load(page, "Sleeping top")
+    advance(page, 4)
+    before = states(page)
     x, y = page.evaluate(f"kreisel.at('{kind}', 1)")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 15, y - 10)
     page.mouse.up()
-    left, right = page.evaluate("kreisel.states()")
+    left, right = states(page)
     assert left[1:] == before[0][1:]
     assert (
         right[moved] != before[1][moved]

@@ -1,4 +1,5 @@
-"""Scenes from elsewhere, films, and what the page does where a method fails, or graphics and scripts are missing."""
+"""Scenes from elsewhere, films, and what the page does where a method fails, or graphics or scripts
+are missing."""
 
 import base64
 import json
@@ -7,9 +8,9 @@ from urllib.parse import quote
 
 import kreisel as kr
 import pytest
-from browser import clock, scene, visit
-from kreisel.view import _PAGE
+from browser import PAGE, SMALL, TICKS, advance, clock, colours, load, scene, states, visit, words
 
+pytestmark = pytest.mark.usefixtures("small")
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
 TRACK = {"name": "rk4", "eps": 0.1, "states": ""}
 WRONG = {
@@ -61,16 +62,6 @@ IMPOSSIBLE = [
 EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
-@pytest.fixture(scope="module", autouse=True)
-def small(shared):
-    """A small window is drawn fast."""
-    shared.set_viewport_size({"width": 720, "height": 420})
-
-
-def words(page):
-    return page.locator("#words").inner_text()
-
-
 def follow(page, given):
     """Another link, in the page that is open; what it says then."""
     page.evaluate(
@@ -91,17 +82,11 @@ def track(name):
     return {"name": name, "eps": 0.1, "states": states}
 
 
-def colours(page):
-    return page.evaluate("""(() => { const c = document.createElement('canvas'); [c.width, c.height] = [160, 100];
-        const x = c.getContext('2d'); x.drawImage(kreisel.view.canvas, 0, 0, 160, 100);
-        return new Set(new Uint32Array(x.getImageData(0, 0, 160, 100).data.buffer)).size; })()""")
-
-
 # Links
 
 
 def test_a_link_opens_in_the_open_page(page):
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     given = {
         "name": "Mine",
         "about": "To look at.",
@@ -113,7 +98,7 @@ def test_a_link_opens_in_the_open_page(page):
     assert {key: scene(page)[key] for key in given} == given
     assert page.evaluate("[kreisel.page.clock, kreisel.page.tops.length]") == [0, 2]
     assert page.get_by_text("To look at.").is_visible()
-    page.evaluate("kreisel.advance(2)")
+    advance(page, 2)
     expected = kr.solve(
         kr.Scene(kr.Body.cuboid((0.8, 0.8, 1), (0, 0, -1)), (1, 2, 3)),
         2,
@@ -121,7 +106,7 @@ def test_a_link_opens_in_the_open_page(page):
         step=0.02,
         every=100,
     )
-    assert page.evaluate("kreisel.states()[1]") == expected.states[-1].tolist()
+    assert states(page)[1] == expected.states[-1].tolist()
 
 
 @pytest.mark.parametrize("key", WRONG)
@@ -137,14 +122,14 @@ def test_impossible_scenes_are_refused_in_words(page):
     for given in IMPOSSIBLE:
         assert "cannot be" in follow(page, given), given
         assert scene(page) == before
-    page.evaluate("kreisel.advance(1)")
-    assert page.evaluate("kreisel.states()[0][0]") == pytest.approx(1)
+    advance(page, 1)
+    assert states(page)[0][0] == pytest.approx(1)
 
 
 def test_html_in_a_link_stays_text(page):
     given = {"name": EVIL, "about": EVIL, "tracks": [track(EVIL)]}
     assert follow(page, given) == "" and scene(page)["name"] == EVIL
-    page.evaluate("kreisel.advance(0.7)")
+    advance(page, 0.7)
     assert page.get_by_role("checkbox", name=f"{EVIL} 0.1").is_checked()
     assert page.locator("#about").inner_text() == EVIL
     follow(page, {"methods": [EVIL]})
@@ -181,7 +166,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
 
 
 def test_picture_comes_back_with_the_graphics(browser):
-    page = visit(browser, size=(720, 420), reduced_motion="reduce")
+    page = visit(browser, size=(SMALL["width"], SMALL["height"]), reduced_motion="reduce")
     page.wait_for_function("!kreisel.view.dirty")
     before = colours(page)
     page.evaluate("""new Promise((done) => {
@@ -200,25 +185,27 @@ def test_picture_comes_back_with_the_graphics(browser):
 
 
 def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
-    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'strang'], eps: [1], gravity: 10});
-        kreisel.page.run(true); kreisel.advance(20)""")
+    load(page, methods=["veselov2", "strang"], eps=[1], gravity=10)
+    page.evaluate("kreisel.page.run(true)")
+    advance(page, 20)
     assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
-    assert page.evaluate("kreisel.states().map(([t]) => t)") == [1, 20]
+    assert [t for t, *_ in states(page)] == [1, 20]
     assert page.get_by_role("button", name="Stop").is_visible()
 
 
 def test_it_stops_when_all_have_failed(page):
-    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['veselov2', 'rk4'], eps: [1], gravity: 10});
-        kreisel.page.run(true); kreisel.advance(20)""")
+    load(page, methods=["veselov2", "rk4"], eps=[1], gravity=10)
+    page.evaluate("kreisel.page.run(true)")
+    advance(page, 20)
     assert " stopped: " in words(page) and page.get_by_role("button", name="Start").is_visible()
-    assert clock(page) == 2000000
+    assert clock(page) == 2 * TICKS
 
 
 def test_no_graphics_is_told(browser):
     flags = ["--no-sandbox", "--disable-gpu", "--disable-software-rasterizer"]
     plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
     page = plain.new_page()
-    page.goto(_PAGE.as_uri())
+    page.goto(PAGE.as_uri())
     page.wait_for_function("document.getElementById('words').textContent.includes('WebGL')")
     assert "The page cannot go on" in words(page) and page.locator("#words").is_visible()
     plain.close()
@@ -227,7 +214,7 @@ def test_no_graphics_is_told(browser):
 def test_no_scripts_is_told(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
-    page.goto(_PAGE.as_uri())
+    page.goto(PAGE.as_uri())
     told = page.locator("noscript")
     assert told.inner_text() == "This page needs JavaScript." and told.is_visible()
     context.close()

@@ -1,18 +1,19 @@
-"""What is to be seen: from where, and of what shape; traces, rods and bodies are those of Python."""
+"""What is to be seen, from where and of what shape; traces, rods and bodies are those of Python."""
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import drag, scene, scene_in_python
+from browser import ROD_SIDES, TRACE, UPRIGHT, WIDE, advance, drag, load, scene, scene_in_python
 
 EMPTY = (60, 120)  # in the picture, beside the top
 TOP = "kreisel.view.tops[0]"
 
 
 def camera(page):
-    """Where it looks from, as seen from where it looks to; where that is; the zoom, of the 2D view."""
-    offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) =>
-        [camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom])(kreisel.view)""")
+    """Where the camera is, seen from where it looks to; where that is; the zoom of the 2D view."""
+    offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
+        camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
+    ])(kreisel.view)""")
     return np.array(offset), np.array(target), zoom
 
 
@@ -149,8 +150,8 @@ def test_window_can_be_resized(page, size):
     assert is_green(page, *page.evaluate("kreisel.at('tip')"))
     before = scene(page)["momentum"]
     start, end = drag(page, "tip", (12, -9))
-    page.set_viewport_size({"width": 1280, "height": 800})
-    page.wait_for_function("kreisel.view.canvas.clientHeight === 800")
+    page.set_viewport_size(dict(zip(("width", "height"), WIDE, strict=True)))
+    page.wait_for_function(f"kreisel.view.canvas.clientHeight === {WIDE[1]}")
     assert end - start == pytest.approx((12, -9), abs=1) and scene(page)["momentum"] != before
 
 
@@ -158,17 +159,19 @@ def test_window_can_be_resized(page, size):
 
 
 def rings(page):
-    """The rod's points, (rings, 12, 3), newest first."""
+    """The rod's points, (rings, sides, 3), newest first; 6 indices draw a side of a ring."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
-    return np.reshape(places, (-1, 12, 3))[: count // 72 + 1]
+    return np.reshape(places, (-1, ROD_SIDES, 3))[: count // (6 * ROD_SIDES) + 1]
 
 
-@pytest.mark.parametrize("preset, ratio", [(0, 1), (2, 0.5**0.5), (3, 0.5)])
+@pytest.mark.parametrize(
+    "preset, ratio", [(UPRIGHT, 1), ("Kowalewski", 0.5**0.5), ("Goryachev-Chaplygin", 0.5)]
+)
 def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
-    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     across = np.linalg.norm(rings(page)[0], axis=1)
     assert across.min() / across.max() == pytest.approx(ratio, rel=1e-5)
     path = kr.solve(
@@ -183,13 +186,13 @@ def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
     assert min(section) / max(section) == pytest.approx(ratio)
 
 
-@pytest.mark.parametrize("preset", [7, 2])
+@pytest.mark.parametrize("preset", ["Elastic rod", "Kowalewski"])
 def test_rod_is_that_of_python_and_grows(page, preset):
-    page.evaluate(f"kreisel.page.load(kreisel.presets[{preset}])")
+    load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
     lengths = []
     for t in (1, 8, 15):
-        page.evaluate(f"kreisel.advance({t})")
+        advance(page, t)
         lengths.append(len(rings(page)))
     assert lengths == [21, 161, 301]
     path = kr.solve(
@@ -216,15 +219,15 @@ def test_rod_is_that_of_python_and_grows(page, preset):
 
 @pytest.mark.parametrize("t, stride", [(5, 1), (45, 2)])
 def test_trace_is_the_way_of_the_apex(page, t, stride):
-    page.evaluate(f"kreisel.advance({t})")
+    advance(page, t)
     places, count = page.evaluate(f"""(({{attributes, instanceCount}}) =>
         [Array.from(attributes.instanceStart.data.array), instanceCount])({TOP}.line.geometry)""")
     points = np.reshape(places, (-1, 3))[: count + 1]
-    assert len(points) == min(100 * t + 1, 2048)
+    assert len(points) == min(100 * t + 1, TRACE)
     path = kr.solve(scene_in_python(scene(page)), t, "bobenko_suris", step=0.01, every=1)
     radius = np.linalg.norm(points, axis=1)
     assert points / radius[:, None] == pytest.approx(path.apex[::-stride][: len(points)], abs=1e-6)
-    fading = 1 - 0.02 * np.arange(len(points)) / 2048
+    fading = 1 - 0.02 * np.arange(len(points)) / TRACE
     assert radius == pytest.approx(radius[0] * fading, rel=1e-6)
 
 

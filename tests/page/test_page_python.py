@@ -1,22 +1,21 @@
-"""The page from Python: kr.view, in a notebook, from the command line, with a path computed elsewhere."""
+"""The page from Python: kr.view, in a notebook, from the command line, beside a computed path."""
 
 import base64
-import sys
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import drag, scene, visit
+from browser import advance, drag, record, scene, states, visit
 from click.testing import CliRunner
-from kreisel.cli import main
+from inside import cli, view
 
 
 def test_a_scene_from_python(browser, tmp_path):
     kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
-    page.evaluate("kreisel.advance(5)")
+    advance(page, 5)
     expected = kr.solve(kr.scenes.asymmetric, 5, "strang", step=0.01, every=500).states[-1]
-    assert page.evaluate("kreisel.states()[0]") == expected.tolist()
+    assert states(page)[0] == expected.tolist()
     page.context.close()
 
 
@@ -24,7 +23,7 @@ def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
-    before, after = drag(page, "corner", (10, -10), number=5)
+    drag(page, "corner", (10, -10), number=5)
     assert scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
     page.context.close()
 
@@ -33,28 +32,25 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     path = kr.solve(kr.scenes.thesis, np.arange(201) * 0.05, "extrap", tol=1e-12)
     kr.view(path, methods="rk4", open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
-    page.evaluate("kreisel.advance(10)")
-    assert page.evaluate("kreisel.states()[1]") == path.states[-1].tolist()
-    assert 0 < max(page.evaluate("kreisel.stage.record(1, 4)")) < 1e-4
+    advance(page, 10)
+    assert states(page)[1] == path.states[-1].tolist()
+    assert 0 < record(page, 1, "error").max() < 1e-4
     page.evaluate("kreisel.page.begin(); kreisel.page.edit((s) => (s.momentum[0] += 0.1))")
     assert scene(page)["tracks"] == []  # it was of another motion
     page.context.close()
 
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
-    view = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
-    assert (
-        view.scene["methods"] == ["strang", "rk4"]
-        and view.scene["eps"] == [0.02]
-        and "cusps" in view.html
-    )
-    assert view._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
-    done = CliRunner().invoke(main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
+    shown = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
+    assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["eps"] == [0.02]
+    assert "cusps" in shown.html
+    assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
+    done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
     assert done.exit_code == 0 and "turns over" in (tmp_path / "a.html").read_text()
 
 
 def test_view_refuses(tmp_path, monkeypatch):
-    with pytest.raises(TypeError, match="Scene or a kreisel.Path"):
+    with pytest.raises(TypeError, match=r"Scene or a kreisel\.Path"):
         kr.view("thesis", open=False)
     with pytest.raises(ValueError, match="one method or two"):
         kr.view(kr.scenes.thesis, methods=["strang", "rk4", "extrap"], open=False)
@@ -64,9 +60,9 @@ def test_view_refuses(tmp_path, monkeypatch):
         kr.view(kr.scenes.thesis, step=1e-7, open=False)
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(kr.scenes.thesis, [0.1, 0.3], "rk4", step=0.01), open=False)
-    monkeypatch.setattr(sys.modules["kreisel.view"], "_PAGE", tmp_path / "none.html")
+    monkeypatch.setattr(view, "_PAGE", tmp_path / "none.html")
     with pytest.raises(FileNotFoundError, match="make build"):
-        kr.view(kr.scenes.thesis, open=False).html
+        _ = kr.view(kr.scenes.thesis, open=False).html
 
 
 def test_states_travel_without_loss():

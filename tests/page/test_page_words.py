@@ -1,10 +1,23 @@
-"""What the page says and takes back: refusals, undo, keys, methods that do not suit, the stop time."""
+"""What the page says and takes back: refusals, undo, keys, methods that do not suit, stop times."""
 
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import clock, drag, scene, scene_in_python
+from browser import (
+    TICKS,
+    UPRIGHT,
+    advance,
+    clock,
+    drag,
+    load,
+    scene,
+    scene_in_python,
+    states,
+    until,
+    words,
+)
 
+pytestmark = pytest.mark.usefixtures("small")
 REFUSED = [
     *(("Step ε, number", value) for value in ("0", "-1", "", "1e300", "0.0000001")),
     *(("Step ε₂, number", value) for value in ("0", "-1", "", "1e300")),
@@ -13,25 +26,11 @@ REFUSED = [
 ]
 
 
-@pytest.fixture(scope="module", autouse=True)
-def small(shared):
-    """A small window is drawn fast."""
-    shared.set_viewport_size({"width": 720, "height": 420})
-
-
-def words(page):
-    return page.locator("#words").inner_text()
-
-
 def everything(page):
     """What a refusal must not change: the scene, the time, the states, and what can be undone."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]"
     )
-
-
-def until(page, t):
-    page.wait_for_function(f"kreisel.page.clock === {t} * 1e6 && kreisel.page.goal === null")
 
 
 def button(page, name):
@@ -74,7 +73,7 @@ def test_an_empty_momentum_changes_nothing(page):
 
 
 def test_undo_of_looks_goes_on(page):
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     before = everything(page)
     for name in ("Floor", "2D view", "Elastic rod"):
         box = page.get_by_role("checkbox", name=name)
@@ -88,7 +87,7 @@ def test_undo_of_looks_goes_on(page):
 
 @pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
 def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     before = everything(page)
     drag(page, kind, by, number=5)
     assert clock(page) == 0 and scene(page) != before[0]
@@ -98,7 +97,7 @@ def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
 
 
 def test_escape_amid_a_drag_takes_it_back(page):
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     before = everything(page)
     x, y = page.evaluate("kreisel.at('tip')")
     page.mouse.move(x, y)
@@ -113,13 +112,13 @@ def test_escape_amid_a_drag_takes_it_back(page):
 
 
 def test_undo_of_a_choice_gives_the_scene_before_back(page):
-    page.evaluate("kreisel.advance(3)")
+    advance(page, 3)
     before = everything(page)
     page.get_by_label("What to look at").select_option(label="3  Kowalewski")
     assert scene(page)["name"] == "Kowalewski" and clock(page) == 0
     button(page, "Undo").click()
     until(page, 3)
-    assert everything(page) == before and chosen(page, "What to look at") == "1 Lagrange's top"
+    assert everything(page) == before and chosen(page, "What to look at") == f"1 {UPRIGHT}"
 
 
 def test_one_undo_for_one_pull_of_a_slider(page):
@@ -177,14 +176,14 @@ def test_start_is_called_stop_while_it_runs(page):
 
 
 def test_a_changed_scene_is_called_so(page):
-    assert chosen(page, "What to look at") == "1 Lagrange's top"
+    assert chosen(page, "What to look at") == f"1 {UPRIGHT}"
     for value in ("1.5", "2.5"):
         page.get_by_label("Momentum, first component").fill(value)
         page.keyboard.press("Tab")
-        assert chosen(page, "What to look at") == "Lagrange's top, changed"
+        assert chosen(page, "What to look at") == f"{UPRIGHT}, changed"
     button(page, "Undo").click()
     button(page, "Undo").click()
-    assert chosen(page, "What to look at") == "1 Lagrange's top"
+    assert chosen(page, "What to look at") == f"1 {UPRIGHT}"
 
 
 def test_a_method_that_does_not_suit_is_replaced(page):
@@ -212,7 +211,7 @@ def test_tolerance_is_kept_to(page):
         field.fill(tol)
         field.press("Tab")
         page.evaluate("kreisel.page.set('eps.0', 0.5); kreisel.advance(4)")
-        errors.append(np.abs(np.subtract(page.evaluate("kreisel.states()[0]"), exact)).max())
+        errors.append(np.abs(np.subtract(states(page)[0], exact)).max())
         page.evaluate("kreisel.page.reset()")
     assert scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
@@ -229,14 +228,15 @@ def test_stop_time_is_told_and_kept(page):
     field.press("Tab")
     for _ in range(2):
         button(page, "Start").click()
-        page.evaluate("kreisel.advance(3)")
-        assert clock(page) == 500000 and button(page, "Start").is_visible()
+        advance(page, 3)
+        assert clock(page) == 0.5 * TICKS and button(page, "Start").is_visible()
         assert "The stop time 0.5 is reached" in words(page)
 
 
 def test_advance_keeps_within_its_budget(page):
-    page.evaluate("""kreisel.page.load({...kreisel.presets[0], methods: ['extrap'], momentum: [1e4, 0, 1e4]});
-        kreisel.page.advance(1e8, 8)""")
-    assert page.evaluate("kreisel.page.late") and 0 < clock(page) < 1e8
-    page.evaluate("kreisel.page.load(kreisel.presets[0]); kreisel.page.advance(1e6, 1e6)")
-    assert not page.evaluate("kreisel.page.late") and clock(page) == 1e6
+    load(page, methods=["extrap"], momentum=[1e4, 0, 1e4])
+    page.evaluate(f"kreisel.page.advance({100 * TICKS}, 8)")
+    assert page.evaluate("kreisel.page.late") and 0 < clock(page) < 100 * TICKS
+    load(page)
+    page.evaluate(f"kreisel.page.advance({TICKS}, 1e6)")
+    assert not page.evaluate("kreisel.page.late") and clock(page) == TICKS

@@ -94,8 +94,8 @@ def closed_form(scene, n=400):
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
     c, l, lever = (
-        start.axial[0],
-        start.vertical[0],
+        start.axial_momentum[0],
+        start.vertical_momentum[0],
         scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com),
     )
     h = start.energy[0] - c * c / (2 * i3)

@@ -1,4 +1,4 @@
-"""Comparisons, scenes as files, and the command line, which speaks the same words."""
+"""The command line, which speaks the words of the package."""
 
 import csv
 import os
@@ -10,160 +10,15 @@ import kreisel as kr
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from kreisel.cli import main
+from inside import cli
+from toolbox import python
+from tops import GENERAL
 
-CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
-SCENE = kr.Scene(
-    CORNER, momentum=(0.172, -1.862, 1.46), attitude=(0.8, 0.4, -0.2, 0.4), gravity=1 / 3
-)
-
-
-# kreisel.compare
-
-
-def test_compare(tmp_path):
-    scene = kr.scenes.thesis
-    table = kr.compare(
-        scene, [1, 5], ["rk4", "strang", "extrap"], steps=[0.1, 0.02], tols=[1e-6, 1e-10], repeats=2
-    )
-    assert [(row.method, row.step, row.tol) for row in table] == [
-        ("rk4", 0.1, None), ("rk4", 0.02, None), ("strang", 0.1, None), ("strang", 0.02, None),
-        ("extrap", None, 1e-6), ("extrap", None, 1e-10),
-    ]  # fmt: skip
-    for coarse, fine in zip(table.rows[::2], table.rows[1::2]):
-        assert (
-            0 < fine.attitude_error < coarse.attitude_error
-            and 0 < fine.energy_error < coarse.energy_error
-        )
-        assert (
-            0 < fine.seconds <= fine.median
-            and fine.evaluations > coarse.evaluations > 0
-            and fine.failure == ""
-        )
-    assert table[0].scene == "thesis" and table[0].steps == 50 and len(table) == 6
-    truth = kr.solve(scene, [1, 5], tol=1e-13)
-    again = kr.compare(scene, [1, 5], ["rk4"], steps=[0.1], truth=truth, repeats=1)[0]
-    assert again.attitude_error == table[0].attitude_error
-    assert (
-        again.attitude_error
-        == kr.attitude_error(kr.solve(scene, [1, 5], "rk4", step=0.1).q, truth.q).max()
-    )
-    by_method = kr.compare(scene, [1, 5], ["strang"], steps=[0.1], truth="rk4", repeats=1)[0]
-    assert by_method.attitude_error == pytest.approx(table[2].attitude_error, rel=1e-3)
-    table.to_csv(tmp_path / "table.csv")
-    lines = (tmp_path / "table.csv").read_text().splitlines()
-    assert len(lines) == 7 and lines[0].startswith("scene,method,step,tol,seconds")
-    assert repr(table[0].energy_error) in lines[1]
-    assert len(str(table).splitlines()) == 7 and "bobenko" not in str(table)
-
-
-def test_compare_takes_all_methods_that_apply():
-    rows = kr.compare(SCENE, 1, steps=[0.1], repeats=1)
-    assert {row.method for row in rows} == {
-        name for name, method in kr.methods.items() if method.applies_to(CORNER)
-    }
-
-
-def test_compare_goes_on_after_a_failure():
-    scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
-    blown, fine = kr.compare(scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1)
-    assert (
-        "finite" in blown.failure
-        and np.isnan([blown.seconds, blown.attitude_error, blown.energy_error]).all()
-    )
-    assert fine.failure == "" and fine.seconds > 0
-
-
-# Scenes as TOML
-
-
-@pytest.mark.parametrize("scale", [1e-40, 1, 1e40])
-def test_toml_keeps_every_bit(scale, tmp_path):
-    body = kr.Body.cuboid(
-        half=np.array((0.6, 0.8, 1)) * scale, pivot=np.array((0.1, -0.2, -1)) * scale
-    )
-    scene = kr.Scene(
-        body,
-        velocity=np.array((0.172, -1.862, 1e-5)) / 3,
-        attitude=SCENE.attitude,
-        gravity=-0.1 * scale,
-    )
-    text = scene.to_toml(tmp_path / "top.toml")
-    again = kr.Scene.from_toml(tmp_path / "top.toml")
-    assert again == scene and again.to_toml() == text == (tmp_path / "top.toml").read_text()
-    assert again._block == scene._block
-
-
-@pytest.mark.parametrize(
-    "body, expected",
-    [
-        ("cuboid = { half = [0.6, 0.8, 1], pivot = [0.1, -0.2, -1] }", CORNER),
-        (
-            "symmetric = { mass = 1, i1 = 2, i3 = 1.5, height = 0.5 }",
-            kr.Body.symmetric(1, 2, 1.5, 0.5),
-        ),
-        (
-            "from_com = { mass = 1, inertia_about_com = [2, 2, 1.5], com = [0, 0, 1], pivot = [0, 0.5, 0] }",
-            kr.Body.from_com(1, (2, 2, 1.5), (0, 0, 1), (0, 0.5, 0)),
-        ),
-        (
-            "mass = 1\ninertia = [[2, 0, 0], [0, 2, 0], [0, 0, 1]]\ncom = [0, 0, 1]",
-            kr.Body(1, (2, 2, 1), (0, 0, 1)),
-        ),
-    ],
-)
-def test_toml_takes_the_words_of_the_constructors(body, expected, tmp_path):
-    file = tmp_path / "top.toml"
-    file.write_text(f"body_velocity = [0, 0.1, 2]\nattitude_xyzw = [0, 0, 1, 0]\n[body]\n{body}\n")
-    assert kr.Scene.from_toml(file) == kr.Scene(
-        expected, body_velocity=(0, 0.1, 2), attitude_xyzw=(0, 0, 1, 0)
-    )
-
-
-GOOD = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 1]\n"
-
-
-@pytest.mark.parametrize(
-    "text, exception, message",
-    [
-        (
-            "momentun = [0, 0, 1]\n" + GOOD,
-            ValueError,
-            "unknown key in a scene: 'momentun'; did you mean 'momentum'?",
-        ),
-        (
-            "momentum = [0, 0, 1]\n" + GOOD.replace("mass", "mas"),
-            ValueError,
-            "'mas'; did you mean 'mass'?",
-        ),
-        ("momentum = [0, 0, 1]\n[body]\ncubiod = {}\n", ValueError, "did you mean 'cuboid'?"),
-        (
-            "momentum = [0, 0, 1]\n[body]\ncuboid = { half = [1, 1, 1] }\n",
-            ValueError,
-            "cuboid has no pivot",
-        ),
-        ("momentum = [0, 0, 1]\n[body]\ncuboid = 3\n", TypeError, "cuboid must be a table"),
-        ("momentum = [0, 0, 1]\n" + GOOD + "cuboid = {}\n", ValueError, "described in one way"),
-        ("momentum = [0, 0, 1]\n", ValueError, r"table \[body\] is missing"),
-        ("body = 1\nmomentum = [0, 0, 1]\n", TypeError, "body must be a table"),
-        ("momentum = [0, '0', 1]\n" + GOOD, TypeError, "momentum must be 3 numbers"),
-        (GOOD, ValueError, "exactly one of momentum"),
-        ("momentum = [0, nan, 1]\n" + GOOD, ValueError, "momentum must be finite"),
-        ("momentum = [0, 0, 1\n", ValueError, "Unclosed array"),
-    ],
-)
-def test_toml_that_is_wrong(text, exception, message, tmp_path):
-    file = tmp_path / "top.toml"
-    file.write_text(text)
-    with pytest.raises(exception, match=f"top.toml: .*{message}"):
-        kr.Scene.from_toml(file)
-
-
-# The command line
+SCENE = GENERAL.replace(gravity=1 / 3)
 
 
 def call(*words, code=0):
-    done = CliRunner().invoke(main, [str(word) for word in words])
+    done = CliRunner().invoke(cli.main, [str(word) for word in words])
     assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
     return done.output
 
@@ -174,7 +29,7 @@ def test_solve_writes_all_digits(tmp_path):
     path = kr.solve(SCENE, [-1, -2], "rk4", step=0.1)
     how = ("--t", "-1,-2", "--method", "rk4", "--step", 0.1)
     header, *rows = csv.reader(call("solve", scene, *how, "--csv", "-").splitlines())
-    assert header == ["t", "qw", "qx", "qy", "qz", "mx", "my", "mz"]
+    assert header == ["t", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
     assert np.array_equal(np.array(rows, float), path.states)
     shown = call("solve", scene, *how, "--npz", tmp_path / "top.npz")
     assert "2 states by rk4: 20 steps" in shown and f"{path.m[-1, 0]:.15g}" in shown
@@ -184,57 +39,28 @@ def test_solve_writes_all_digits(tmp_path):
 
 
 def test_solve_keeps_what_a_failed_run_reached(tmp_path):
-    how = (
-        "--t",
-        10,
-        "--method",
-        "rk4",
-        "--step",
-        0.1,
-        "--every",
-        2,
-        "--max-steps",
-        5,
-        "--csv",
-        tmp_path / "part.csv",
-    )
-    assert "largest number of steps" in call("solve", "thesis", *how, code=1)
+    how = "--t 10 --method rk4 --step 0.1 --every 2 --max-steps 5 --csv".split()
+    said = call("solve", "thesis", *how, tmp_path / "part.csv", code=1)
+    assert "largest number of steps" in said
     times = [line.split(",")[0] for line in (tmp_path / "part.csv").read_text().splitlines()[1:]]
     assert times == ["0.0", "0.2", "0.4", "0.5"]
 
 
 PRESSED = """
 import os, signal
-import kreisel as kr
-from kreisel.cli import main
+from kreisel._showing import cli
 
-solve = kr.solve
-kr.solve = lambda *words, **how: solve(*words, progress=lambda t: os.kill(os.getpid(), signal.SIGINT), **how)
-main()
+solve = cli.solved
+def press(t): os.kill(os.getpid(), signal.SIGINT)
+cli.solved = lambda *words, **how: solve(*words, progress=press, **how)
+cli.main()
 """
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs signals")
 def test_solve_keeps_what_ctrl_c_left(tmp_path):
-    words = [
-        "solve",
-        "thesis",
-        "--t",
-        "1e8",
-        "--method",
-        "rk4",
-        "--step",
-        "1e-3",
-        "--csv",
-        "part.csv",
-    ]
-    done = subprocess.run(
-        [sys.executable, "-c", PRESSED, *words],
-        cwd=tmp_path,
-        stderr=subprocess.PIPE,
-        text=True,
-        timeout=60,
-    )
+    words = "solve thesis --t 1e8 --method rk4 --step 1e-3 --csv part.csv".split()
+    done = python(PRESSED, *words, cwd=tmp_path)
     assert done.returncode == 130 and "Error: interrupted" in done.stderr
     assert len((tmp_path / "part.csv").read_text().splitlines()) == 3
 
@@ -261,19 +87,8 @@ def test_what_is_wrong_is_said(words, code, message):
 
 
 def test_compare_command(tmp_path):
-    how = (
-        "--t",
-        2,
-        "--methods",
-        "rk4,extrap",
-        "--steps",
-        "0.1,0.05",
-        "--tols",
-        1e-9,
-        "--repeats",
-        1,
-    )
-    shown = call("compare", "thesis", *how, "--csv", tmp_path / "table.csv")
+    how = "--t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9 --repeats 1 --csv".split()
+    shown = call("compare", "thesis", *how, tmp_path / "table.csv")
     with open(tmp_path / "table.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert [(row["method"], row["step"], row["tol"]) for row in rows] == [
@@ -317,16 +132,11 @@ def test_solve_what_is_wanted(tmp_path):
     how = ("--t", "1,2,3", "--want", "nutation,apex,q", "--npz", tmp_path / "top.npz", "--csv", "-")
     header, *rows = csv.reader(call("solve", "asymmetric", *how).splitlines())
     path = kr.solve(kr.scenes.asymmetric, [1, 2, 3], want=("nutation", "apex", "q"))
-    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "qw", "qx", "qy", "qz"]
+    assert header == ["t", "nutation", "apex_x", "apex_y", "apex_z", "q_w", "q_x", "q_y", "q_z"]
     assert np.array_equal(
         np.array(rows, float), np.column_stack([path.t, path.nutation, path.apex, path.q])
     )
     with np.load(tmp_path / "top.npz") as saved:
-        assert np.array_equal(saved["apex"], path.apex) and set(saved) == {
-            "t",
-            "nutation",
-            "apex",
-            "q",
-            "scene",
-        }
+        assert np.array_equal(saved["apex"], path.apex)
+        assert set(saved) == {"t", "nutation", "apex", "q", "scene"}
     assert "nutation" in call("solve", "asymmetric", "--t", 3, "--want", "nutation")

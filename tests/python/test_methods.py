@@ -10,24 +10,26 @@ from validation.truth.orders import BODIES, measured
 from validation.truth.orders import tilted as scene
 
 
-def cases(*, adaptive, **flags):
-    """Methods of the kind, each with every body that it applies to."""
+def cases(wanted=lambda name, body: True, **flags):
+    """Methods of these flags, each with every wanted body that it applies to."""
     return [
-        pytest.param(name, body, id=f"{name}-{body}")
+        (name, body)
         for name, method in kr.methods.items()
-        if method.adaptive == adaptive
-        and all(getattr(method, flag) == value for flag, value in flags.items())
+        if all(getattr(method, flag) == value for flag, value in flags.items())
         for body in BODIES
-        if method.applies_to(BODIES[body])
+        if method.applies_to(BODIES[body]) and wanted(name, body)
     ]
 
 
-@pytest.mark.parametrize("name, body", cases(adaptive=False))
-def test_order(name, body):
-    """Measured in q and in m; each must come within 0.2 of the table's, from both sides."""
+def leads(name, body):
+    """Goryachev's and Chaplygin's top is so heavy that rounding comes before a high order leads."""
+    return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
+
+
+@pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
+def test_order_is_that_of_the_table(name, body):
+    """It is measured in q and in m; each comes within 0.2 of the table's, from both sides."""
     order = kr.methods[name].order
-    if order > 4 and body == "goryachev_chaplygin":
-        pytest.skip("so heavy a top that rounding comes before the leading term leads")
     slopes = measured(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
@@ -53,7 +55,7 @@ def test_tolerance_is_kept(name, body):
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False, reversible=True))
-def test_there_and_back(name, body):
+def test_the_way_back_leads_to_the_start(name, body):
     there = kr.solve(scene(body), 30, method=name, step=0.05)
     back = kr.solve(there.scene_at(-1), -30, method=name, step=0.05)
     assert kr.attitude_error(back.q[-1], there.q[0]) < 1e-11
@@ -74,11 +76,6 @@ def test_energy_neither_drifts_nor_grows(name, body):
         assert np.ptp(quarters, axis=1).max() < 1.3 * np.ptp(quarters, axis=1).min()
 
 
-def test_a_large_step_has_no_processor():
-    with pytest.raises(ValueError, match="step is too large"):
-        kr.solve(scene("lagrange"), 100, method="takahashi_imada4", step=20.0)
-
-
 def test_hirota_kimura_keeps_its_rational_integrals():
     """(1 - h^2/4 a_k a_i W_j^2) / (1 - h^2/4 a_i a_j W_k^2), with dW_i/dt = a_i W_j W_k."""
     h, (i1, i2, i3) = 0.1, BODIES["free"].moments
@@ -92,13 +89,14 @@ def test_hirota_kimura_keeps_its_rational_integrals():
     assert np.ptp(np.linalg.norm(path.m, axis=1)) > 1e-6
 
 
-@pytest.mark.parametrize("name", ["kahan_li8", "blanes_moan6"])
-@pytest.mark.parametrize("body", ["kowalewski", "asymmetric"])
+def is_compensated(name, body):
+    return name in ("kahan_li8", "blanes_moan6") and body in ("kowalewski", "asymmetric")
+
+
+@pytest.mark.parametrize("name, body", cases(is_compensated))
 def test_roundings_do_not_add_up(name, body):
     """Sums are compensated: 1e6 kicks with 1e-16 each, at random, would move the energy by 1e-13. The error of the
     method is smaller still at this step, so that what is left is rounding."""
-    if not kr.methods[name].applies_to(BODIES[body]):
-        return
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()
 
@@ -120,12 +118,35 @@ def test_implicit_methods_say_where_they_do_not_converge(name):
     assert failure.value.status == "ERR_CONVERGENCE" and failure.value.path.t[-1] < 5
 
 
+VERTICAL = dict.fromkeys(BODIES, ["vertical_momentum"])
+AXIAL = {**VERTICAL, "lagrange": ["vertical_momentum", "axial_momentum"]}
+CONSERVED = {  # what the words of the table promise: the quantities that stay, body by body
+    "nothing": {},
+    "two rational integrals": {},
+    "<m,p>": VERTICAL,
+    "<m,p>; on Lagrange tops <m,a>": AXIAL,
+    "<m,p>; on Lagrange tops <m,a>; on free tops the energy": {
+        **AXIAL,
+        "free": ["vertical_momentum", "energy"],
+    },
+    "<m,p>, <m,a>, a modified energy": AXIAL,
+    "all integrals": {"lagrange": ["vertical_momentum", "axial_momentum", "energy"]},
+}
+
+
 @pytest.mark.parametrize(
-    "name", [name for name in kr.methods if "<m,a>" in kr.methods[name].conserves]
+    "name, body", cases(lambda name, body: body in CONSERVED[kr.methods[name].conserves])
 )
-def test_lagrange_tops_keep_the_axial_momentum(name):
-    path = kr.solve(scene("lagrange"), 500, method=name, step=0.05, every=50)
-    assert np.ptp(path.axial) < 1e-11 and np.ptp(path.vertical) < 1e-12
+def test_what_the_table_promises_is_conserved(name, body):
+    """Modified energies and rational integrals have tests of their own."""
+    method = kr.methods[name]
+    if method.adaptive:
+        path = kr.solve(scene(body), np.linspace(0, 500, 201), method=name)
+    else:
+        path = kr.solve(scene(body), 500, method=name, step=0.05, every=50)
+    for quantity in CONSERVED[method.conserves][body]:
+        within = 1e-12 if quantity == "vertical_momentum" else 1e-11
+        assert np.ptp(getattr(path, quantity)) < within, quantity
 
 
 @pytest.mark.parametrize("body", ["lagrange", "kowalewski", "goryachev_chaplygin"])
@@ -149,15 +170,22 @@ def test_fourth_integrals_are_constant():
     assert np.ptp(raised.goryachev_chaplygin) > 1e-2
 
 
-@pytest.mark.parametrize("name", kr.methods)
-def test_methods_refuse_other_bodies(name):
-    for body in BODIES.values():
-        if not kr.methods[name].applies_to(body):
-            with pytest.raises(ValueError, match="does not apply.*it is for"):
-                kr.solve(kr.Scene(body, momentum=(1, 2, 3)), 1, method=name, step=0.1)
-    kinds = {
-        "hirota_kimura": {"free"},
-        "blanes_moan6": {"lagrange", "kowalewski", "goryachev_chaplygin"},
-    }
-    if name in kinds:
-        assert {body for body in BODIES if kr.methods[name].applies_to(BODIES[body])} == kinds[name]
+@pytest.mark.parametrize(
+    "name, body",
+    [(name, body) for name in kr.methods for body in BODIES if (name, body) not in cases()],
+)
+def test_methods_refuse_other_bodies(name, body):
+    with pytest.raises(ValueError, match="does not apply.*it is for"):
+        kr.solve(kr.Scene(BODIES[body], momentum=(1, 2, 3)), 1, method=name, step=0.1)
+
+
+@pytest.mark.parametrize(
+    "name, bodies",
+    [
+        ("hirota_kimura", {"free"}),
+        ("blanes_moan6", {"lagrange", "kowalewski", "goryachev_chaplygin"}),
+        ("strang", set(BODIES)),
+    ],
+)
+def test_a_method_is_for_these_bodies(name, bodies):
+    assert {body for method, body in cases() if method == name} == bodies

@@ -1,42 +1,55 @@
-"""Progress is told, and Ctrl-C stops whatever runs; how soon, validation/bench/running.py measures."""
+"""What ends a run early: a failure, a progress that raises, Ctrl-C; what was reached is kept."""
 
+import pickle
 import signal
-import subprocess
-import sys
 import threading
 
 import kreisel as kr
+import numpy as np
 import pytest
+from toolbox import python
+from tops import GENERAL
 
 TOP = kr.scenes.asymmetric
 
 
-def test_progress_is_told():
-    told = []
-    with pytest.raises(ArithmeticError, match="enough"):
+def test_limit_of_steps():
+    with pytest.raises(
+        kr.Error, match="largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
+    ) as failure:
+        kr.solve(GENERAL, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
+    error = failure.value
+    assert error.status == "ERR_LIMIT" and isinstance(error, RuntimeError)
+    assert error.path.t.tolist() == [0, 0.055, 0.1] and error.path.stats.steps == 10
+    full = kr.solve(GENERAL, [0, 0.055, 0.1], "rk4", step=0.01, max_steps=10)
+    assert np.array_equal(error.path.states, full.states)
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), again.status) == (kr.Error, str(error), error.status)
+    assert np.array_equal(again.path.states, full.states)
 
-        def tell(t):
-            told.append(t)
-            if len(told) == 3:
-                raise ArithmeticError("enough")
 
-        kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=tell)
-    assert 0 < told[0] < told[1] < told[2] < 1e9
+@pytest.mark.parametrize("first, reached", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
+def test_a_state_that_stops_being_finite(first, reached):
+    wild = GENERAL.replace(momentum=(5, -10, 5), attitude=(1, 0, 0, 0))
+    with pytest.raises(kr.Error, match="finite.* in 3 steps") as failure:
+        kr.solve(wild, [first, 50.0], "rk4", step=0.5)
+    path = failure.value.path
+    assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist() == reached
+    assert np.isfinite(path.states).all()
+    assert np.array_equal(path.states[-1], kr.solve(wild, 1.5, "rk4", step=0.5).states[-1])
 
 
-@pytest.mark.parametrize(
-    "run",
-    [
-        lambda tell: list(
-            kr.stream(TOP, 1e6, "strang", step=1e-2, every=1, chunk=7, progress=tell)
-        ),
-        lambda tell: kr.solve(
-            TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell
-        ),
-    ],
-    ids=["stream", "want"],
-)
-def test_progress_is_told_however_short_the_pieces(run):
+def test_tolerance_out_of_reach():
+    with pytest.raises(kr.Error) as failure:
+        kr.solve(GENERAL, 1, tol=1e-300)
+    assert failure.value.status == "ERR_STEP" and failure.value.path.t.tolist()[0] == 0
+
+
+# Progress
+
+
+def told_thrice(run):
+    """What a run tells of its progress until that raises, which ends it."""
     told = []
 
     def tell(t):
@@ -46,7 +59,25 @@ def test_progress_is_told_however_short_the_pieces(run):
 
     with pytest.raises(ArithmeticError, match="enough"):
         run(tell)
-    assert 0 < told[0] < told[1] < told[2] < 1e6
+    return told
+
+
+def streamed(tell):
+    list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=tell))
+
+
+def wanted(tell):
+    kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell)
+
+
+def solved(tell):
+    kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=tell)
+
+
+@pytest.mark.parametrize("run", [solved, streamed, wanted])
+def test_progress_is_told_however_short_the_pieces(run):
+    first, second, third = told_thrice(run)
+    assert 0 < first < second < third < 1e9
 
 
 def test_progress_is_told_in_any_thread_and_may_not_lead_on():
@@ -65,7 +96,13 @@ def test_progress_is_told_in_any_thread_and_may_not_lead_on():
     assert failures == ["this run is under way: one thread at a time, one call in another"]
 
 
+# Ctrl-C and other signals
+
+
 STOPS = {
+    "fixed": 'kr.solve(top, 1e8, "rk4", step=1e-3, progress=send)',
+    "adaptive": "kr.solve(top, 1e8, tol=1e-12, progress=send)",
+    "detours": 'kr.solve(top, np.arange(0, 4e5) * 0.1005, "strang", step=1e-3, progress=send)',
     "digits": "kr.solve(top, 1e9, digits=30, progress=send)",
     "dense": "kr.solve(top, np.linspace(0, 10, 30_000_000), progress=send)",
     "implicit": 'kr.solve(top, 1e9, "implicit_midpoint", step=0.01, progress=send)',
@@ -77,11 +114,12 @@ STOPS = {
 }
 INTERRUPTED = """
 import math, numpy as np, os, signal, sys, threading, time, kreisel as kr
-top = kr.scenes.asymmetric
+top, sent = kr.scenes.asymmetric, []
 def stop(t):
+    sent.append(time.perf_counter())
     raise KeyboardInterrupt
 def kill():
-    sys.stderr.write(f"{time.perf_counter()}\\n")
+    sent.append(time.perf_counter())
     os.kill(os.getpid(), signal.SIGINT)
 def send(t, timers=[]):
     if not timers:
@@ -90,19 +128,33 @@ def send(t, timers=[]):
 try:
     eval(sys.argv[1])
 except kr.Interrupted as stopped:
-    print(time.perf_counter(), len(stopped.path.t), stopped.path.t[-1])
+    seconds, path = time.perf_counter() - sent[0], stopped.path
+    assert isinstance(stopped, KeyboardInterrupt) and stopped.status == "ERR_INTERRUPTED"
+    print(seconds, len(path.t), path.t[-1])
 """
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, STOPS[kind]],
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    """How soon, validation/bench/running.py measures."""
+    done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
-    _, states, reached = map(float, done.stdout.split())
-    assert states >= 1 and reached >= 0
+    seconds, states, reached = map(float, done.stdout.split())
+    assert seconds < 2 and states >= 1 and reached >= 0
+    assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and reached > 0)
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
+def test_other_signals_raise_what_their_handler_raises():
+    def handler(*_):
+        raise TimeoutError("enough")
+
+    before = signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(TimeoutError, match="enough"):
+            kr.solve(GENERAL, 1e8, "rk4", step=1e-3)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)

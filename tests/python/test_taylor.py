@@ -5,10 +5,7 @@ from fractions import Fraction
 import kreisel as kr
 import numpy as np
 import pytest
-
-TILT = np.array([0.8, 0.4, -0.2, 0.4])
-BODY = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))
-SCENE = kr.Scene(BODY, momentum=(0.172, -1.862, 1.46), attitude=TILT / np.linalg.norm(TILT))
+from tops import GENERAL
 
 
 def angle(a, b):
@@ -25,7 +22,7 @@ def angle(a, b):
 
 
 def test_digits_are_what_they_say():
-    plain, twenty, thirty = (kr.solve(SCENE, 10, digits=digits) for digits in (16, 20, 30))
+    plain, twenty, thirty = (kr.solve(GENERAL, 10, digits=digits) for digits in (16, 20, 30))
     assert 1e-17 < angle(plain, thirty) < 1e-13
     assert 1e-23 < angle(twenty, thirty) < 1e-18
     assert not plain.q_low.any() and not plain.m_low.any()
@@ -43,13 +40,13 @@ def test_digits_are_what_they_say():
 
 @pytest.mark.parametrize("asked, used", [(1, 16), (16, 16), (17, 20), (20, 20), (21, 30), (30, 30)])
 def test_digits_are_rounded_up(asked, used):
-    path, same = kr.solve(SCENE, 2, digits=asked), kr.solve(SCENE, 2, digits=used)
+    path, same = kr.solve(GENERAL, 2, digits=asked), kr.solve(GENERAL, 2, digits=used)
     assert path.digits == used
     assert np.array_equal(path.states, same.states) and np.array_equal(path.q_low, same.q_low)
 
 
 def test_sixteen_digits_are_the_default():
-    assert np.array_equal(kr.solve(SCENE, 5).states, kr.solve(SCENE, 5, digits=16).states)
+    assert np.array_equal(kr.solve(GENERAL, 5).states, kr.solve(GENERAL, 5, digits=16).states)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +65,7 @@ def test_sixteen_digits_are_the_default():
 )
 def test_wrong_digits(how, error, message):
     with pytest.raises(error, match=message):
-        kr.solve(SCENE, 1, **how)
+        kr.solve(GENERAL, 1, **how)
 
 
 @pytest.mark.parametrize(
@@ -82,20 +79,20 @@ def test_wrong_digits(how, error, message):
     ],
 )
 def test_a_path_knows_its_error(how, low, high):
-    path = kr.solve(SCENE, [1, 5, 10], **how)
+    path = kr.solve(GENERAL, [1, 5, 10], **how)
     assert low < path.error < high
     if path.digits != 30:
-        truth = kr.solve(SCENE, [1, 5, 10], digits=30)
+        truth = kr.solve(GENERAL, [1, 5, 10], digits=30)
         assert path.error == pytest.approx(angle(path, truth), rel=1e-3)
 
 
 def test_the_error_of_nothing():
-    assert kr.solve(SCENE, []).error == 0.0
-    assert kr.solve(SCENE, [0.0]).error < 1e-15
+    assert kr.solve(GENERAL, []).error == 0.0
+    assert kr.solve(GENERAL, [0.0]).error < 1e-15
 
 
 def test_looks_cost_no_steps_and_change_nothing():
-    many, one = kr.solve(SCENE, np.linspace(0, 10, 5001)), kr.solve(SCENE, 10)
+    many, one = kr.solve(GENERAL, np.linspace(0, 10, 5001)), kr.solve(GENERAL, 10)
     assert many.stats == one.stats and many.stats.steps < 30
     assert np.array_equal(many.states[-1], one.states[-1])
     assert np.ptp(many.energy) < 1e-14 * many.kinetic.max()
@@ -103,20 +100,20 @@ def test_looks_cost_no_steps_and_change_nothing():
 
 def test_back_in_time():
     for digits, bound in ((16, 1e-12), (20, 1e-12)):
-        there = kr.solve(SCENE, 8, digits=digits)
+        there = kr.solve(GENERAL, 8, digits=digits)
         back = kr.solve(there.end, -8, digits=digits)
-        assert kr.attitude_error(back.q[-1], SCENE.attitude) < bound
+        assert kr.attitude_error(back.q[-1], GENERAL.attitude) < bound
 
 
 def test_compare_takes_twenty_digits_for_the_truth():
-    table = kr.compare(SCENE, 10, ["taylor"], tols=[1e-6, 1e-12], repeats=1)
+    table = kr.compare(GENERAL, 10, ["taylor"], tols=[1e-6, 1e-12], repeats=1)
     assert [row.attitude_error < bound for row, bound in zip(table, (1e-4, 1e-10))] == [True, True]
     assert table[1].attitude_error > 0
 
 
 def test_a_limit_keeps_the_low_words():
     with pytest.raises(kr.Error) as failure:
-        kr.solve(SCENE, [1, 2, 50], digits=30, max_steps=5)
+        kr.solve(GENERAL, [1, 2, 50], digits=30, max_steps=5)
     path = failure.value.path
     assert len(path) == len(path.q_low) >= 2 and path.q_low[-1].any()
 

@@ -209,7 +209,7 @@ def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
     path = kr.solve(scene, step * np.arange(20), "implicit_midpoint", step=step)
-    momenta = pairwise(path.axial)
+    momenta = pairwise(path.axial_momentum)
     for (p, q), (before, after) in zip(pairwise(path.q), momenta, strict=True):
         w, *vector = kr.quaternion.multiply(
             kr.quaternion.conjugate(p), q

@@ -43,7 +43,7 @@ def library(compiler="gcc"):
     compiler = shutil.which(compiler) or exit(f"needs {compiler}")
     jobs = [(file, ["-DKR_X86"]) for file in [*CORE, Path(__file__).with_suffix(".c")]]
     jobs += [
-        (file, [*options, f"-DKR_SET={name}"]) for name, options in SETS.items() for file in PER_SET
+        (file, [*options, f"-DKR_ISA={name}"]) for name, options in SETS.items() for file in PER_SET
     ]
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder) / "bench_exact.so"
@@ -74,7 +74,7 @@ def sets(core):
 class Ours:
     def __init__(self, core, scene):
         self.core = core
-        self.block = np.array(scene._block)
+        self.block = np.frombuffer(scene._block)
         self.scene = self.block.ctypes.data_as(ctypes.c_void_p)
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))

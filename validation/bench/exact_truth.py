@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from textwrap import fill
 
 import mpmath as mp
 import numpy as np
@@ -191,7 +192,7 @@ def maps(tops, most):
 
 
 def header():
-    """tests/exact_truth.h"""
+    """Prints tests/core/exact_truth.h."""
 
     def row(numbers):
         return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
@@ -204,15 +205,17 @@ def header():
         truth, q = reference(case)[0], cases.unit(case[-2])
         for t in TRUTH_TIMES:
             attitude, momentum = truth(t)
-            lines += [
-                f'    {{"{name}", {row(inertia)}, {lever:.17g}, {row(q)},',
-                f"     {row(case[-1])}, {t:g},",
-                f"     {{{row(attitude)}, {row(momentum)}}}}},",
-            ]
+            line = (
+                f'{{"{name}", {row(inertia)}, {lever:.17g}, {row(q)}, {row(case[-1])}, {t:g}, '
+                f"{{{row(attitude)}, {row(momentum)}}}}},"
+            )
+            lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
     print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 
-HEADER = """/* Where tops are, by quadrature in 50 digits. Printed by `python -m validation.bench.exact_truth --header`. */
+HEADER = """/* Where tops are, by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`
+ * prints this file. */
+/* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
 #define KR_EXACT_TRUTH_H
 #include "kreisel.h"
@@ -220,7 +223,7 @@ HEADER = """/* Where tops are, by quadrature in 50 digits. Printed by `python -m
 typedef struct exact_truth {
     const char *name;
     kr_vec3 inertia;
-    double lever;           /* mass gravity com, along T */
+    double lever; /* mass gravity com, along T */
     kr_quat q;
     kr_vec3 m;
     double t;
@@ -242,7 +245,7 @@ def main(argv=None):
         "--full", action="store_true", help="20,000 tops, the map to k = 1e6; minutes"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--header", action="store_true", help="print tests/exact_truth.h")
+    parser.add_argument("--header", action="store_true", help="print tests/core/exact_truth.h")
     chosen = parser.parse_args(argv)
     if chosen.header:
         header()

@@ -79,8 +79,8 @@ def integrals():
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
         constants = {
             "modified energy": path.modified_energy4(step),
-            "<m,a>": path.axial,
-            "<m,e3>": path.vertical,
+            "<m,a>": path.axial_momentum,
+            "<m,e3>": path.vertical_momentum,
         }
         for what, values in constants.items():
             say(
@@ -217,7 +217,7 @@ def bruels():
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
     calls = [
-        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end)
+        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, False, end)
         for n, name, _ in runs
     ]
     times, *own = interleaved(peer, *calls)

@@ -7,7 +7,7 @@ import gzip
 import shutil
 from statistics import median
 
-from kreisel.view import _PAGE
+from kreisel._showing.view import _PAGE
 from playwright.sync_api import sync_playwright
 
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

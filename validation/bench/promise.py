@@ -146,7 +146,10 @@ def judge(case, truth_of):
     steps = round(case.t / case.plan.step)
     case.error = off(case, times, truth, steps)
     best = cheapest(case, times, truth, steps)
-    case.alone, case.price = steps / best, steps / best * (1.0 + case.plan.trials / case.plan.run)
+    case.alone, case.price = (
+        steps / best,
+        steps / best * (1.0 + case.plan.choice.trials / case.plan.choice.run),
+    )
     return case
 
 

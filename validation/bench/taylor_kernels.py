@@ -15,7 +15,7 @@ CORE = sorted(
 )
 PER_SET = [
     *sorted(CSRC.glob("taylor/kernel*.c")),
-    *(CSRC / "exact" / name for name in ("states.c", "plans.c", "maps.c")),
+    *(CSRC / "exact" / name for name in ("states.c", "closed_form.c", "map.c")),
 ]
 SETS = {
     "avx2": ["-mavx2", "-mfma"],
@@ -37,7 +37,7 @@ def compiled(folder, terms, plain):
         for file in PER_SET:
             objects.append(folder / f"{file.stem}_{name}.o")
             subprocess.run(
-                [*flags, *options, f"-DKR_SET={name}", f"-I{CSRC}", "-c", file, "-o", objects[-1]],
+                [*flags, *options, f"-DKR_ISA={name}", f"-I{CSRC}", "-c", file, "-o", objects[-1]],
                 check=True,
             )
     options = [*SETS["avx512"], *terms] if terms else ["-DKR_PLAIN"] if plain else ["-DKR_X86"]

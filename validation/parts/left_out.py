@@ -28,8 +28,8 @@ QUANTITIES = (
     "kinetic",
     "potential",
     "energy",
-    "vertical",
-    "axial",
+    "vertical_momentum",
+    "axial_momentum",
 )
 UNEQUAL = 1 + 1e-9
 SPLIT = "suzuki4"  # of fixed step, for any body: it has a form for symmetric ones

@@ -59,7 +59,7 @@ def watched(scene, method, times, step, true):
         "t": path.t[finite].tolist(),
         "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q, strict=False)],
         "energy": (np.abs(path.energy - true.energy[0])[finite] / size).tolist(),
-        "axial": np.abs(path.axial[finite] / true.axial[0] - 1).tolist(),
+        "axial": np.abs(path.axial_momentum[finite] / true.axial_momentum[0] - 1).tolist(),
     }
 
 

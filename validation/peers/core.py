@@ -6,19 +6,18 @@ No other file of validation uses what kreisel keeps to itself.
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 from kreisel import _core
 
 FILE = Path(_core.__file__)
 
 
 def block(scene):
-    """Gives the numbers of a scene as the core takes them."""
-    return np.array(scene._block)
+    """Gives the bytes of a scene as the core takes them: those of a kr_scene."""
+    return scene._block
 
 
 def recording(block, method, times, *, step=0.0, tol=0.0, digits=0, most=0, leave_heading=False):
     """Makes a call ready to be timed. It gives a status, the states at the times (n, 8), what their
     doubles leave out (n, 8) or None, and what the run cost."""
-    words = block, method, step, tol, digits, most, times, leave_heading
+    words = block, method, step, tol, digits, most, leave_heading, times
     return partial(_core.record, *words)

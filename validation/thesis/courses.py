@@ -36,12 +36,12 @@ class Course:
     @property
     def axial_momentum(self):
         """<m, a>"""
-        return self.path.axial
+        return self.path.axial_momentum
 
     @property
     def vertical_momentum(self):
         """<m, e3>; the thesis has <m, p>, which is this times gravity."""
-        return self.path.vertical
+        return self.path.vertical_momentum
 
     @property
     def axial_error(self):

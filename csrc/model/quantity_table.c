@@ -1,0 +1,97 @@
+/* The table of quantities, made of quantities.def; and components, their single numbers. */
+#include <string.h>
+#include "quantities.h"
+
+/* One row after the other: a quantity's values at n states. */
+#define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
+#define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
+#define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])
+#define PUT_9(name) kr_state_##name(scene, &s[i], (kr_vec3 *)out + 3 * i)
+#define Q(name, doubles, flags, dimension, text)                                                   \
+    static void values_of_##name(const kr_scene *scene, size_t n, const kr_state s[],              \
+                                 double out[])                                                     \
+    {                                                                                              \
+        for (size_t i = 0; i < n; i++) PUT_##doubles(name);                                        \
+    }
+#include "quantities.def"
+#undef Q
+
+static const kr_quantity quantities[KR_QUANTITIES] = {
+#define Q(name, doubles, flags, dimension, text)                                                   \
+    {#name, dimension, text, doubles, flags, values_of_##name},
+#include "quantities.def"
+#undef Q
+};
+size_t kr_quantity_count(void) { return KR_QUANTITIES; }
+const kr_quantity *kr_quantity_at(size_t i) { return i < KR_QUANTITIES ? &quantities[i] : NULL; }
+const kr_quantity *kr_quantity_find(const char *name)
+{
+    for (size_t i = 0; name && i < KR_QUANTITIES; i++)
+        if (strcmp(quantities[i].name, name) == 0) return &quantities[i];
+    return NULL;
+}
+const char *kr_quantity_name(const kr_quantity *quantity) { return quantity->name; }
+const char *kr_quantity_text(const kr_quantity *quantity) { return quantity->text; }
+const char *kr_quantity_dimension(const kr_quantity *quantity) { return quantity->dimension; }
+size_t kr_quantity_doubles(const kr_quantity *quantity) { return quantity->doubles; }
+unsigned kr_quantity_flags(const kr_quantity *quantity) { return quantity->flags; }
+void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                        const kr_state states[], double out[])
+{
+    quantity->values(scene, n, states, out);
+}
+
+/* Components: 0 is the constant one, the others are counted from 1 by quantity and double. */
+const char *kr_quantity_axis(const kr_quantity *quantity, size_t i)
+{
+    static const char *const one[] = {""}, *const vector[] = {"_x", "_y", "_z"},
+                             *const quaternion[] = {"_w", "_x", "_y", "_z"},
+                             *const rows[] = {"_Nx", "_Ny", "_Nz", "_Bx", "_By",
+                                              "_Bz", "_Tx", "_Ty", "_Tz"};
+    const size_t n = quantity->doubles;
+    const char *const *axes = n == 1 ? one : n == 3 ? vector : n == 4 ? quaternion : rows;
+    return i < n ? axes[i] : NULL;
+}
+int kr_component_find(const char *name)
+{
+    if (!name) return -1;
+    if (strcmp(name, "1") == 0) return KR_ONE;
+    for (int number = 1; number <= KR_QUANTITIES * KR_QUANTITY_MOST; number++) {
+        if (!kr_component_is(number)) continue;
+        const kr_component c = kr_component_of(number);
+        const kr_quantity *quantity = &quantities[c.quantity];
+        const size_t length = strlen(quantity->name);
+        if (strncmp(name, quantity->name, length) == 0 &&
+            strcmp(name + length, kr_quantity_axis(quantity, (size_t)c.axis)) == 0)
+            return number;
+    }
+    return -1;
+}
+int kr_component_is(int number)
+{
+    if (number <= KR_ONE) return number == KR_ONE;
+    const kr_component c = kr_component_of(number);
+    return c.quantity < KR_QUANTITIES && quantities[c.quantity].flags & KR_SERIES &&
+           (size_t)c.axis < quantities[c.quantity].doubles;
+}
+kr_component kr_component_of(int number)
+{
+    const kr_component c = {(number - 1) / KR_QUANTITY_MOST, (number - 1) % KR_QUANTITY_MOST};
+    return c;
+}
+/* The third component of a vector in space lies along the vertical, and does not turn. */
+int kr_component_turns(int number)
+{
+    const kr_component c = kr_component_of(number);
+    const kr_quantity *quantity = &quantities[c.quantity];
+    return number != KR_ONE && quantity->flags & KR_TURNS &&
+           !(quantity->doubles == 3 && c.axis == 2);
+}
+double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
+{
+    const kr_component c = kr_component_of(number);
+    double values[KR_QUANTITY_MOST];
+    if (number == KR_ONE) return 1.0;
+    quantities[c.quantity].values(scene, 1, s, values);
+    return values[c.axis];
+}

@@ -1,0 +1,13 @@
+/* The units of its own in which a top is moved: powers of two, so that results scale bit for bit
+ * with powers of two of mass, length and time. */
+#ifndef KR_SCENE_H
+#define KR_SCENE_H
+#include "body.h"
+
+/* In these units the largest moment and the top's rate are about one. */
+typedef struct kr_units {
+    double moment, time; /* [M L^2], [T] */
+    kr_vec3 lever;       /* mass gravity com / moment, in working axes [T^-2] */
+} kr_units;
+kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
+#endif

@@ -1,0 +1,1 @@
+"""What is read from a path, or measured over several."""

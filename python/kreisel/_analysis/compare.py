@@ -1,0 +1,208 @@
+"""kreisel.compare: error against run time, method by method."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import statistics
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import instance, positive, whole
+from .._model.scene import Scene
+from .._recording.path import Error, Path, Stats
+from .._request.methods import fitting
+from .._request.methods import methods as known
+from .._verbs.solve import solve
+from ..quaternion import attitude_error
+from ..scenes import name_of
+
+_TRUTH_TOL = 1e-13
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method at one setting, over the states asked for.
+
+    seconds         the fastest of the repeats; median: their median
+    attitude_error  the largest angle to the truth [rad]; energy_error: max |E - E0| / max (T + M
+                    |g| |com|)
+    failure         empty, or why the run failed; then there are no errors and times, but NaN
+    """
+
+    scene: str
+    method: str
+    step: float | None
+    tol: float | None
+    seconds: float
+    median: float
+    steps: int
+    evaluations: int
+    attitude_error: float
+    energy_error: float
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows by method, and by setting within it, as asked for."""
+
+    rows: tuple[Row, ...]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    def __getitem__(self, i: int) -> Row:
+        return self.rows[i]
+
+    def __str__(self) -> str:
+        lines = [list(_COLUMNS), *([_cell(value) for value in _values(row)] for row in self.rows)]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """With all digits; what is not there is empty."""
+        with open(path, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(_COLUMNS)
+            writer.writerows(map(_values, self.rows))
+
+
+_COLUMNS = tuple(column.name for column in fields(Row))
+
+
+def _values(row: Row) -> list[object]:
+    return [getattr(row, name) for name in _COLUMNS]
+
+
+def _cell(value: object) -> str:
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+@dataclass
+class _Run:
+    """A method at one setting: its path, what it failed of, and the seconds of each repeat."""
+
+    scene: Scene
+    t: ArrayLike
+    method: str
+    step: float | None = None
+    tol: float | None = None
+    seconds: list[float] = field(default_factory=list)
+    path: Path | None = None
+    failure: str = ""
+
+    def repeat(self) -> None:
+        begin = time.perf_counter()
+        try:
+            self.path = solve(self.scene, self.t, self.method, step=self.step, tol=self.tol)
+            self.seconds.append(time.perf_counter() - begin)
+        except Error as error:
+            self.path, self.failure = error.path, str(error)
+        except ValueError as error:  # a step too large for the method, which shows when it begins
+            self.failure = str(error)
+
+    def row(self, scene: str, truth: Path) -> Row:
+        path, good = self.path, not self.failure
+        stats = path.stats if path else Stats(0, 0, 0, 0)
+        if path and good and not np.array_equal(path.t, truth.t):
+            raise ValueError("the truth must be a path at the times that are compared")
+        return Row(
+            scene=scene,
+            method=self.method,
+            step=self.step,
+            tol=self.tol,
+            seconds=min(self.seconds, default=math.nan),
+            median=statistics.median(self.seconds) if good else math.nan,
+            steps=stats.steps,
+            evaluations=stats.evaluations,
+            attitude_error=_apart(path, truth) if path and good else math.nan,
+            energy_error=path.energy_error if path and good else math.nan,
+            failure=self.failure,
+        )
+
+
+def compare(
+    scene: Scene,
+    t: ArrayLike,
+    methods: Iterable[str] | None = None,
+    steps: Iterable[float] = (),
+    tols: Iterable[float] = (),
+    truth: Path | str = "auto",
+    repeats: int = 5,
+) -> Table:
+    """Error and run time of methods on one scene; the repeats are interleaved, so that what
+    disturbs, disturbs all alike.
+
+    t        as in kreisel.solve; errors are the largest over the states asked for
+    methods  names; all that apply to the scene if left out
+    steps    for methods of fixed step, tols for the others (without: their own tolerance)
+    truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or
+             a sixteenth of the smallest step
+
+    Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
+    """
+    instance("scene", scene, Scene)
+    by_step = [positive("steps", step) for step in steps]
+    by_tol = [positive("tols", tol) for tol in tols]
+    runs = _runs(scene, t, methods, by_step, by_tol)
+    rounds = whole("repeats", repeats, 1)
+    reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
+    for _ in range(rounds):
+        for run in runs:
+            run.repeat()
+    return Table(tuple(run.row(name_of(scene), reference) for run in runs))
+
+
+def _runs(
+    scene: Scene,
+    t: ArrayLike,
+    methods: Iterable[str] | None,
+    by_step: list[float],
+    by_tol: list[float],
+) -> list[_Run]:
+    """Each method at each setting."""
+    if isinstance(methods, str):
+        raise TypeError(f"methods must be a list of names, not {methods!r}")
+    if methods is None:
+        methods = [method.name for method in known.values() if method.suits(scene)]
+    runs = []
+    for name in methods:
+        method = fitting(name, scene)
+        if not method.adaptive and not by_step:
+            raise ValueError(
+                f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
+            )
+        if method.adaptive:
+            tols = by_tol if by_tol and not method.exact else [None]
+            runs += [_Run(scene, t, name, tol=tol) for tol in tols]
+        else:
+            runs += [_Run(scene, t, name, step=step) for step in by_step]
+    return runs
+
+
+def _apart(path: Path, truth: Path) -> float:
+    """The largest angle between the attitudes [rad]."""
+    return float(attitude_error(path.q, truth.q).max(initial=0.0))
+
+
+def _truth(scene: Scene, t: ArrayLike, method: str, by_step: list[float]) -> Path:
+    chosen = fitting(method, scene)
+    if chosen.digits:
+        return solve(scene, t, method, digits=20)
+    if chosen.adaptive:
+        return solve(scene, t, method, tol=_TRUTH_TOL)
+    if not by_step:
+        raise ValueError(
+            f"the truth {method!r} has a fixed step: give steps; it takes a sixteenth of the "
+            "smallest"
+        )
+    return solve(scene, t, method, step=min(by_step) / 16.0)

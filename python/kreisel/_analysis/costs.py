@@ -1,0 +1,80 @@
+"""The table of methods, with the cost of a step beside a peer's, as measured when it is made."""
+
+from __future__ import annotations
+
+import time
+
+from .._model.body import Body
+from .._model.scene import Scene
+from .._request.methods import Method, Methods
+from .._verbs.solve import solve
+from ..scenes import asymmetric, thesis
+
+_STEPS, _STEP, _TOL = 4000, 0.02, 1e-10
+_ROUNDS = 9
+_PEER = "rk4"
+_COLUMNS = (
+    "| method | order | a step costs: Lagrange | asymmetric | free | keeps to rounding | for "
+    "| reference |"
+)
+_PAGE = """# Methods
+
+Made by `kreisel methods --markdown > METHODS.md`, from the table in the core. What a step costs is
+in steps of {peer} on the same top in the same run (each the least of some rounds; here one was
+{nanoseconds:.0f} ns on the first top). It is a Lagrange top, an asymmetric one, and one held at
+its centre of mass; empty: not for this top, or without steps. An adaptive method steps at a
+tolerance of {tol:g}, and so as far as that lets it. `kreisel methods NAME` says more.
+
+{table}
+"""
+
+
+def page(methods: Methods) -> str:
+    """METHODS.md, all of it."""
+    costs = _costs(methods)
+    return _PAGE.format(
+        peer=_PEER, nanoseconds=1e9 * costs[_PEER][0], tol=_TOL, table=_rows(methods, costs)
+    )
+
+
+def _rows(methods: Methods, costs: dict[str, list[float]]) -> str:
+    lines = [_COLUMNS, "| --- | ---: | ---: | ---: | ---: | --- | --- | --- |"]
+    for method in methods.values():
+        cells = [method.name, str(method.order) if method.order else "varies"]
+        cells += [
+            _short(cost / peer) if cost else ""
+            for cost, peer in zip(costs[method.name], costs[_PEER], strict=True)
+        ]
+        lines.append(
+            "| " + " | ".join([*cells, method.conserves, method.tops, method.reference]) + " |"
+        )
+    return "\n".join(lines)
+
+
+def _short(ratio: float) -> str:
+    return f"{ratio:.2f}" if ratio < 1 else f"{ratio:.1f}" if ratio < 10 else f"{ratio:.0f}"
+
+
+def _costs(methods: Methods) -> dict[str, list[float]]:
+    """Seconds a step on each top."""
+    tops = [thesis, asymmetric.replace(attitude=thesis.attitude), _free()]
+    timed = [(method, top) for method in methods.values() for top in tops]
+    samples = [[_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
+    costs = iter([min(sample) for sample in zip(*samples, strict=True)])
+    return {name: [next(costs) for _ in tops] for name in methods}
+
+
+def _free() -> Scene:
+    return Scene(Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, 0.0)), momentum=(0.5, 1.0, 1.5))
+
+
+def _cost(method: Method, top: Scene) -> float:
+    """Seconds a step; 0 where the method does not apply, or has no steps."""
+    if method.exact or not method.applies_to(top.body):
+        return 0.0
+    begin = time.perf_counter()
+    if method.adaptive:
+        path = solve(top, 20.0, method.name, tol=_TOL)
+    else:
+        path = solve(top, _STEPS * _STEP, method.name, step=_STEP)
+    return (time.perf_counter() - begin) / max(1, path.stats.steps)

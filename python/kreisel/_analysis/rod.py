@@ -1,0 +1,151 @@
+"""Kirchhoff's kinetic analogy: the frames of a top's path, laid along a curve, are those of an
+elastic rod."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._core import KIND_RTOL
+from .._ground.arguments import Array, Vector, instance
+from .._model.body import Body
+from .._recording.path import Path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Rod:
+    """An elastic rod in equilibrium; its arc length s is the top's time, its tangent T points to
+    the centre of mass.
+
+    s          (n,) arc length [T]
+    centre     (n, 3) centre line, from the origin: the integral of T, by cubics in each interval
+               [T]
+    frame      (n, 3, 3) N, B, T in space
+    curvature  (n, 2) kappa1 = <T', N>, kappa2 = <T', B> [T^-1]
+    torsion    (n,) tau = <N', B> [T^-1]
+    stiffness  alpha1, alpha2 against bending towards N and B, alpha against twist: I_B, I_N, I_T [M
+               L^2]
+    load       b: the ends are held by a force along it; here -mass gravity |com| e3 [M L^2 T^-2]
+
+    Bodack 2008, theorems 3.8 and 3.9, where the text exchanges alpha1 and alpha2 and takes the
+    load's sign for positive.
+    """
+
+    s: Array
+    centre: Array
+    frame: Array
+    curvature: Array
+    torsion: Array
+    stiffness: Vector
+    load: Vector
+
+    def __repr__(self) -> str:
+        kind = "isotropic" if self.isotropic else "anisotropic"
+        return f"<kreisel.Rod: {kind}, {len(self.s)} frames, stiffness {self.stiffness}>"
+
+    @property
+    def isotropic(self) -> bool:
+        """Equally stiff in all directions of bending, up to 1e-12 relative: the rod of a Lagrange
+        top."""
+        one, two, _ = self.stiffness
+        return abs(one - two) <= KIND_RTOL * max(one, two)
+
+    @property
+    def elastic(self) -> Array:
+        """(n,) energy of bending and twist per length, (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha
+        tau^2) / 2: the top's kinetic energy [M L^2 T^-2]."""
+        one, two, twist = self.stiffness
+        density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0
+        return density
+
+    @property
+    def density(self) -> Array:
+        """(n,) elastic + <load, T>, whose integral the rod makes stationary: the top's Lagrangian
+        [M L^2 T^-2]."""
+        total: Array = self.elastic + self.frame[:, 2] @ np.array(self.load)
+        return total
+
+    @property
+    def section(self) -> tuple[float, float]:
+        """Thickness along N and along B, the larger 1: a rectangle is as stiff towards a side as
+        that side is thick, squared, hence sqrt(alpha1) : sqrt(alpha2)."""
+        one, two, _ = self.stiffness
+        largest = max(one, two)
+        return (one / largest) ** 0.5, (two / largest) ** 0.5
+
+    def plot(
+        self,
+        axes: Axes | None = None,
+        *,
+        thickness: float | None = None,
+        colour: str | None = None,
+        elevation: float = 20.0,
+        azimuth: float = 0.0,
+    ) -> Axes:
+        """The rod as a solid of that section, drawn with matplotlib; the axes.
+
+        thickness           of its larger side [T]; left out: a thirtieth of the rod's extent
+        elevation, azimuth  from where it is seen [degrees]
+
+        States must be so close that each bends little to the next. ImportError without matplotlib.
+        """
+        from .._ground.drawing import ORANGE, bar
+
+        seen = colour or ORANGE, elevation, azimuth
+        return bar(self.centre, self.frame, self.section, axes, thickness, *seen)
+
+
+def rod(path: Path) -> Rod:
+    """The rod that belongs to a path (Kirchhoff's analogy).
+
+    Isotropic for a Lagrange top, anisotropic for any other with the centre of mass on a principal
+    axis; free of load where it is the fixed point. Raises ValueError for a centre of mass off the
+    axes: then the weight pulls the top about in a way that no force at the ends of a rod does.
+    """
+    instance("path", path, Path)
+    body = path.scene.body
+    axes = _axes(body)
+    frame = np.einsum("ij,njk->nik", axes, path.frame)
+    i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
+    about_n, about_b, about_t = np.einsum("nij,nj->in", frame, path.velocity)
+    bent = np.cross(path.velocity, frame[:, 2])
+    weight = body.mass * path.scene.gravity * hypot(*body.com)
+    return Rod(
+        s=path.t,
+        centre=_integral(path.t, frame[:, 2], bent),
+        frame=frame,
+        curvature=np.stack([about_b, -about_n], axis=-1),
+        torsion=about_t,
+        stiffness=(i_b, i_n, i_t),
+        load=(0.0, 0.0, -weight),
+    )
+
+
+def _axes(body: Body) -> Array:
+    """N, B, T of the rod along the principal axes: rows."""
+    com, moments = np.array(body.principal_com), np.array(body.moments)
+    reach = float(np.linalg.norm(com))
+    t = com / reach if reach > 0.0 else np.array((0.0, 0.0, 1.0))
+    moment = (moments * t) @ t
+    if np.linalg.norm(moments * t - moment * t) > KIND_RTOL * moments.max():
+        raise ValueError(
+            f"no rod belongs to this top: its centre of mass, {body.principal_com} along the "
+            "principal axes, is on none of them"
+        )
+    k = int(np.argmin(np.abs(t)))
+    n = np.eye(3)[k] - t[k] * t
+    n /= np.linalg.norm(n)
+    return np.stack([n, np.cross(t, n), t])
+
+
+def _integral(t: Array, values: Array, slopes: Array) -> Array:
+    """From the first time on, by the cubics with these values and slopes."""
+    h = np.diff(t)[:, None]
+    pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

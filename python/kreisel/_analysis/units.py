@@ -1,0 +1,81 @@
+"""The units in which Bobenko and Suris write the Lagrange top (Bodack 2008, 4.2.1), to and fro."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+
+import numpy as np
+
+from .._ground.arguments import Array, instance, number
+from .._model.body import Body
+from .._model.scene import Scene
+from .._recording.path import Path
+
+
+@dataclass(frozen=True)
+class Units:
+    """A unit of length [L] and of mass [M]; that of time stays.
+
+    scene = units.into(scene) is the same top in these units, units.back(scene) in the old ones.
+    """
+
+    length: float
+    mass: float
+
+    def into(self, scene: Scene) -> Scene:
+        """The scene in these units."""
+        return _scaled(scene, 1.0 / self.length, 1.0 / self.mass)
+
+    def back(self, scene: Scene) -> Scene:
+        """A scene that is given in these units, in the old ones."""
+        return _scaled(scene, self.length, self.mass)
+
+
+def scaled_units(body: Body) -> Units:
+    """Units with |a| = 1 and I1 = 1 for a Lagrange top: length |com|, mass I1 / |com|^2.
+
+    Here I1 = M (C_N^2 + 4 C_T^2) / 3 for the thesis' cuboid, so that alpha = I3 is 2 C_N^2 / (C_N^2
+    + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
+    C_T^2), which the text leaves out of p. ValueError for other bodies.
+    """
+    i1, _ = _lagrange(body)
+    length = hypot(*body.com)
+    return Units(length, i1 / length**2)
+
+
+def h_eps(path: Path, step: float) -> Array:
+    """(n,) what bobenko_suris keeps at this step, in the scaled units and the text's words (6.1.4)
+    [T^-2]:
+
+        H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
+
+    The energy is I1 times its first two terms and the constant (1 / alpha - 1) <m, a>^2 / 2. `path`
+    in any units.
+    """
+    instance("path", path, Path)
+    i1, i3 = _lagrange(path.scene.body)
+    kept: Array = (
+        path.modified_energy(number("step", step)) / i1
+        - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
+    )
+    return kept
+
+
+def _lagrange(body: Body) -> tuple[float, float]:
+    """The double moment and the one about the symmetry axis."""
+    if body.kind != "lagrange":
+        raise ValueError(
+            f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"
+        )
+    moments = body.moments
+    odd = int(np.argmax(np.abs(body.principal_com)))
+    return moments[odd - 1], moments[odd]
+
+
+def _scaled(scene: Scene, length: float, mass: float) -> Scene:
+    body, inertia = scene.body, mass * length**2
+    new = Body(mass * body.mass, inertia * np.array(body.inertia), length * np.array(body.com))
+    return scene.replace(
+        body=new, momentum=inertia * np.array(scene.momentum), gravity=length * scene.gravity
+    )

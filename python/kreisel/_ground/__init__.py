@@ -1,0 +1,1 @@
+"""What all rooms stand on: arguments, refusals, and axes to draw in."""

@@ -1,0 +1,85 @@
+"""Arguments: what is not a finite real number of the right shape is refused by name, with its
+value."""
+
+from __future__ import annotations
+
+import math
+from numbers import Integral, Real
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+_T = TypeVar("_T")
+
+
+def instance(name: str, value: object, wanted: type[_T]) -> _T:
+    """The value, where it is a kreisel.Scene, kreisel.Path and so on; TypeError where it is not."""
+    if not isinstance(value, wanted):
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {value!r}")
+    return value
+
+
+def number(name: str, value: object) -> float:
+    """A finite float."""
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if isinstance(scalar, bool) or not isinstance(scalar, Real):
+        raise TypeError(f"{name} must be a number, not {value!r}")
+    try:
+        real = float(scalar)
+    except OverflowError:
+        real = math.inf
+    if not math.isfinite(real):
+        raise ValueError(f"{name} must be finite in double precision, not {value!r}")
+    return real
+
+
+def positive(name: str, value: object) -> float:
+    """A finite float above zero."""
+    real = number(name, value)
+    if not real > 0.0:
+        raise ValueError(f"{name} must be positive, not {value!r}")
+    return real
+
+
+def whole(name: str, value: object, least: int) -> int:
+    """An integer from `least` up, of at most 63 bits."""
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise TypeError(f"{name} must be a whole number, not {value!r}")
+    n = int(value)
+    if not least <= n < 2**63:
+        raise ValueError(f"{name} must be at least {least} and less than 2**63, not {value!r}")
+    return n
+
+
+def array(name: str, value: object, what: str) -> Array:
+    """An array of finite doubles, of any shape; `what` says what would be right."""
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must be {what}, not {value!r}") from None
+    if given.size and given.dtype.kind not in "iuf":
+        raise TypeError(f"{name} must be {what}, not {value!r}")
+    with np.errstate(over="ignore"):
+        numbers = given.astype(np.float64)
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"{name} must be finite, not {value!r}")
+    return numbers
+
+
+def row(name: str, value: object, n: int, what: str) -> list[float]:
+    """A list of n finite floats."""
+    numbers = array(name, value, what)
+    if numbers.shape != (n,):
+        raise ValueError(f"{name} must be {what}, not {value!r}")
+    return [float(x) for x in numbers]
+
+
+def vector(name: str, value: object) -> Vector:
+    """Three finite floats."""
+    x, y, z = row(name, value, 3, "3 numbers")
+    return x, y, z

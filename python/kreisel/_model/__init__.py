@@ -1,0 +1,1 @@
+"""What moves: bodies and scenes, and their TOML."""

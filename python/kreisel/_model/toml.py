@@ -1,0 +1,58 @@
+"""TOML: tables of words for the makers of bodies and scenes, and text of all their digits."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+from .._ground.refusals import unknown
+
+_T = TypeVar("_T")
+
+
+def read(path: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
+    """What parse makes of a file. A TypeError or ValueError begins with the name of the file."""
+    try:
+        return parse(Path(path).read_text(encoding="utf-8"))
+    except (TypeError, ValueError) as error:
+        kind = TypeError if isinstance(error, TypeError) else ValueError
+        raise kind(f"{os.fspath(path)}: {error}") from None
+
+
+def tables(text: str) -> dict[str, object]:
+    """The tables and values of a text."""
+    return tomllib.loads(text)
+
+
+def a_table(name: str, value: object) -> dict[str, object]:
+    """The value, where it is a table; TypeError where it is not."""
+    if not isinstance(value, dict):
+        raise TypeError(f"{name} must be a table, not {value!r}")
+    return value
+
+
+def made(
+    make: Callable[..., _T], where: str, words: dict[str, object], others: Iterable[str] = ()
+) -> _T:
+    """What a maker makes of a table of its words; `others` could stand there too."""
+    parameters = inspect.signature(make).parameters
+    for word in words:
+        if word not in parameters:
+            raise ValueError(unknown(f"key in {where}:", word, [*parameters, *others]))
+    for name, parameter in parameters.items():
+        if parameter.default is parameter.empty and name not in words:
+            raise ValueError(f"{where} has no {name}")
+    return make(**words)
+
+
+def lines(words: Mapping[str, object]) -> str:
+    """A line for each word, its numbers with all their digits."""
+    return "".join(f"{name} = {_value(value)}\n" for name, value in words.items())
+
+
+def _value(value: object) -> str:
+    return f"[{', '.join(map(_value, value))}]" if isinstance(value, tuple) else repr(value)

@@ -1,0 +1,2 @@
+"""What came out: the core is called, a path is made of what it gave, and a failure is put into
+words."""

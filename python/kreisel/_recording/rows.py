@@ -1,0 +1,42 @@
+"""Rows: what the core records for a request, before it is a path; and why it would not begin."""
+
+from __future__ import annotations
+
+from .._core import record, start
+from .._ground.arguments import Array
+from .._ground.refusals import refusal
+from .._model.scene import Scene
+from .._request.request import Progress, Request
+
+# The name of the status, 'OK' where all went well; (n, 8) t, q, m of the states that were reached,
+# and what their doubles leave out; steps, rejected ones, evaluations, iterations; the
+# last time that was asked for.
+Rows = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
+
+
+def rows(scene: Scene, done: Request, times: Array, progress: Progress | None = None) -> Rows:
+    """The states of a request at these times, which need no check."""
+    came = record(scene._block, *done.core, times, progress=progress)
+    assert came is not None
+    return came
+
+
+def rows_at_once(
+    scene: Scene, done: Request, t: object, progress: Progress | None = None
+) -> Rows | None:
+    """The states of a request at times as a user gave them; None where they need a second look."""
+    most = min(scene._within, done.within)
+    return record(scene._block, *done.core, t, most, done.limit, progress)
+
+
+def refused(
+    status: str, scene: Scene, method: str, step: float | None, tol: float | None
+) -> Exception:
+    """The exception for a top that the core did not make, with a step that would do."""
+    would = ""
+    if status == "ERR_STEP_SIZE" and step:
+        fits = step
+        while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
+            fits /= 2.0
+        would = f", where {fits!r} would do"
+    return refusal(status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}")

@@ -1,0 +1,135 @@
+"""The methods of this build, read from the core's table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .._core import flags as FLAGS
+from .._core import method_applies, method_suits
+from .._core import methods as core_methods
+from .._ground.refusals import unknown as unknown_name
+from .._model.body import Body
+from .._model.scene import Scene
+
+# for some bodies only
+_SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
+EXACT, ELSE = "exact", "taylor"  # what 'auto' takes: the first where it suits
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to step from one state to the next.
+
+    order      of the error of a path in the step; 0: chosen on the way
+    conserves  what it keeps to rounding
+    adaptive   chooses its steps by a tolerance; else it needs a step
+    algebraic  uses + - * / and square roots only: the same bits from every compiler and machine
+    digits     can be asked for more digits than a double has
+    """
+
+    name: str
+    text: str
+    order: int
+    conserves: str
+    reference: str
+    flags: int
+
+    @property
+    def symplectic(self) -> bool:
+        return bool(self.flags & FLAGS["symplectic"])
+
+    @property
+    def reversible(self) -> bool:
+        return bool(self.flags & FLAGS["reversible"])
+
+    @property
+    def adaptive(self) -> bool:
+        return bool(self.flags & FLAGS["adaptive"])
+
+    @property
+    def implicit(self) -> bool:
+        return bool(self.flags & FLAGS["implicit"])
+
+    @property
+    def algebraic(self) -> bool:
+        return bool(self.flags & FLAGS["algebraic"])
+
+    @property
+    def digits(self) -> bool:
+        """Can be asked for more digits than a double has."""
+        return bool(self.flags & FLAGS["digits"])
+
+    @property
+    def splitting(self) -> bool:
+        """Kicks and drifts in turn; a drift is exact where two moments are equal."""
+        return bool(self.flags & FLAGS["splitting"])
+
+    @property
+    def headless(self) -> bool:
+        """Can leave out the heading of the top, its turn about the vertical."""
+        return bool(self.flags & FLAGS["headless"])
+
+    @property
+    def exact(self) -> bool:
+        """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
+        return bool(self.flags & FLAGS["integrable"])
+
+    @property
+    def tops(self) -> str:
+        """Those that it is for, in words."""
+        lagrange = "two equal moments and the centre of mass on the third axis"
+        kinds = {
+            FLAGS["lagrange_only"]: lagrange,
+            FLAGS["integrable"]: lagrange + ", and for any body without torque",
+            FLAGS["symmetric_only"]: "two equal moments",
+            FLAGS["euler_only"]: "the centre of mass at the fixed point",
+        }
+        return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
+
+    def applies_to(self, body: Body) -> bool:
+        """Whether it can move this body under any gravity; `tops` says in words which it can."""
+        return method_applies(self.name, body._block)
+
+    def suits(self, scene: Scene) -> bool:
+        """Whether it can move this scene: without gravity more bodies have a closed form."""
+        return not self.flags & _SOME or method_suits(self.name, scene._block)
+
+
+class Methods(dict[str, Method]):
+    """Methods by name; a KeyError suggests the nearest."""
+
+    def __missing__(self, name: str) -> Method:
+        raise KeyError(unknown(name))
+
+
+def unknown(name: str) -> str:
+    """What to say of a method that is not there."""
+    if name in ("gsl_rk8pd", "gsl_bsimp"):
+        return (
+            f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); "
+            "in the source tree, with that library installed: "
+            "pip install -C cmake.define.KREISEL_GSL=ON ."
+        )
+    return unknown_name("method", str(name), ["auto", *methods])
+
+
+methods = Methods({row["name"]: Method(**row) for row in core_methods})
+
+
+def fitting(name: object, scene: Scene) -> Method:
+    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
+    the scene."""
+    if not isinstance(name, str):
+        raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
+    if name == "auto":
+        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
+    method = methods.get(name)
+    if method is None:
+        raise ValueError(unknown(name))
+    if not method.suits(scene):
+        others = ", ".join(other.name for other in methods.values() if other.suits(scene))
+        raise ValueError(
+            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: "
+            f"it is for {method.tops}; these apply: {others}"
+        )
+    return method

@@ -1,0 +1,60 @@
+"""What a path can be asked for: the core's table of quantities, and what a recording has beside."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .._core import quantities
+
+
+class Quantity(NamedTuple):
+    """A named function of the state.
+
+    doubles     how many it is, and components their names
+    turns       whether it changes when the top is turned about the vertical
+    dimension   in [M L T], empty for a pure number; text: what it is
+    """
+
+    name: str
+    doubles: int
+    components: list[str]
+    turns: bool
+    dimension: str
+    text: str
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """What follows the n of the states in the shape of its array."""
+        return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
+
+
+QUANTITIES = {  # functions of the state
+    row["name"]: Quantity(
+        row["name"],
+        row["doubles"],
+        row["components"],
+        row["turns"],
+        row["dimension"],
+        row["text"],
+    )
+    for row in quantities
+}
+
+
+def _low(name: str) -> Quantity:
+    """What the doubles of a quantity leave out."""
+    whole = QUANTITIES[name]
+    words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
+    text = f"what the doubles of {name} leave out; zero up to 16 digits"
+    return whole._replace(name=f"{name}_low", components=words, text=text)
+
+
+LOW = {low.name: low for low in map(_low, ("q", "m"))}
+WANTED = QUANTITIES | LOW  # what `want` can name
+TIME = Quantity("t", 1, ["t"], False, "T", "times")
+TURNING = frozenset(name for name, quantity in WANTED.items() if quantity.turns)
+
+
+def doubles(name: str) -> int:
+    """How many doubles a state's quantity or time is."""
+    return (TIME if name == "t" else WANTED[name]).doubles

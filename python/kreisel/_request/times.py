@@ -1,0 +1,167 @@
+"""The times asked for: what is wrong with them is said before anything runs; grids of steps, whole
+or piece by piece."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import Array, array, number
+from .._model.scene import Scene
+
+PIECE = 1 << 14  # states that are computed, reduced and dropped at a time
+_EXACT = 2.0**53  # whole numbers, and with them steps and radians, are told apart up to here
+_WHAT = "a number or a list of times"
+
+
+def listed(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
+    """All times that t stands for: a list, or the start and the end, or each so many steps;
+    `size` bytes a state."""
+    times = array("t", t, _WHAT)
+    if times.ndim == 0:
+        end = float(times)
+        return (
+            np.array([0.0, end])
+            if step is None or every is None
+            else _grid(end, step, every, size + 8)
+        )
+    if times.ndim > 1:
+        raise ValueError(
+            f"t must be a number or a list of times, not an array of shape {times.shape}"
+        )
+    if every is not None:
+        raise ValueError("every is for t as a number; a list says itself which states are wanted")
+    refuse_disorder(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+    return times
+
+
+def refuse_disorder(times: Array, last: float, back: bool) -> None:
+    """Times that do not lead away from the last one."""
+    steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
+    if times.size and (times[0] > last if back else times[0] < last):
+        i, there = 0, f"the run's {last!r}" if last else "the start at 0"
+    elif steps.any():
+        i = int(steps.argmax()) + 1
+        there = f"t[{i - 1}] = {float(times[i - 1])!r}"
+    else:
+        return
+    here = f"t[{i}] = {float(times[i])!r}"
+    raise ValueError(f"times must lead away from 0 in one direction; {here} goes back from {there}")
+
+
+def pieces(
+    t: ArrayLike | Iterator[float],
+    step: float | None,
+    every: int | None,
+    size: int,
+    after: float | None,
+) -> Iterator[Array]:
+    """All times that t stands for, in pieces of so many: of a grid those later than `after`; t may
+    be endless, and any iterable."""
+    if isinstance(t, Iterator):
+        if every is not None:
+            raise ValueError(
+                "every is for t as a number; an iterator says itself which states are wanted"
+            )
+        return _from_iterator(t, size)
+    if np.ndim(t) > 0 or isinstance(t, Sequence):
+        times = listed(t, step, every)
+        return (times[i : i + size] for i in range(0, times.size, size))
+    if every is None or step is None:
+        raise ValueError(
+            "a stream needs the times wanted: every=10 with a method of fixed step, "
+            "or t as a list or iterator"
+        )
+    end = float(t) if isinstance(t, float) and math.isinf(t) else number("t", t)
+    return _grid_pieces(end, step, every, size, after)
+
+
+def direction(
+    t: ArrayLike | Iterator[float], size: int
+) -> tuple[bool, ArrayLike | Iterator[float]]:
+    """Whether t leads back in time; and t, of which an iterator has begun to be read."""
+    if isinstance(t, Iterator):
+        begun = list(itertools.islice(t, size))
+        given = array("t", begun, "an iterator of times")
+        return bool((given < 0.0).any()), itertools.chain(begun, t)
+    last = t
+    if isinstance(t, (Sequence, np.ndarray)) and np.ndim(t) > 0:
+        last = t[-1] if len(t) else 0.0
+    return isinstance(last, (int, float, np.number)) and bool(last < 0.0), t
+
+
+def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
+    while piece := list(itertools.islice(t, size)):
+        times = array("t", piece, "an iterator of times")
+        if times.ndim != 1:
+            raise ValueError(f"t must be an iterator of times, not of {piece[0]!r}")
+        yield times
+
+
+def _steps(end: float, step: float) -> int:
+    """The whole steps from 0 to the end, up to its rounding."""
+    length = abs(end)
+    if not length / step < _EXACT:
+        raise ValueError(_too_many_steps(end, step))
+    steps = math.floor(length / step + 0.5)
+    return steps - 1 if steps * step - length > 2.0 * np.finfo(float).eps * length else steps
+
+
+def _grid(end: float, step: float, every: int, size: int) -> Array:
+    """Each so many points of the grid k step from 0 to the end."""
+    steps = _steps(end, step)
+    states = steps // every + 1
+    if size * states > _memory():
+        needed = f"{1e-9 * size * states:.3g} GB"
+        raise MemoryError(
+            f"{states} states need {needed}, more than this machine has: record fewer by a "
+            "larger every"
+        )
+    return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
+
+
+def _grid_pieces(
+    end: float, step: float, every: int, size: int, after: float | None
+) -> Iterator[Array]:
+    last = 2**53 - 1 if math.isinf(end) else _steps(end, step)
+    first = 0
+    if after is not None:
+        first = _steps(after, step) // every * every
+        first += every if first * step <= abs(after) else 0
+    signed = math.copysign(step, end)
+    return (
+        np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64) * signed
+        for k in range(first, last + 1, size * every)
+    )
+
+
+def _memory() -> int:
+    """Bytes of this machine's memory; where it does not tell, no limit."""
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 2**63
+
+
+def _too_many_steps(end: float, step: float) -> str:
+    return (
+        f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
+        "take larger steps"
+    )
+
+
+def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
+    """What would never end, or turns more often than the time's rounding can tell."""
+    if step is not None and not abs(end / step) < _EXACT:
+        raise ValueError(_too_many_steps(end, abs(step)))
+    angle = scene._fastest * abs(end)
+    if angle >= _EXACT:
+        raise ValueError(
+            f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell "
+            "where it is"
+        )

@@ -1,0 +1,1 @@
+"""What somebody sees: the command line and the page."""

@@ -1,0 +1,212 @@
+"""kreisel.exact: the closed form of a scene, and of the Bobenko-Suris map; any state at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import (
+    exact_map_plan,
+    exact_map_states,
+    exact_plan,
+    exact_plans,
+    exact_plans_states,
+    exact_states,
+    statuses,
+)
+from .._ground.arguments import Array, array, instance, number
+from .._model.scene import Scene
+from .._recording.path import Path, Stats
+from .._request.methods import EXACT, fitting, methods
+from .._request.times import refuse_endless
+
+_MAP = "bobenko_suris"
+_COUNTABLE = 2.0**53
+_NO_STEPS = Stats(0, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class _Rates:
+    """period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
+    its
+                height [T]
+    precession  mean rate of the axis about the vertical [T^-1]; without torque about the angular
+                momentum
+    spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the
+                precession
+
+    The axis is that of symmetry; of a free body without one that which circulates, on the
+    momentum's side. A top that passes a pole precesses there by half a turn either way, which
+    counts as none.
+    """
+
+    scene: Scene
+    period: float
+    precession: float
+    spin: float
+    _plan: Array = field(repr=False, compare=False)
+
+
+@dataclass(frozen=True)
+class Exact(_Rates):
+    """The motion of a scene in closed form; call it with a time or an array of times for a
+    kreisel.Path.
+
+    As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign.
+    """
+
+    def __call__(self, t: ArrayLike) -> Path:
+        states = exact_states(self._plan, t, self.scene._within)
+        if states is None:
+            states = exact_states(self._plan, self._times(t), math.inf)
+        assert states is not None
+        return Path(self.scene, states, EXACT, None, None, _NO_STEPS)
+
+    def _times(self, t: ArrayLike) -> Array:
+        times = _row(t)
+        refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
+        return times.reshape(-1)
+
+
+@dataclass(frozen=True, eq=False)
+class ExactEnsemble:
+    """The motions of n scenes in closed form; call it with a time for the states of all, an array
+    (n, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array (n, k, 8).
+
+    period, precession and spin are arrays (n,), each as of one scene alone; so are the states, bit
+    for bit.
+    """
+
+    scenes: tuple[Scene, ...]
+    period: Array
+    precession: Array
+    spin: Array
+    _plans: Array = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.scenes)
+
+    def __call__(self, t: ArrayLike) -> Array:
+        times = _row(t)
+        end = float(np.abs(times).max(initial=0.0))
+        if end >= self._within:
+            for scene in self.scenes:
+                refuse_endless(scene, end, None)
+        states = exact_plans_states(self._plans, times.reshape(-1))
+        return states if times.ndim else states[:, 0]
+
+    @cached_property
+    def _within(self) -> float:
+        return min(scene._within for scene in self.scenes)
+
+
+@dataclass(frozen=True)
+class ExactMap(_Rates):
+    """The states of bobenko_suris with this step in closed form; call it with a whole number or an
+    array of them.
+
+    Its period, precession and spin are the map's own: beside those of the motion they tell the
+    error of the method.
+    """
+
+    step: float
+
+    def __call__(self, k: ArrayLike) -> Path:
+        numbers = array("k", k, "a whole number or a list of them")
+        if numbers.ndim > 1:
+            raise ValueError(
+                f"k must be a whole number or a list of them, not an array of shape {numbers.shape}"
+            )
+        if (
+            not (np.rint(numbers) == numbers).all()
+            or np.abs(numbers).max(initial=0.0) >= _COUNTABLE
+        ):
+            raise ValueError(f"k must be whole and below 2**53, not {k!r}")
+        states = exact_map_states(self._plan, numbers.astype(np.int64))
+        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS)
+
+
+@overload
+def exact(scene: Scene) -> Exact: ...
+@overload
+def exact(scene: Sequence[Scene]) -> ExactEnsemble: ...
+@overload
+def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
+def exact(
+    scene: Scene | Sequence[Scene], *, map: str | None = None, step: float | None = None
+) -> Exact | ExactEnsemble | ExactMap:
+    """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no
+    torque acts.
+
+    scene  or a list of scenes: of all of them at once
+    map    "bobenko_suris": that of the integrable map instead, for Lagrange tops
+    step   the map's, of either sign [T]
+
+    Raises ValueError, with the reason, for a scene without closed form.
+    """
+    if isinstance(scene, (list, tuple)) and map is None and step is None:
+        return _ensemble(scene)
+    top = instance("scene", scene, Scene)
+    if map is not None:
+        return _exact_map(top, map, step)
+    if step is not None:
+        raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
+    status, period, precession, spin, plan = exact_plan(top._block)
+    if status != "OK":
+        raise _refusal(status, top)
+    return Exact(top, period, precession, spin, plan)
+
+
+def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
+    if status != "ERR_METHOD":
+        return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
+    return ValueError(
+        f"{where}no closed form is known for this body of kind {scene.body.kind!r} under gravity: "
+        f"it is for {methods[EXACT].tops}"
+    )
+
+
+def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:
+    for i, scene in enumerate(scenes):
+        instance(f"scene[{i}]", scene, Scene)
+    if not scenes:
+        raise ValueError("a list of scenes must not be empty")
+    status, done, plans = exact_plans([scene._block for scene in scenes])
+    if status != "OK":
+        raise _refusal(status, scenes[done], f"scene[{done}]: ")
+    period, precession, spin = plans[:, :3].T.copy()
+    return ExactEnsemble(tuple(scenes), period, precession, spin, plans)
+
+
+def _row(t: ArrayLike) -> Array:
+    times = array("t", t, "a number or a list of times")
+    if times.ndim > 1:
+        raise ValueError(
+            f"t must be a number or a list of times, not an array of shape {times.shape}"
+        )
+    return times
+
+
+def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
+    if map != _MAP:
+        raise ValueError(f"the map with a closed form is {_MAP!r}, not {map!r}")
+    h = number("step", step)
+    if h == 0.0:
+        raise ValueError("step must not be zero")
+    fitting(_MAP, scene)
+    status, period, precession, spin, plan = exact_map_plan(scene._block, h)
+    if status == "ERR_STEP_SIZE":
+        raise ValueError(
+            f"no closed form is known for the map at the step {h!r} from this start, which lies "
+            "within "
+            "k'^2 = 1e-26 of a separatrix: take another step"
+        )
+    if status != "OK":
+        raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
+    return ExactMap(scene, period, precession, spin, plan, h)

@@ -1,0 +1,119 @@
+"""kreisel.solve: from a scene to a path. All that can be wrong with a request is found before
+anything runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import instance, positive, whole
+from .._model.scene import Scene
+from .._recording.path import Path
+from .._recording.recording import recorded, recorded_at_once, recorded_with_events
+from .._request.methods import ELSE
+from .._request.request import Progress, checked_every, checked_progress, request, wanted
+from .._request.times import listed, refuse_endless
+from ..events import Event, checked_events
+from .geometric import best
+from .run import Run
+
+
+def solve(
+    scene: Scene,
+    t: ArrayLike,
+    method: str = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: float | None = None,
+    want: Iterable[str] | None = None,
+    progress: Progress | None = None,
+    events: Sequence[Event] | None = None,
+) -> Path:
+    """The motion of a scene, which starts at t = 0.
+
+    t          a list: exactly these states, all on one side of 0 and ever further from it. A
+               number: the start and the end, or with `every` each so many steps. Negative: back in
+               time [T]
+    method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for
+               digits and events; 'geometric' chooses a structure-preserving method and its step so
+               that `error` is met
+    step       positive [T]. Fixed-step methods need it, and read times off their grid by a side
+               step. Else it is the first
+    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed.
+               exact meets any
+    digits     taylor only, instead of tol: up to 16, 20 or 30; what doubles leave out is path.q_low
+               and path.m_low
+    every      record each so many steps of a fixed-step method, if t is a number
+    max_steps  0: no limit; with 'geometric' of each run
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
+    want       names, as ("nutation", "energy"): the path keeps t and these; without the heading
+               where none needs it
+    progress   called about ten times a second with the time reached [T]; what it raises stops the
+               run
+    events     taylor only: what kreisel.events makes, for path.events to tell; a terminal one ends
+               the path
+
+    Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
+    kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
+    with `.path` up to the last good state.
+    """
+    if method == "geometric":
+        others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+        return _geometric(scene, t, error, max_steps, others, want, progress)
+    if error is not None:
+        raise ValueError(
+            f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
+        )
+    name = ELSE if method == "auto" and events is not None else method
+    asked = request(scene, name, step, tol, digits, max_steps, want, method)
+    looked_for = None if events is None else checked_events(asked.method.name, events)
+    number = checked_every(asked.method, every)
+    if looked_for is None and number is None and (progress is None or callable(progress)):
+        path = recorded_at_once(scene, asked, t, progress)
+        if path is not None:
+            return path
+    times = listed(t, asked.step, number, asked.size)
+    end = float(times[-1]) if times.size else 0.0
+    refuse_endless(scene, end, asked.step)
+    callback = checked_progress(progress)
+    if looked_for is not None:
+        return recorded_with_events(scene, asked, times, looked_for, callback)
+    if times.size > asked.limit:
+        return Run(scene, asked, end < 0.0).lead(times, callback)
+    return recorded(scene, asked, times, callback)
+
+
+def _geometric(
+    scene: Scene,
+    t: ArrayLike,
+    error: float | None,
+    max_steps: int,
+    others: Mapping[str, object],
+    want: Iterable[str] | None,
+    progress: Progress | None,
+) -> Path:
+    instance("scene", scene, Scene)
+    if error is None:
+        raise ValueError(
+            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
+        )
+    given = [name for name, value in others.items() if value is not None]
+    if given:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
+    target = positive("error", error)
+    if target > 0.1:
+        raise ValueError(
+            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
+        )
+    names, times = wanted(want), listed(t, None, None)
+    if not times.any():
+        return solve(scene, t, "strang", step=1.0, want=names)  # nothing moves
+    refuse_endless(scene, float(times[-1]), None)
+    most = whole("max_steps", max_steps, 0)
+    path = best(scene, times, target, most, checked_progress(progress))
+    return path if names is None else path.only(names)

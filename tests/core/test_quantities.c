@@ -1,0 +1,262 @@
+/* Quantities: the table and what it says of each, Euler's angles, components. */
+#include <string.h>
+#include "model/quantities.h"
+#include "numbers/su2.h"
+#include "check.h"
+
+static const double pi = 3.14159265358979323846;
+static uint64_t seed = 1;
+static double uniform(double low, double high) /* splitmix64 */
+{
+    uint64_t z = seed += 0x9e3779b97f4a7c15u;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return low + (high - low) * (double)((z ^ (z >> 31)) >> 11) / 9007199254740992.0;
+}
+static kr_vec3 random_vec(void) { return v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)); }
+static kr_quat random_quat(void) { return q_unit(q4(uniform(-1, 1), random_vec())); }
+/* Any top, in any state. */
+static kr_scene random_scene(void)
+{
+    const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
+    kr_scene s = kr_scene_default();
+    IS(kr_body_from_tensor(1.3, inertia, random_vec(), &s.body) == KR_OK);
+    s.start.q = random_quat();
+    s.start.m = random_vec();
+    s.gravity = uniform(-3, 3);
+    return s;
+}
+static double value(const char *name, const kr_scene *s)
+{
+    double out = NAN;
+    IS(kr_quantity_doubles(kr_quantity_find(name)) == 1);
+    kr_quantity_values(kr_quantity_find(name), s, 1, &s->start, &out);
+    return out;
+}
+static kr_vec3 vector(const char *name, const kr_scene *s)
+{
+    kr_vec3 out = v3(NAN, NAN, NAN);
+    IS(kr_quantity_doubles(kr_quantity_find(name)) == 3);
+    kr_quantity_values(kr_quantity_find(name), s, 1, &s->start, &out.x);
+    return out;
+}
+static double apart(kr_vec3 a, kr_vec3 b) { return v_length(v_sub(a, b)); }
+static double angle_apart(double a, double b) { return fabs(remainder(a - b, 2.0 * pi)); }
+static kr_quat about(kr_vec3 axis, double angle) { return q_exp(v_scale(angle, axis)); }
+
+static void table(void)
+{
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *q = kr_quantity_at(i);
+        const size_t n = kr_quantity_doubles(q);
+        IS(kr_quantity_find(kr_quantity_name(q)) == q && n >= 1 && n <= KR_QUANTITY_MOST);
+        IS(strlen(kr_quantity_text(q)) > 10 && strlen(kr_quantity_dimension(q)) < 12);
+        for (size_t k = 0; k < n; k++)
+            IS(strlen(kr_quantity_axis(q, k)) == (n == 1 ? 0 : n == 9 ? 3 : 2));
+        IS(kr_quantity_axis(q, n) == NULL);
+    }
+    IS(kr_quantity_at(kr_quantity_count()) == NULL);
+    IS(kr_quantity_find("vertical") == NULL && kr_quantity_find(NULL) == NULL);
+}
+/* Rows of many states are those of one at a time, and of the functions with names of their own. */
+static void rows(void)
+{
+    enum { STATES = 5 };
+    const kr_scene s = random_scene();
+    kr_state states[STATES];
+    for (int k = 0; k < STATES; k++) {
+        const kr_state state = {k, random_quat(), random_vec()};
+        states[k] = state;
+    }
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const size_t n = kr_quantity_doubles(kr_quantity_at(i));
+        double all[STATES * KR_QUANTITY_MOST], one[KR_QUANTITY_MOST];
+        kr_quantity_values(kr_quantity_at(i), &s, STATES, states, all);
+        for (size_t k = 0; k < STATES; k++) {
+            kr_quantity_values(kr_quantity_at(i), &s, 1, &states[k], one);
+            IS(memcmp(one, all + k * n, n * sizeof *one) == 0);
+        }
+    }
+}
+static void definitions(void)
+{
+    for (int i = 0; i < 200; i++) {
+        const kr_scene s = random_scene();
+        const kr_state *start = &s.start;
+        const kr_vec3 velocity = kr_state_velocity(&s, start), apex = kr_state_apex(&s, start);
+        double q[4], frame[9];
+        kr_vec3 named[3];
+        kr_quantity_values(kr_quantity_find("q"), &s, 1, start, q);
+        kr_quantity_values(kr_quantity_find("frame"), &s, 1, start, frame);
+        kr_state_frame(&s, start, named);
+        IS(memcmp(q, &start->q, sizeof q) == 0 && memcmp(frame, named, sizeof frame) == 0);
+        IS(apart(vector("m", &s), start->m) == 0.0 &&
+           apart(vector("velocity", &s), velocity) == 0.0);
+        NEAR(apart(q_turn(start->q, vector("body_velocity", &s)), velocity), 0.0, 4e-15);
+        NEAR(apart(q_turn(start->q, vector("body_momentum", &s)), start->m), 0.0, 4e-15);
+        NEAR(apart(q_turn(start->q, vector("body_vertical", &s)), v3(0, 0, 1)), 0.0, 4e-15);
+        NEAR(value("spin", &s), v_dot(velocity, apex), 4e-15);
+        NEAR(value("energy", &s), 0.5 * v_dot(velocity, start->m) + value("potential", &s), 8e-15);
+        IS(value("energy", &s) == kr_state_energy(&s, start));
+        IS(value("vertical_momentum", &s) == start->m.z);
+        IS(value("axial_momentum", &s) == v_dot(start->m, apex));
+    }
+}
+/* What the table says of turns about the vertical, and of integrals of the default scene's top. */
+static void flags(void)
+{
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        const size_t n = kr_quantity_doubles(quantity);
+        kr_scene s = random_scene();
+        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST], change = 0.0;
+        kr_quantity_values(quantity, &s, 1, &s.start, before);
+        const kr_quat turn = about(v3(0, 0, 1), 0.9);
+        s.start.q = q_mul(turn, s.start.q);
+        s.start.m = q_turn(turn, s.start.m);
+        kr_quantity_values(quantity, &s, 1, &s.start, after);
+        for (size_t k = 0; k < n; k++) change = fmax(change, fabs(after[k] - before[k]));
+        IS(kr_quantity_flags(quantity) & KR_TURNS ? change > 1e-3 : change < 1e-14);
+    }
+}
+static void integrals(void)
+{
+    kr_scene s = kr_scene_default();
+    const kr_config config = {.digits = 16};
+    kr_top *top = NULL;
+    s.start.q = q_unit(q4(0.8, v3(0.4, -0.2, 0.4)));
+    IS(kr_top_create(&s, kr_method_find("taylor"), config, &top) == KR_OK);
+    IS(kr_top_advance(top, 3.7) == KR_OK);
+    const kr_state then = kr_top_state(top);
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST];
+        kr_quantity_values(quantity, &s, 1, &s.start, before);
+        kr_quantity_values(quantity, &s, 1, &then, after);
+        if (isnan(*before)) continue;
+        /* of a body with two equal moments, the spin about its axis is one, too */
+        const int kept = kr_quantity_flags(quantity) & KR_KEPT ||
+                         strcmp(kr_quantity_name(quantity), "spin") == 0;
+        IS(kept ? fabs(*after - *before) < 1e-13 : fabs(*after - *before) > 1e-3);
+    }
+    kr_top_free(top);
+}
+
+/* The tilt by its definition: the shortest turn to the apex, by the angle and the axis of it. */
+static kr_quat tilt_to(kr_vec3 a)
+{
+    const kr_vec3 from = v3(0, 0, a.z < -0.5 ? -1 : 1), across = v_cross(from, a);
+    const double sine = v_length(across), angle = atan2(sine, v_dot(from, a));
+    const kr_quat turn = sine > 0.0 ? about(v_scale(1.0 / sine, across), angle) : q_one();
+    return a.z < -0.5 ? q_mul(turn, about(v3(1, 0, 0), pi)) : turn;
+}
+/* Three turns by Euler's angles give the attitude of the frame with the apex for its third axis. */
+static void eulers_angles(void)
+{
+    for (int i = 0; i < 2000; i++) {
+        const kr_scene s = random_scene();
+        const double precession = value("precession_angle", &s), nutation = value("nutation", &s),
+                     spin = value("spin_angle", &s);
+        const kr_vec3 apex = kr_state_apex(&s, &s.start), described = q_turn_back(s.start.q, apex);
+        const kr_quat r = q_mul(about(v3(0, 0, 1), precession),
+                                q_mul(about(v3(1, 0, 0), nutation), about(v3(0, 0, 1), spin)));
+        NEAR(kr_attitude_error(r, q_mul(s.start.q, tilt_to(described))), 0.0, 4e-15);
+        NEAR(apart(q_axis(r), apex), 0.0, 2e-15);
+        IS(precession > -pi && precession <= pi && spin > -pi && spin <= pi);
+        IS(nutation >= 0.0 && nutation <= pi);
+        /* e3 x apex points along the line of nodes */
+        NEAR(angle_apart(precession, atan2(apex.x, -apex.y)), 0.0, 1e-12);
+    }
+}
+/* Their rates: the spin is the rate of the third and its share of the first. */
+static void rates(void)
+{
+    kr_scene s = random_scene();
+    const double h = 1e-4;
+    const kr_config config = {.digits = 16};
+    kr_scene before = s, after = s;
+    kr_top *top = NULL;
+    IS(kr_top_create(&s, kr_method_find("taylor"), config, &top) == KR_OK);
+    for (int i = 1; i < 40; i++) {
+        IS(kr_top_advance(top, i - h) == KR_OK);
+        before.start = kr_top_state(top);
+        IS(kr_top_advance(top, i) == KR_OK);
+        s.start = kr_top_state(top);
+        IS(kr_top_advance(top, i + h) == KR_OK);
+        after.start = kr_top_state(top);
+        if (fabs(sin(value("nutation", &s))) < 0.1) continue;
+        const double turn = value("precession_angle", &after) - value("precession_angle", &before),
+                     own = value("spin_angle", &after) - value("spin_angle", &before);
+        const double rate =
+            remainder(turn, 2.0 * pi) * cos(value("nutation", &s)) + remainder(own, 2.0 * pi);
+        NEAR(rate / (2.0 * h), value("spin", &s), 2e-6);
+    }
+    kr_top_free(top);
+}
+/* Upright and hanging tops: each angle has its half of the turn, whatever the signs of zeros; just
+ * beside the pole their sum or difference is that turn. */
+static void poles(void)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        for (double angle = -3.0; angle <= 3.0; angle += 0.5) {
+            kr_scene s = kr_scene_default();
+            s.body.com = v3(0.0, 0.0, -side);
+            s.start.q = about(v3(0, 0, 1), angle);
+            NEAR(value("nutation", &s), side < 0 ? 0.0 : pi, 1e-15);
+            NEAR(value("precession_angle", &s), 0.5 * angle, 1e-15);
+            NEAR(value("spin_angle", &s), -side * 0.5 * angle, 1e-15);
+            s.start.q = q4(s.start.q.w, v3(-0.0, -0.0, s.start.q.z));
+            NEAR(value("precession_angle", &s), 0.5 * angle, 1e-15);
+            for (int i = 0; i < 10; i++) {
+                s.body.com = v3(uniform(-1e-16, 1e-16), uniform(-1e-16, 1e-16), -side);
+                const double turn = value("precession_angle", &s) - side * value("spin_angle", &s);
+                NEAR(angle_apart(turn, angle), 0.0, 2e-15);
+            }
+        }
+    }
+    /* half a turn is +pi, from either side */
+    kr_scene s = kr_scene_default();
+    for (int i = 0; i < 4; i++) {
+        const kr_quat half = q4(i % 2 ? -0.0 : 0.0, v3(0, 0, i / 2 ? -1 : 1));
+        s.start.q = q_mul(half, about(v3(1, 0, 0), 0.5));
+        NEAR(value("precession_angle", &s), pi, 1e-15);
+        NEAR(value("spin_angle", &s), 0.0, 1e-15);
+    }
+}
+
+static void components(void)
+{
+    static const char *const none[] = {"",         "q",       "q_v",        "apex_w",
+                                       "spin_x",   "energy",  "vertical_x", "velocity_x",
+                                       "frame_Nx", "apex_zz", "11"};
+    const kr_scene s = random_scene();
+    IS(kr_component_find("1") == KR_ONE && kr_component_value(KR_ONE, &s, &s.start) == 1.0);
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) IS(kr_component_find(none[i]) == -1);
+    IS(kr_component_find(NULL) == -1 && !kr_component_is(-1) && !kr_component_is(INT32_MIN) &&
+       !kr_component_is(INT32_MAX));
+    IS(kr_component_value(kr_component_find("q_w"), &s, &s.start) == s.start.q.w);
+    IS(kr_component_value(kr_component_find("q_z"), &s, &s.start) == s.start.q.z);
+    IS(kr_component_value(kr_component_find("m_y"), &s, &s.start) == s.start.m.y);
+    IS(kr_component_value(kr_component_find("spin"), &s, &s.start) == value("spin", &s));
+    IS(kr_component_value(kr_component_find("body_vertical_x"), &s, &s.start) ==
+       vector("body_vertical", &s).x);
+    IS(kr_component_turns(kr_component_find("apex_x")) &&
+       kr_component_turns(kr_component_find("q_z")));
+    IS(!kr_component_turns(kr_component_find("apex_z")) &&
+       !kr_component_turns(kr_component_find("m_z")));
+    IS(!kr_component_turns(kr_component_find("body_vertical_x")) && !kr_component_turns(KR_ONE));
+}
+
+int main(void)
+{
+    table();
+    rows();
+    definitions();
+    flags();
+    integrals();
+    eulers_angles();
+    rates();
+    poles();
+    components();
+    return check_result();
+}

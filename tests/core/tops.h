@@ -1,0 +1,72 @@
+/* What the C tests share about tops: bodies and scenes that several of them try, how a top is made
+ * and brought to a time, and how far two states are apart. */
+#ifndef KR_TOPS_H
+#define KR_TOPS_H
+#include <string.h>
+#include "check.h"
+#include "numbers/su2.h"
+
+/* The thesis' top, tilted: over an upright start no torque acts, which hides errors. */
+static inline kr_scene tilted(void)
+{
+    kr_scene s = kr_scene_default();
+    s.start.q = q_exp(v3(0.6, -0.4, 0.3));
+    return s;
+}
+/* The thesis' body with the bits of the truths in problems.json: mass and gravity are 1. */
+static inline kr_body thesis_body(void)
+{
+    const kr_body body = {1.0,
+                          {0x1.facfcdc177bd9p+2, 0x1.facfcdc177bd9p+2, 0x1.179ec9cbd8220p+1},
+                          {0.0, 0.0, 0x1.47ae147ae147cp+2},
+                          {1, 0, 0, 0}};
+    return body;
+}
+/* The scene that problems.json calls asymmetric, with the bits of its truths. */
+static inline kr_scene asymmetric(void)
+{
+    const kr_scene s = {
+        {1.0,
+         {0x1.4d669d9224628p+0, 0x1.706d8fd9bbb39p+2, 0x1.87ff70b158e5fp+2},
+         {-0x1.f77e3fdded5b4p+1, -0x1.44a20db1e5f57p-4, 0x1.fce417e16b363p-5},
+         {1, 0, 0, 0}},
+        1.0,
+        {0.0,
+         {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1},
+         {0.172, -1.862, 1.46}}};
+    return s;
+}
+/* Three different moments, axes that are not those of the description, a centre of mass on none. */
+static inline kr_body general_body(void)
+{
+    const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
+    kr_body body = {0};
+    IS(kr_body_from_tensor(2.0, tensor, v3(0.25, -0.5, 0.75), &body) == KR_OK);
+    return body;
+}
+
+static inline const kr_method *taylor(void) { return kr_method_find("taylor"); }
+static inline kr_top *make(const kr_scene *s, const kr_method *method, kr_config config)
+{
+    kr_top *top = NULL;
+    IS(kr_top_create(s, method, config, &top) == KR_OK && top);
+    return top;
+}
+static inline kr_state state_at(double t, const kr_scene *s, const kr_method *method,
+                                kr_config config)
+{
+    kr_top *top = make(s, method, config);
+    IS(kr_top_advance(top, t) == KR_OK);
+    const kr_state state = top ? kr_top_state(top) : s->start;
+    kr_top_free(top);
+    return state;
+}
+
+/* Bit by bit; a state has no gaps between its numbers. */
+static inline int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
+static inline double off(kr_vec3 a, kr_vec3 b) { return v_length(v_sub(a, b)); }
+static inline double distance(kr_state a, kr_state b)
+{
+    return kr_attitude_error(a.q, b.q) + off(a.m, b.m);
+}
+#endif

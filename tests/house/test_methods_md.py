@@ -1,0 +1,28 @@
+"""METHODS.md is the table of the methods that are built."""
+
+import kreisel as kr
+from inside import page_of_methods
+from toolbox import ROOT
+
+
+def test_table_of_methods():
+    lines = [line for line in page_of_methods(kr.methods).splitlines() if line.startswith("|")]
+    assert len(lines) == 2 + len(kr.methods) and all(
+        line.count("|") == lines[0].count("|") for line in lines
+    )
+    assert all(any(line.startswith(f"| {name} |") for line in lines) for name in kr.methods)
+
+
+def test_methods_md_is_up_to_date():
+    """All but the measured costs: made again by `kreisel methods --markdown > METHODS.md`."""
+
+    def cells(text):
+        lines = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]
+        rows = [line.strip("| ").split(" | ") for line in lines]
+        return {row[0]: row[1:2] + row[-3:] for row in rows}
+
+    written = (ROOT / "METHODS.md").read_text()
+    now = cells(page_of_methods(kr.methods))
+    optional = {"gsl_rk8pd", "gsl_bsimp"} - set(kr.methods)
+    assert {name: row for name, row in cells(written).items() if name not in optional} == now
+    assert "`kreisel methods --markdown > METHODS.md`" in written

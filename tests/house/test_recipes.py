@@ -1,0 +1,222 @@
+"""The recipes of ARCHITECTURE.md, each followed in a copy of the tree: all else follows unasked."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from toolbox import ROOT, core_sources, need, run
+
+APART = [  # python in the copy, not the package that these tests run in
+    "import sys",
+    "sys.meta_path = [f for f in sys.meta_path if 'Scikit' not in type(f).__name__]",
+    "sys.path[:0] = sys.argv[1:]",
+]
+
+
+class House:
+    """A copy of the tree, and what a recipe has touched in it."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.touched = {}
+        command = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
+        names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        for name in names.splitlines():
+            if (ROOT / name).is_file():
+                (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, folder / name)
+
+    def write(self, recipe, name, text):
+        self.touched.setdefault(recipe, []).append(name)
+        (self.folder / name).write_text(text)
+
+    def insert(self, recipe, name, before, text):
+        """Text before the first line that begins so."""
+        old = (self.folder / name).read_text()
+        at = old.index("\n" + before) + 1
+        self.write(recipe, name, old[:at] + text + old[at:])
+
+    def build(self):
+        """The core and the extension, as fast as a compiler makes them."""
+        cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
+        options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]
+        paths = [f"-Dpybind11_DIR={cmake}", f"-DPython_EXECUTABLE={sys.executable}"]
+        build = self.folder / "build"
+        run("cmake", "-S", self.folder, "-B", build, *options, *paths)
+        run("cmake", "--build", build, "--target", "_core", "--parallel", os.cpu_count())
+        (extension,) = build.glob("_core*.so")
+        shutil.copy(extension, self.folder / "python/kreisel")
+
+    def compile(self, program, to):
+        csrc = self.folder / "csrc"
+        flags = ["-std=c99", "-ffp-contract=off", f"-I{csrc}"]
+        run("gcc", *flags, program, *core_sources(csrc), "-lm", "-o", to)
+
+    def python(self, *lines):
+        """What a program prints that runs with the package of the copy."""
+        program = "\n".join([*APART, *lines])
+        return run(sys.executable, "-c", program, self.folder / "python", self.folder, cwd="/")
+
+
+QUANTITY = """Q(height, 1, 0, "",
+  "height of the apex above the fixed point, in parts of the lever")
+"""
+VALUE = """double kr_state_height(const kr_scene *scene, const kr_state *s)
+{
+    return kr_state_apex(scene, s).z;
+}
+"""
+OF_THE_QUANTITY = """import kreisel as kr
+import numpy as np
+
+
+def test_height_is_the_third_component_of_the_apex():
+    path = kr.solve(kr.scenes.thesis, [1.0, 2.0])
+    assert np.array_equal(path.height, path.apex[:, 2])
+"""
+METHOD = """/* Kick and free drift: the splitting of first order (splitting.h). Keeps <m,p>. */
+#include "splitting.h"
+
+static kr_status reset(kr_motion *motion, const kr_state *start)
+{
+    splitting_begin((splitting *)motion->work, motion, start);
+    return KR_OK;
+}
+static kr_status step(kr_motion *motion, double until)
+{
+    splitting *s = (splitting *)motion->work;
+    (void)until;
+    splitting_kick(s, motion, 1.0);
+    splitting_drift(s, 1.0);
+    s->steps += 1.0;
+    motion->stats.evaluations++;
+    return KR_OK;
+}
+static void read(const kr_motion *motion, kr_state *out)
+{
+    splitting_read((const splitting *)motion->work, motion, 0.0, out);
+}
+
+const kr_method kr_method_kick_drift = {
+    .name = "kick_drift",
+    .text = "kick, free drift",
+    .conserves = "<m,p>; on Lagrange tops <m,a>",
+    .reference = "symplectic Euler",
+    .order = 1,
+    .flags = KR_SYMPLECTIC | KR_ALGEBRAIC,
+    .work = sizeof(splitting) / sizeof(double),
+    .reset = reset,
+    .step = step,
+    .read = read,
+};
+"""
+MAKER = '''    @classmethod
+    def ball(cls, mass: float, radius: float, height: float) -> Self:
+        """A homogeneous ball [M], [L], whose centre stands at (0, 0, height) [L]."""
+        inertia = 0.4 * positive("mass", mass) * positive("radius", radius) ** 2
+        return cls.from_com(mass, (inertia,) * 3, (0.0, 0.0, height), (0.0, 0.0, 0.0))
+
+'''
+OF_THE_MAKER = """import kreisel as kr
+
+
+def test_a_ball_is_alike_about_all_axes_through_its_centre():
+    assert kr.Body.ball(5.0, 1.0, 0.0).moments == (2.0, 2.0, 2.0)
+"""
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory):
+    need("cmake", "gcc", "g++")
+    made = House(tmp_path_factory.mktemp("house"))
+    made.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
+    made.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)
+    made.write("quantity", "tests/python/test_height.py", OF_THE_QUANTITY)
+    made.write("method", "csrc/methods/kick_drift.c", METHOD)
+    made.insert("method", "csrc/methods.def", "X(strang)", "X(kick_drift)\n")
+    made.insert("maker", "python/kreisel/_model/body.py", "    @property", MAKER)
+    made.write("maker", "tests/python/test_ball.py", OF_THE_MAKER)
+    made.build()
+    return made
+
+
+def test_a_quantity_touches_three_files(house):
+    assert len(house.touched["quantity"]) == 3
+    told = house.python(
+        "import kreisel as kr, json",
+        "path = kr.solve(kr.scenes.thesis, [1.0], want=('height',))",
+        "whole = kr.solve(kr.scenes.thesis, [1.0])",
+        "left = str(kr.plan(kr.scenes.thesis, want=('energy',)))",
+        "print(json.dumps([bool(path.height == whole.apex[:, 2]), bool(whole.height == path.height),",
+        "                  'height' in dir(kr.Path), kr.Path.height.__doc__, 'height' in left]))",
+    )
+    same, alike, listed, text, left_out = json.loads(told)
+    assert same and alike and listed and left_out
+    assert text.startswith("(n,) height of the apex above the fixed point")
+
+
+def test_a_quantity_is_a_column_of_the_command_line(house):
+    words = "['solve', 'thesis', '--t', '1', '--want', 'height', '--csv', '-']"
+    lines = house.python("from kreisel._showing.cli import main", f"main({words})").splitlines()
+    assert lines[0] == "t,height" and len(lines) == 3
+
+
+def test_a_quantity_is_there_in_c(house, tmp_path):
+    program = tmp_path / "user.c"
+    program.write_text("""#include <stdio.h>
+#include "kreisel.h"
+int main(void)
+{
+    const kr_scene scene = kr_scene_default();
+    double height;
+    kr_quantity_values(kr_quantity_find("height"), &scene, 1, &scene.start, &height);
+    return printf("%g\\n", height) < 0;
+}
+""")
+    house.compile(program, to=tmp_path / "user")
+    assert run(tmp_path / "user") == "1\n"
+
+
+def test_its_own_test_passes(house):
+    tests = [f"tests/python/test_{name}.py" for name in ("height", "ball")]
+    told = house.python(
+        "import pytest", f"print(pytest.main(['-q', '--rootdir=/', *{at(house, tests)}]))"
+    )
+    assert "2 passed" in told
+
+
+def at(house, names):
+    return [str(house.folder / name) for name in names]
+
+
+def test_a_method_touches_two_files_and_its_golden_lines(house, tmp_path):
+    assert len(house.touched["method"]) == 2
+    house.compile(ROOT / "tests/core/golden.c", to=tmp_path / "golden")
+    golden = (ROOT / "tests/core/golden.txt").read_text().splitlines()
+    more = [line for line in run(tmp_path / "golden").splitlines() if line not in golden]
+    assert len(more) == 4 and all(line.startswith("kick_drift ") for line in more)
+
+
+def test_a_method_has_the_order_that_it_says(house):
+    told = house.python(
+        "import kreisel as kr",
+        "from validation.truth.orders import measured",
+        "print(kr.methods['kick_drift'].order, round(measured('kick_drift', 'lagrange')['q']))",
+    )
+    assert told == "1 1\n"
+
+
+def test_a_maker_touches_two_files_and_is_known_to_toml(house):
+    assert len(house.touched["maker"]) == 2
+    text = "momentum = [0, 0, 1]\n[body.ball]\nmass = 5\nradius = 1\nheight = 1\n"
+    told = house.python(
+        "import kreisel as kr, pathlib, tempfile",
+        "file = pathlib.Path(tempfile.mkdtemp()) / 'top.toml'",
+        f"file.write_text({text!r})",
+        "print(kr.Scene.from_toml(file).body.moments)",
+    )
+    assert told == "(7.0, 7.0, 2.0)\n"

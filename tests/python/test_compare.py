@@ -1,0 +1,59 @@
+"""kreisel.compare: errors against run time, of methods that fail too."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import CORNER, GENERAL
+
+
+def test_compare(tmp_path):
+    scene = kr.scenes.thesis
+    table = kr.compare(
+        scene, [1, 5], ["rk4", "strang", "extrap"], steps=[0.1, 0.02], tols=[1e-6, 1e-10], repeats=2
+    )
+    assert [(row.method, row.step, row.tol) for row in table] == [
+        ("rk4", 0.1, None), ("rk4", 0.02, None), ("strang", 0.1, None), ("strang", 0.02, None),
+        ("extrap", None, 1e-6), ("extrap", None, 1e-10),
+    ]  # fmt: skip
+    for coarse, fine in zip(table.rows[::2], table.rows[1::2]):
+        assert (
+            0 < fine.attitude_error < coarse.attitude_error
+            and 0 < fine.energy_error < coarse.energy_error
+        )
+        assert (
+            0 < fine.seconds <= fine.median
+            and fine.evaluations > coarse.evaluations > 0
+            and fine.failure == ""
+        )
+    assert table[0].scene == "thesis" and table[0].steps == 50 and len(table) == 6
+    truth = kr.solve(scene, [1, 5], tol=1e-13)
+    again = kr.compare(scene, [1, 5], ["rk4"], steps=[0.1], truth=truth, repeats=1)[0]
+    assert again.attitude_error == table[0].attitude_error
+    assert (
+        again.attitude_error
+        == kr.attitude_error(kr.solve(scene, [1, 5], "rk4", step=0.1).q, truth.q).max()
+    )
+    by_method = kr.compare(scene, [1, 5], ["strang"], steps=[0.1], truth="rk4", repeats=1)[0]
+    assert by_method.attitude_error == pytest.approx(table[2].attitude_error, rel=1e-3)
+    table.to_csv(tmp_path / "table.csv")
+    lines = (tmp_path / "table.csv").read_text().splitlines()
+    assert len(lines) == 7 and lines[0].startswith("scene,method,step,tol,seconds")
+    assert repr(table[0].energy_error) in lines[1]
+    assert len(str(table).splitlines()) == 7 and "bobenko" not in str(table)
+
+
+def test_compare_takes_all_methods_that_apply():
+    rows = kr.compare(GENERAL, 1, steps=[0.1], repeats=1)
+    assert {row.method for row in rows} == {
+        name for name, method in kr.methods.items() if method.applies_to(CORNER)
+    }
+
+
+def test_compare_goes_on_after_a_failure():
+    scene = kr.Scene(CORNER, momentum=(1e3, -2e3, 1e3))
+    blown, fine = kr.compare(scene, 50, ["rk4", "strang"], steps=[1.0], truth="strang", repeats=1)
+    assert (
+        "finite" in blown.failure
+        and np.isnan([blown.seconds, blown.attitude_error, blown.energy_error]).all()
+    )
+    assert fine.failure == "" and fine.seconds > 0

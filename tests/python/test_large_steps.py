@@ -1,0 +1,105 @@
+"""Steps that are refused, and why: up to the limit a step is crude but no nonsense, and above it there is none."""
+
+import re
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+STEPS = 10
+
+
+def thrown(number, kinds, seed):
+    """Bodies thrown at random, each with a step."""
+    rng = np.random.default_rng(seed)
+    for _ in range(number):
+        half = np.exp(rng.normal(0.0, 0.3, 3))
+        kind = rng.choice(kinds)
+        half[1] = half[0] if kind == "lagrange" else half[1]
+        half[:2] = (3**0.5 * 2 * half[2], 2 * half[2]) if kind == "kowalewski" else half[:2]
+        pivot = half * (rng.uniform(-1, 1, 3) if kind == "asymmetric" else (0, 0, -1))
+        body = kr.Body.cuboid(half=tuple(half), pivot=tuple(pivot))
+        q = rng.normal(size=4)
+        momentum = rng.normal(size=3) * max(body.moments) * np.exp(rng.normal(0.0, 0.7))
+        yield (
+            kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q)),
+            float(np.exp(rng.uniform(-2.5, 1.0))),
+        )
+
+
+def lever(scene):
+    return scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
+
+
+def error(scene, method, step):
+    """After ten steps [rad]; None where the step is refused."""
+    try:
+        path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
+    except ValueError as refused:
+        said = re.search(
+            r"the step is too large.* with step = (\S+), where (\S+) would do", str(refused)
+        )
+        assert said and float(said[1]) == step
+        kr.solve(scene, STEPS * step, method=method, step=float(said[2]))
+        return None
+    return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
+
+
+def test_bobenko_suris4():
+    """Refused where h^2 times 2 |E| or the torque at its largest, in units of I1 and without the spin, is above 1; E is
+    that of the map, which the step changes by a few per cent there."""
+    taken = 0
+    for scene, step in thrown(200, ["lagrange"], 1):
+        i1, i3 = scene.body.moments[0], scene.body.moments[2]
+        start = kr.solve(scene, [0.0])
+        energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
+        torque, size = step**2 * lever(scene) / i1, step**2 * 2 * abs(energy)
+        off = error(scene, "bobenko_suris4", step)
+        if off is None:
+            assert max(torque, size) > 0.8
+        else:
+            assert max(torque, size) < 1.3 and off < 0.3
+        taken += off is not None
+    assert 50 < taken < 150
+
+
+@pytest.mark.parametrize(
+    "method, kinds, most",
+    [
+        ("takahashi_imada4", ["kowalewski", "asymmetric"], 2.5),
+        ("veselov4", ["lagrange", "kowalewski", "asymmetric"], 1.25),
+    ],
+)
+def test_methods_with_a_modified_kick(method, kinds, most):
+    """Refused where the top, as fast as its energy allows, may turn by more than `most` [rad] in a step, or where h^2
+    |A| over the least moment is above 2."""
+    taken = 0
+    for scene, step in thrown(200, kinds, 2):
+        least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
+        turn = step * np.sqrt(2 * (energy + lever(scene)) / least)
+        heavy = step**2 * lever(scene) / least
+        off = error(scene, method, step)
+        assert (off is None) == (turn > most or heavy > 2), (turn, heavy, off)
+        assert off is None or off < 1.0, (turn, heavy)
+        taken += off is not None
+    assert 50 < taken < 180
+
+
+def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
+    """Its drift is exact: what errs is the torque alone, and that is small here."""
+    scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
+    assert error(scene, "takahashi_imada4", 0.1) < 1e-3
+    assert error(scene, "takahashi_imada4", 0.5) < 0.2
+
+
+@pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
+def test_steps_of_many_turns_stay_finite(method):
+    """Nonsense, but of unit length: turns of any angle are turns."""
+    for scene, step in thrown(100, ["asymmetric"], 3):
+        path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
+        assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14
+
+
+def test_a_large_step_has_no_processor():
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.solve(kr.scenes.thesis, 100, method="takahashi_imada4", step=20.0)

@@ -1,0 +1,182 @@
+"""Recording: the times asked for, and paths, whose quantities are computed when they are asked for."""
+
+import pickle
+import threading
+import time
+
+import kreisel as kr
+import numpy as np
+import pytest
+from inside import QUANTITIES, recording
+from tops import CORNER, FIXED, GENERAL, matrix, scene_for
+
+COMPUTED = {name: quantity.shape for name, quantity in QUANTITIES.items() if name not in ("q", "m")}
+
+
+@pytest.mark.parametrize(
+    "t, every, expected",
+    [
+        (1, None, [0, 1]),
+        ([0.3, 0.3, 1.0], None, [0.3, 0.3, 1.0]),
+        (1, 3, [0, 3 * 0.1, 6 * 0.1, 9 * 0.1]),
+        (-0.35, 1, [0, -0.1, -0.2, -3 * 0.1]),
+        (3 * 0.1, 1, [0, 0.1, 0.2, 3 * 0.1]),
+        (0.3, 1, [0, 0.1, 0.2, 3 * 0.1]),
+        (0, 1, [0]),
+        (np.float32(0.5), None, [0, 0.5]),
+    ],
+)
+def test_states_are_those_of_the_times_asked_for(t, every, expected):
+    words = {} if every is None else {"every": every}
+    path = kr.solve(GENERAL, t, "strang", step=0.1, **words)
+    assert path.t.tolist() == expected and len(path) == len(expected)
+
+
+def test_no_times_give_an_empty_path():
+    path = kr.solve(GENERAL, [])
+    assert (
+        len(path) == 0
+        and path.t.shape == (0,)
+        and path.q.shape == (0, 4)
+        and path.energy_error == 0
+    )
+    for name, shape in COMPUTED.items():
+        assert getattr(path, name).shape == (0, *shape)
+    assert "0 states" in repr(path)
+    with pytest.raises(IndexError):
+        path.end
+
+
+def test_start_is_as_given():
+    path = kr.solve(GENERAL, 1)
+    assert tuple(path.q[0]) == GENERAL.attitude and tuple(path.m[0]) == GENERAL.momentum
+
+
+@pytest.mark.parametrize("name", ["auto", *FIXED])
+def test_states_do_not_depend_on_what_else_was_asked_for(name):
+    scene = kr.scenes.thesis if name == "auto" else scene_for(name)
+    how = {} if name == "auto" else {"step": 0.07}
+    alone = kr.solve(scene, 2.0, name, **how)
+    among = kr.solve(scene, np.linspace(0, 2.0, 57), name, **how)
+    assert np.array_equal(alone.states[-1], among.states[-1])
+
+
+def test_auto_is_taylor():
+    path = kr.solve(GENERAL, 3)
+    assert (path.method, path.tol, path.step) == ("taylor", None, None)
+    assert np.array_equal(path.states, kr.solve(GENERAL, 3, method="taylor").states)
+    assert kr.solve(GENERAL, 3, tol=1e-6).tol == 1e-6
+
+
+def test_back_in_time():
+    there = kr.solve(GENERAL, 4, tol=1e-12)
+    back = kr.solve(there.end, [-1, -4], tol=1e-12)
+    assert kr.attitude_error(back.q[-1], GENERAL.attitude) < 1e-8
+    assert kr.solve(GENERAL, -4, "rk4", step=0.01).step == -0.01
+
+
+def test_shapes_and_views():
+    path = kr.solve(GENERAL, np.linspace(0, 1, 5))
+    for view, shape in ((path.t, (5,)), (path.q, (5, 4)), (path.m, (5, 3))):
+        assert np.shares_memory(view, path.states) and view.shape == shape
+    assert np.array_equal(path.q_xyzw, np.roll(path.q, -1, axis=1))
+    for name, shape in COMPUTED.items():
+        values = getattr(path, name)
+        assert values.shape == (5, *shape) and values is getattr(path, name)
+        with pytest.raises(ValueError, match="read-only"):
+            values[...] = 0
+    with pytest.raises(ValueError, match="read-only"):
+        path.q[0] = 0
+
+
+def test_quantities_from_their_definitions():
+    path = kr.solve(GENERAL, [0, 0.7, 1.9])
+    tensor, mass, com = np.array(CORNER.inertia), CORNER.mass, np.array(CORNER.com)
+    for i, q in enumerate(matrix(tuple(q)) for q in path.q):
+        m, a = path.m[i], q @ com
+        velocity = np.linalg.solve(q @ tensor @ q.T, m)
+        np.testing.assert_allclose(path.velocity[i], velocity, rtol=1e-13)
+        np.testing.assert_allclose(path.torque[i], mass * np.cross((0, 0, 1), a), atol=1e-14)
+        np.testing.assert_allclose(path.apex[i], a / np.linalg.norm(a), atol=1e-15)
+        np.testing.assert_allclose(path.frame[i], (q @ matrix(CORNER.axes)).T, atol=1e-14)
+        np.testing.assert_allclose(path.energy[i], 0.5 * velocity @ m + mass * a[2], rtol=1e-13)
+        np.testing.assert_allclose(path.axial_momentum[i], m @ a / np.linalg.norm(a), rtol=1e-13)
+        assert path.vertical_momentum[i] == m[2]
+    assert np.isnan(path.kowalewski).all() and np.isnan(path.modified_energy(0.1)).all()
+    size = path.kinetic.max() + mass * np.linalg.norm(com)
+    assert path.energy_error == pytest.approx(
+        np.abs(path.energy - path.energy[0]).max() / size, rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("name", COMPUTED)
+def test_nothing_is_computed_unasked(name, monkeypatch):
+    called, original = [], recording.values
+    monkeypatch.setattr(
+        recording, "values", lambda word, *states: called.append(word) or original(word, *states)
+    )
+    path = kr.solve(GENERAL, 1, "strang", step=0.1, every=1)
+    repr(path), len(path), path.t, path.q, path.m, path.end
+    assert called == []
+    getattr(path, name), getattr(path, name)
+    assert called == [name]
+
+
+def test_unknown_names_get_a_hint():
+    path = kr.solve(GENERAL, [1.0])
+    with pytest.raises(AttributeError, match="did you mean 'velocity'"):
+        path.velocty
+    with pytest.raises(AttributeError, match="there are .*energy"):
+        path.nothing_like_it
+    assert not hasattr(path, "plane")
+
+
+def test_path_is_pickled_with_its_scene():
+    path = kr.solve(GENERAL, 1)
+    path.energy
+    again = pickle.loads(pickle.dumps(path))
+    assert (
+        np.array_equal(again.states, path.states)
+        and again.scene == GENERAL
+        and again.stats == path.stats
+    )
+
+
+def test_scene_at_goes_on():
+    path = kr.solve(GENERAL, 2, "strang", step=0.125, every=8)
+    on = kr.solve(path.scene_at(1), 1, "strang", step=0.125)
+    assert kr.attitude_error(on.q[-1], path.q[-1]) < 1e-13
+    assert path.end == path.scene_at(-1) and path.end.body == CORNER
+    with pytest.raises(IndexError):
+        path.scene_at(3)
+
+
+def test_rotations():
+    Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
+    path = kr.solve(GENERAL, [0, 1, 2])
+    np.testing.assert_allclose(
+        path.rotation.apply(CORNER.com), path.apex * np.linalg.norm(CORNER.com), atol=1e-14
+    )
+    rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
+    np.testing.assert_allclose(matrix(kr.from_rotation(rotation)), rotation.as_matrix(), atol=1e-15)
+    with pytest.raises(ValueError, match="rotation must be 4 numbers"):
+        kr.from_rotation(path.rotation)
+
+
+def test_threads_run_side_by_side_with_the_bits_of_one():
+    scenes = [GENERAL.replace(momentum=(0.1 * i, 1, 2)) for i in range(8)]
+    alone = [kr.solve(scene, 200, "rk4", step=1e-3, every=1000).states for scene in scenes]
+    among = {}
+
+    def run(i):
+        among[i] = kr.solve(scenes[i], 200, "rk4", step=1e-3, every=1000).states
+
+    threads = [threading.Thread(target=run, args=(i,)) for i in range(8)]
+    for thread in threads:
+        thread.start()
+    ticks = 0
+    while any(thread.is_alive() for thread in threads):
+        time.sleep(1e-3)
+        ticks += 1
+    assert ticks > 3, "Python did not go on while the threads ran"
+    assert all(np.array_equal(among[i], alone[i]) for i in range(8))

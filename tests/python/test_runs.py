@@ -1,0 +1,212 @@
+"""Runs: streams, and tops under way that are led on, saved and resumed with the same bits."""
+
+import itertools
+import math
+import warnings
+import zlib
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import WILD, scene_for, words_for
+
+TOP = kr.scenes.asymmetric
+
+
+@pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
+@pytest.mark.parametrize("chunk", [1, 7, 1000])
+def test_stream_gives_the_bits_of_solve(method, chunk):
+    scene, words, times = scene_for(method), words_for(method), np.linspace(0, 9, 61)
+    whole = kr.solve(scene, times, method, **words)
+    for t in (times, times.tolist(), iter(times)):
+        paths = list(kr.stream(scene, t, method, chunk=chunk, **words))
+        assert [len(path) for path in paths[:-1]] == [chunk] * (len(paths) - 1) and len(
+            paths[-1]
+        ) <= chunk
+        assert np.array_equal(np.concatenate([path.states for path in paths]), whole.states)
+    assert paths[-1].stats == whole.stats
+
+
+@pytest.mark.parametrize("end", [20.0, -20.0, 19.99])
+def test_stream_on_the_grid(end):
+    whole = kr.solve(TOP, end, "strang", step=0.01, every=7)
+    paths = list(kr.stream(TOP, end, "strang", step=0.01, every=7, chunk=50, want=("t", "energy")))
+    assert np.array_equal(np.concatenate([path.t for path in paths]), whole.t)
+    assert np.array_equal(np.concatenate([path.energy for path in paths]), whole.energy)
+
+
+def test_streams_without_end():
+    grid = kr.stream(TOP, math.inf, "strang", step=0.01, every=10, chunk=100)
+    some = list(itertools.islice(grid, 5))
+    whole = kr.solve(TOP, 49.9, "strang", step=0.01, every=10)
+    assert np.array_equal(np.concatenate([path.states for path in some]), whole.states)
+    grid.close()
+    back = next(kr.stream(TOP, -math.inf, "strang", step=0.01, every=10, chunk=3))
+    assert back.t.tolist() == [0, -0.1, -0.2]
+    endless = kr.stream(TOP, (0.1 * k for k in itertools.count()), chunk=10)
+    assert next(endless).t[-1] == 0.1 * 9 and next(endless).t[0] == 0.1 * 10
+
+
+@pytest.mark.parametrize(
+    "t, words, kind, message",
+    [
+        (5.0, {}, ValueError, "a stream needs the times wanted"),
+        (math.inf, {}, ValueError, "a stream needs the times wanted"),
+        (math.nan, {"method": "strang", "step": 0.1, "every": 1}, ValueError, "t must be finite"),
+        ([2.0, 1.0], {}, ValueError, "goes back"),
+        ("abc", {}, TypeError, "t must be"),
+        (iter("abc"), {}, TypeError, "an iterator of times"),
+        (
+            iter([1.0]),
+            {"method": "strang", "step": 0.1, "every": 1},
+            ValueError,
+            "every is for t as a number",
+        ),
+        ([1.0], {"chunk": 0}, ValueError, "chunk must be at least 1"),
+        ([1.0], {"progress": 3}, TypeError, "progress must be a function"),
+        ([1.0], {"method": "rk4"}, ValueError, "fixed step"),
+    ],
+)
+def test_stream_refuses_before_anything_runs(t, words, kind, message):
+    with pytest.raises(kind, match=message):
+        kr.stream(TOP, t, **words)
+
+
+def test_stream_refuses_what_an_iterator_brings_too_late():
+    times = kr.stream(TOP, iter([1.0, 2.0, 3.0, 2.5]), chunk=2)
+    assert next(times).t.tolist() == [1, 2]
+    with pytest.raises(ValueError, match=r"t\[1\] = 2.5 goes back from t\[0\] = 3.0"):
+        next(times)
+    with pytest.raises(kr.Error) as failure:
+        list(kr.stream(WILD, [1.0, 1.5, 50.0], "rk4", step=0.5, chunk=2))
+    assert failure.value.path.t.size <= 2
+
+
+# Checkpoints
+
+
+@pytest.mark.parametrize("back", [False, True], ids=["forth", "back"])
+@pytest.mark.parametrize("name", [*kr.methods, "taylor 16", "taylor 20", "taylor 30"])
+def test_a_run_goes_on_with_the_same_bits(name, back, tmp_path):
+    name, _, digits = name.partition(" ")
+    scene, words = scene_for(name), words_for(name) | ({"digits": int(digits)} if digits else {})
+    times = np.array([0.0, 0.5, 1.0, 1.01, 4.44, 10.0, 10.0, 13.7, 50.0]) * (-1 if back else 1)
+    whole = kr.solve(scene, times, name, **words)
+    run, parts = kr.start(scene, name, back=back, **words), []
+    for t in times:
+        run.save(tmp_path / "run")
+        run = kr.resume(tmp_path / "run")
+        parts.append(run.to([t]))
+        assert run.t == t
+    assert np.array_equal(np.concatenate([path.states for path in parts]), whole.states)
+    assert np.array_equal(np.concatenate([path.q_low for path in parts]), whole.q_low)
+    assert (
+        parts[-1].stats == whole.stats == run.stats
+        and run.method == whole.method
+        and run.scene == scene
+    )
+    assert [file.name for file in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_run_goes_on_without_heading():
+    times = np.linspace(0, 30, 50)
+    whole, run = kr.solve(TOP, times, want=("energy",)), kr.start(TOP, want=("energy",))
+    first = run.to(times[:20])
+    rest = kr.resume(run.checkpoint).to(times[20:])
+    assert np.array_equal(
+        np.concatenate([first.energy, rest.energy]), whole.energy
+    ) and rest.want == ("energy",)
+
+
+def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
+    file, words = tmp_path / "run", {"every": 10, "chunk": 100}
+    whole = kr.solve(TOP, 100, "strang", step=0.01, every=10)
+    run, got = kr.start(TOP, "strang", step=0.01), []
+    for path in itertools.islice(run.stream(100, **words), 4):
+        got.append(path.states)
+        run.save(file)
+    next(run.stream(100, **words))  # and is killed here
+    for path in kr.resume(file).stream(100, **words):
+        got.append(path.states)
+    assert np.array_equal(np.concatenate(got), whole.states)
+
+
+def test_a_run_leads_on():
+    run = kr.start(TOP, "strang", step=0.01)
+    assert run.to(1).t.tolist() == [0, 1] and run.to(2).t.tolist() == [1, 2] and run.t == 2
+    assert run.to(2.1, every=5).t.tolist() == [205 * 0.01, 210 * 0.01]
+    assert "strang at t = 2.1" in repr(run) and run.plan == kr.plan(TOP, method="strang", step=0.01)
+    with pytest.raises(ValueError, match="goes back from the run's 2.1"):
+        run.to([1.0])
+    with pytest.raises(ValueError, match="goes back"):
+        run.to(-3)
+    limited = kr.start(TOP, "strang", step=0.01, max_steps=100)
+    with pytest.raises(kr.Error, match="largest number of steps"):
+        limited.to(3)
+    assert limited.t == 1
+    on = kr.resume(limited.checkpoint, max_steps=0)
+    assert np.array_equal(on.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1])
+    with pytest.raises(TypeError, match="back must be True or False"):
+        kr.start(TOP, back=1)
+    with pytest.raises(ValueError, match="unknown method 'geometric'"):
+        kr.start(TOP, "geometric")
+    with pytest.raises(ValueError, match="step is too large"):
+        kr.start(kr.scenes.thesis, "bobenko_suris4", step=100)
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt, ArithmeticError])
+@pytest.mark.parametrize(
+    "method, words", [("rk4", {"step": 1e-3}), ("taylor", {"digits": 30}), ("extrap", {})]
+)
+def test_a_stopped_run_goes_on_with_the_same_bits(method, words, stop):
+    def tell(t):
+        raise stop
+
+    run = kr.start(TOP, method, **words)
+    with pytest.raises((kr.Interrupted, ArithmeticError)):
+        run.to(1e6, progress=tell)
+    assert 0 < run.t < 1e6
+    times = [run.t + 0.5, run.t + 3]
+    whole = kr.solve(TOP, times, method, **words)
+    assert np.array_equal(kr.resume(run.checkpoint).to(times).states, whole.states)
+    assert np.array_equal(run.to(times).states, whole.states)
+
+
+def test_damaged_checkpoints_are_refused(tmp_path):
+    run = kr.start(TOP, want=("energy",))
+    run.to(5)
+    whole, random = run.checkpoint, np.random.default_rng(3)
+    for i in [*range(200), *random.integers(0, len(whole), 300)]:
+        bad = bytearray(whole)
+        bad[i] ^= 1 << random.integers(0, 8)
+        with pytest.raises(
+            ValueError, match="the checkpoint is not what a run has saved, or damaged"
+        ):
+            kr.resume(bytes(bad))
+    for bad in (b"", whole[:-1], whole[:100], whole + b"x", random.bytes(len(whole))):
+        with pytest.raises(ValueError, match="damaged"):
+            kr.resume(bad)
+    (tmp_path / "odd").write_bytes(b"kreisel run\nnothing of the kind")
+    with pytest.raises(ValueError, match="odd is not what a run has saved"):
+        kr.resume(tmp_path / "odd")
+    with pytest.raises(FileNotFoundError):
+        kr.resume(tmp_path / "none")
+    magic, body = (
+        whole[:12],
+        whole[21:].replace(b'"gravity', b'"gravity').replace(b"gravity = 1.0", b"gravity = 2.0"),
+    )
+    with pytest.raises(ValueError, match="no checkpoint of such a top"):
+        kr.resume(magic + b"%08x\n" % zlib.crc32(body) + body)
+
+
+def test_another_kernel_is_said():
+    run = kr.start(TOP)
+    run.to(5)
+    whole, own = run.checkpoint, run.plan.kernel.encode()
+    other = b"avx512" if own == b"base" else b"base"
+    body = whole[21:].replace(b'"kernel": "' + own, b'"kernel": "' + other)
+    with pytest.warns(UserWarning, match="goes on to rounding only"):
+        kr.resume(whole[:12] + b"%08x\n" % zlib.crc32(body) + body)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        kr.resume(whole)

@@ -1,0 +1,195 @@
+"""What is wanted of a path and nothing else; plans that say so."""
+
+import math
+import pickle
+import tracemalloc
+
+import kreisel as kr
+import numpy as np
+import pytest
+from inside import PIECE, TURNING, WANTED
+from tops import FREE, WILD, scene_for, words_for
+
+TOP = kr.scenes.asymmetric
+MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
+
+
+# What is wanted
+
+
+@pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
+def test_want_keeps_the_bits_of_the_whole_path(method):
+    scene, words = scene_for(method), words_for(method)
+    names = [*WANTED]
+    whole, path = (
+        kr.solve(scene, MANY, method, **words),
+        kr.solve(scene, MANY, method, want=names, **words),
+    )
+    assert path.want == tuple(names) and path.stats == whole.stats and len(path) == len(whole)
+    for name in ("t", *names):
+        assert np.array_equal(getattr(path, name), getattr(whole, name), equal_nan=True), name
+        assert not getattr(path, name).flags.writeable
+    with pytest.raises(
+        AttributeError, match="no 'states': it keeps what .* asked for; solve without want"
+    ):
+        path.states
+
+
+def test_want_is_all_there_is():
+    path = kr.solve(TOP, 3, want=("energy", "t", "energy"))
+    assert path.want == ("energy",) and path.t.tolist() == [0, 3] and path.energy.shape == (2,)
+    for name in WANTED.keys() - {"energy"}:
+        with pytest.raises(
+            AttributeError, match=rf"no '{name}': .*want=\('energy',\).*; add '{name}' to want"
+        ):
+            getattr(path, name)
+    for name in ("states", "end", "rotation", "q_xyzw", "energy_error"):
+        with pytest.raises(AttributeError, match=f"no '{name}'"):
+            getattr(path, name)
+    with pytest.raises(AttributeError, match="did you mean 'energy'"):
+        path.enrgy
+    again = pickle.loads(pickle.dumps(path))
+    assert np.array_equal(again.energy, path.energy) and again.want == path.want
+    assert kr.solve(TOP, 3, want=("energy", "kinetic")).energy_error < 1e-14
+    assert len(kr.solve(TOP, [], want=("energy",))) == 0
+
+
+@pytest.mark.parametrize("scene", [TOP, kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin])
+def test_without_heading_what_does_not_turn_is_right(scene):
+    times = np.linspace(0, 10, 300)
+    names = tuple(name for name in WANTED if name not in TURNING)
+    path, whole = kr.solve(scene, times, want=names), kr.solve(scene, times, digits=20)
+    assert "attitude" in dict(path.plan.left_out)
+    for name in names:
+        size = np.abs(getattr(whole, name)).max() + np.abs(whole.kinetic).max()
+        np.testing.assert_allclose(
+            getattr(path, name), getattr(whole, name), atol=1e-11 * size, equal_nan=True
+        )
+    turning = kr.solve(scene, times, want=(*names, "apex"))
+    assert "attitude" not in dict(turning.plan.left_out)
+    np.testing.assert_allclose(turning.apex, whole.apex, atol=1e-11)
+
+
+def test_want_runs_in_little_memory():
+    times, peaks = np.linspace(0, 10, 1_000_000), []
+    for words in ({}, {"want": ("energy",)}):
+        tracemalloc.start()
+        kr.solve(TOP, times, **words)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert (
+        peaks[0] > 64e6 and peaks[1] < 28e6
+    )  # bytes: all states; t (given, and kept), energy, and a piece
+
+
+@pytest.mark.parametrize(
+    "want, kind, message",
+    [
+        ("energy", TypeError, r"want must be names of quantities, as in want=\('apex', 'energy'\)"),
+        (7, TypeError, "want must be names"),
+        ((), ValueError, "want names no quantity"),
+        (("enrgy",), ValueError, "'enrgy'; did you mean 'energy'"),
+        ((3,), ValueError, "unknown quantity in want: '3'"),
+    ],
+)
+def test_want_refuses(want, kind, message):
+    for call in (
+        lambda: kr.solve(TOP, 1, want=want),
+        lambda: kr.plan(TOP, want=want),
+        lambda: kr.start(TOP, want=want),
+        lambda: kr.stream(TOP, [1.0], want=want),
+    ):
+        with pytest.raises(kind, match=message):
+            call()
+
+
+def test_nutation_is_accurate_at_the_poles():
+    for angle in (1e-12, 1e-5, 1.0, math.pi - 1e-5):
+        scene = kr.scenes.thesis.replace(
+            attitude=(math.cos(angle / 2), math.sin(angle / 2), 0, 0), momentum=(0, 0, 1)
+        )
+        assert kr.solve(scene, [0.0]).nutation[0] == pytest.approx(angle, abs=1e-15, rel=1e-15)
+
+
+def test_failures_keep_what_was_wanted():
+    whole = pytest.raises(
+        kr.Error, kr.solve, WILD, [0.5, 50.0], "rk4", step=0.5
+    ).value.path  # stops at 0.5
+    part = pytest.raises(
+        kr.Error, kr.solve, WILD, [0.5, 50.0], "rk4", step=0.5, want=("energy",)
+    ).value.path
+    assert np.array_equal(part.energy, whole.energy) and part.t.tolist() == whole.t.tolist() == [
+        0.5
+    ]
+
+
+def test_geometric_keeps_what_is_wanted():
+    path = kr.solve(kr.scenes.thesis, 5, "geometric", error=1e-6, want=("apex",))
+    assert path.want == ("apex",) and path.error < 1e-6 and path.plan.choice.target == 1e-6
+
+
+# Plans
+
+
+def test_plan_says_what_is_used_and_left_out():
+    plan = kr.plan(TOP, want=("nutation", "energy"))
+    assert (
+        plan.method == "taylor"
+        and "general" in plan.why
+        and plan.columns == ("t", "nutation", "energy")
+    )
+    assert (
+        plan.bytes == 24
+        and plan.kernel in ("avx512", "avx2", "base")
+        and plan.order in (12, 16, 18, 22, 28)
+    )
+    out = dict(plan.left_out)
+    assert "turned about the vertical" in out["attitude"] and plan.form.startswith("(W, P)")
+    text = str(plan)
+    assert (
+        all(len(line) < 200 for line in text.splitlines())
+        and "left out" in text
+        and "24 bytes a state" in text
+    )
+    full = kr.plan(TOP, 100)
+    assert (
+        "attitude" not in dict(full.left_out)
+        and "states on the way" in dict(full.left_out)
+        and full.bytes == 64
+    )
+    assert "states on the way" not in dict(kr.plan(TOP, [1, 2, 3]).left_out)
+    assert kr.plan(TOP, digits=30).columns[-1] == "m_low"
+    assert "attitude" in dict(kr.plan(TOP, want=("energy",), digits=30).kept)
+    assert "attitude" in dict(kr.plan(TOP, want=("energy",), method="strang", step=0.1).kept)
+    assert (
+        kr.plan(kr.scenes.thesis).method == "exact"
+        and "closed form" in kr.plan(kr.scenes.thesis).why
+    )
+    assert "gravity" in dict(kr.plan(FREE.replace(gravity=0)).left_out)
+    assert "torque" in dict(kr.plan(TOP.replace(gravity=0), method="taylor").kept)
+    assert "two of a drift's four turns" in dict(
+        kr.plan(kr.scenes.thesis, method="strang", step=0.1).left_out
+    )
+    with pytest.raises(ValueError, match="'geometric' chooses by trial runs"):
+        kr.plan(TOP, method="geometric")
+    with pytest.raises(ValueError, match="has a fixed step: give step"):
+        kr.plan(TOP, method="rk4")
+    with pytest.raises(TypeError, match="scene must be a kreisel.Scene"):
+        kr.plan(3)
+
+
+def test_plan_is_what_a_path_did():
+    for words in (
+        {},
+        {"want": ("energy",)},
+        {"digits": 20},
+        {"method": "strang", "step": 0.1},
+        {"tol": 1e-3},
+    ):
+        path = kr.solve(TOP, 5, **words)
+        assert (
+            path.plan == kr.plan(TOP, 5, **words)
+            and path.plan == pickle.loads(pickle.dumps(path)).plan
+        )
+    assert kr.exact(kr.scenes.thesis)(3).plan.method == "exact"
+    assert kr.solve(TOP, -5, "strang", step=0.1).plan.step == 0.1

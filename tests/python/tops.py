@@ -1,0 +1,33 @@
+"""Tops that the tests of several rooms try, and the words with which each method runs them."""
+
+import kreisel as kr
+import numpy as np
+from kreisel import quaternion
+
+FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
+
+
+def unit(q):
+    return tuple((np.array(q) / np.linalg.norm(q)).tolist())
+
+
+def matrix(q):
+    """The rotation of a quaternion as a 3x3 matrix, which takes a body's vectors to space."""
+    return np.array([quaternion.turn(q, e) for e in np.eye(3).tolist()]).T
+
+
+TILT = unit((0.8, 0.4, -0.2, 0.4))  # over an upright start no torque acts, which hides errors
+MOMENTUM = (0.172, -1.862, 1.46)
+LAGRANGE = kr.Scene(kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=MOMENTUM)
+CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))  # no two moments are equal
+GENERAL = kr.Scene(CORNER, momentum=MOMENTUM, attitude=TILT)
+FREE = kr.scenes.dzhanibekov
+WILD = kr.scenes.thesis.replace(attitude=TILT, momentum=(5, -10, 5))  # too fast for steps of 0.5
+
+
+def scene_for(method):
+    return next(s for s in (kr.scenes.thesis, FREE) if kr.methods[method].suits(s))
+
+
+def words_for(method):
+    return {} if kr.methods[method].adaptive else {"step": 0.0625}
