@@ -12,7 +12,7 @@ FILE = Path(_core.__file__)
 
 
 def block(scene):
-    """Gives a scene as the core takes it."""
+    """Gives the bytes of a scene as the core takes them: those of a kr_scene."""
     return scene._block
 
 

@@ -29,7 +29,7 @@ from .view import view as viewed
 
 _FILE = click.Path(dir_okay=False, allow_dash=True)
 _SEVERAL = "NUMBER[,...]"
-_REPORT = "validation.__main__"  # the module whose main(arguments) makes the report
+_REPORT = "validation.__main__"
 
 
 class _Words(TypedDict):
@@ -330,9 +330,8 @@ def report(arguments: tuple[str, ...]) -> None:
     here = File.cwd()
     if not (here / "validation/__main__.py").is_file():
         raise click.ClickException(
-            "the report is made in the top folder of the source tree, which has "
-            f"validation/__main__.py; {here} has not. Get the source, and run `make report` "
-            "there"
+            "the report is made in the top folder of the source tree, which has validation/; "
+            f"{here} has not. Get the source, and run `make report` there"
         )
     sys.path.insert(0, str(here))
     try:
