@@ -180,6 +180,7 @@ static void forget_pointers(kr_top *top)
         motions[i]->scene = NULL;
     }
 }
+static int same_bytes(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
 static double double_at(const unsigned char *saved, size_t at)
 {
     double number;
@@ -198,19 +199,19 @@ static void format(const kr_method *method)
     IS(kr_top_advance(top, 5.01) == KR_OK && kr_top_save_size(top) == size);
     IS(kr_top_save(top, size, saved) == KR_OK);
     IS(memcmp(saved, "kreisel top\0\0\0\0\0" KR_VERSION, 16 + sizeof KR_VERSION) == 0);
-    IS(same(saved + HEADER + TOP, top->main.work, work));
-    if (!method->at) IS(same(saved + HEADER + TOP + work, top->kept.work, work));
+    IS(same_bytes(saved + HEADER + TOP, top->main.work, work));
+    if (!method->at) IS(same_bytes(saved + HEADER + TOP + work, top->kept.work, work));
     IS(double_at(saved, HEADER) == s.body.mass && double_at(saved, HEADER + 1048) == 5.01);
     IS(double_at(saved, HEADER + 1056) == 5.01 &&
        double_at(saved, HEADER + 1056 + 40) == kr_top_state(top).m.x);
     kr_top image = *top;
     forget_pointers(&image);
-#define X(field, at) IS(same(saved + HEADER + (at), &image.field, sizeof image.field));
+#define X(field, at) IS(same_bytes(saved + HEADER + (at), &image.field, sizeof image.field));
     KR_SAVED_TOP(X)
 #undef X
 #define X(field, at)                                                                               \
-    IS(same(saved + MAIN + (at), &image.main.field, sizeof image.main.field));                     \
-    IS(same(saved + KEPT + (at), &image.kept.field, sizeof image.kept.field));
+    IS(same_bytes(saved + MAIN + (at), &image.main.field, sizeof image.main.field));               \
+    IS(same_bytes(saved + KEPT + (at), &image.kept.field, sizeof image.kept.field));
     KR_SAVED_MOTION(X)
 #undef X
     kr_top_free(top);
