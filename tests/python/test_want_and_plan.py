@@ -167,9 +167,19 @@ def test_plan_says_what_is_used_and_left_out():
     )
     assert "gravity" in dict(kr.plan(FREE.replace(gravity=0)).left_out)
     assert "torque" in dict(kr.plan(TOP.replace(gravity=0), method="taylor").kept)
-    assert "two of a drift's four turns" in dict(
-        kr.plan(kr.scenes.thesis, method="strang", step=0.1).left_out
-    )
+
+
+@pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.splitting])
+def test_plan_says_what_a_drift_leaves_out(name):
+    asymmetric, what = kr.scenes.asymmetric, "two of a drift's four turns"
+    plan = kr.plan(kr.scenes.thesis, method=name, step=0.1)
+    assert what in dict(plan.left_out) and kr.scenes.thesis.body.is_symmetric
+    assert not asymmetric.body.is_symmetric
+    if kr.methods[name].suits(asymmetric):
+        assert what not in dict(kr.plan(asymmetric, method=name, step=0.1).left_out)
+
+
+def test_plan_refuses():
     with pytest.raises(ValueError, match="'geometric' chooses by trial runs"):
         kr.plan(TOP, method="geometric")
     with pytest.raises(ValueError, match="has a fixed step: give step"):
