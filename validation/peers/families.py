@@ -1,8 +1,10 @@
-"""Methods in families for the figures, by what their tables say of them: a later method finds its place unasked."""
+"""Methods in families for the figures, by what their tables say of them, so that a later method
+finds its place unasked."""
 
 import kreisel as kr
 
-from ..peers.contenders import PEERS, steered
+from .contenders import PEERS, steered
+from .machine import is_of_gsl
 
 TITLES = {
     "series, closed form and other adaptive": lambda m: steered(m) != "step",
@@ -10,12 +12,11 @@ TITLES = {
     "fixed step, order 3 and 4": lambda m: steered(m) == "step" and 2 < m.order <= 4,
     "fixed step, higher order": lambda m: steered(m) == "step" and m.order > 4,
 }
-FOREIGN = "gsl_"  # given access to by kreisel, but to compare with
 
 
 def families():
-    """{title: (its methods, the peers to show beside them)}."""
-    others = [name for name in kr.methods if name.startswith(FOREIGN)] + [who.name for who in PEERS]
+    """Gives {title: (the methods of the family, the peers to show beside them)}."""
+    others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {
         title: (

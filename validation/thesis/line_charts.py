@@ -3,21 +3,16 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..report.figures import COLOURS, FAINT, INK, STYLE, as_svg
+from ..drawing.look import COLOURS, FAINT, INK, STYLE, as_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
-TOPS = {
-    "red": RED,
-    "blue": BLUE,
-    "yellow": OCHRE,
-    "green": GREEN,
-}  # the colours of the four tops (6.1.1)
+TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}  # the four of 6.1.1
 IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4": ORANGE}
 POINTS = 500
 
 
 def thinned(t, values, points=POINTS):
-    """As it looks: of each stretch its least and its largest value, in order."""
+    """Keeps what is seen: of each stretch its least and its largest value, in order."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -36,7 +31,7 @@ def axes_of(size=(5.4, 3.1), **labels):
 
 
 def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
-    """`series`: (label, t, values, colour, style)."""
+    """Draws series, each (label, t, values, colour, style)."""
     with plt.rc_context(STYLE):
         figure, axes = axes_of(size, xlabel=xlabel, ylabel=ylabel)
         for label, t, values, colour, style in series:
@@ -53,7 +48,7 @@ def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1))
 
 
 def scatter(groups, xlabel, ylabel):
-    """`groups`: (label, x, y, colour, marker), both axes logarithmic."""
+    """Draws groups, each (label, x, y, colour, marker), with both axes logarithmic."""
     with plt.rc_context(STYLE):
         figure, axes = axes_of(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
@@ -63,12 +58,13 @@ def scatter(groups, xlabel, ylabel):
 
 
 def two_scales(t, left, right, labels, colours):
-    """Two quantities over the same time, each on its own axis."""
+    """Draws two quantities over one time, each on its own axis."""
     with plt.rc_context(STYLE):
         figure, axes = axes_of(xlabel="time")
         other = axes.twinx()
         other.spines["right"].set_visible(True)
-        for ax, values, label, colour in zip((axes, other), (left, right), labels, colours):
+        sides = zip((axes, other), (left, right), labels, colours, strict=True)
+        for ax, values, label, colour in sides:
             x, y = thinned(t, values)
             ax.plot(x, y, color=colour, linewidth=1.1)
             ax.set_ylabel(label, color=colour)
@@ -76,50 +72,34 @@ def two_scales(t, left, right, labels, colours):
 
 
 def geodesic():
-    """Figure 6.5: S3 drawn as a sphere, E and the north pole, and the shorter of the ways from E and -E."""
+    """Draws figure 6.5: S3 as a sphere, E and the north pole, and the shorter of the ways from E
+    and -E."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
+    x, y = 0.8 * np.sin(end), np.cos(end)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
         axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
         axes.plot(np.cos(angle), 0.3 * np.sin(angle), color=FAINT, linewidth=0.6)
         axes.plot(0.8 * np.sin(arc), np.cos(arc), color=BLUE, linewidth=2)
-        axes.plot(
-            [0.8 * np.sin(end), -0.8 * np.sin(end)],
-            [np.cos(end), -np.cos(end)],
-            ":",
-            color=FAINT,
-            linewidth=1,
-        )
-        marks = [
-            ((0, 1), "N = Id", (0, 7)),
-            ((0.8 * np.sin(end), np.cos(end)), "E", (9, 0)),
-            ((-0.8 * np.sin(end), -np.cos(end)), "\N{MINUS SIGN}E", (-16, -4)),
-        ]
-        for point, text, offset in marks:
-            axes.plot(*point, "o", color=INK, markersize=4)
-            axes.annotate(
-                text,
-                point,
-                xytext=offset,
-                textcoords="offset points",
-                ha="center" if text[0] == "N" else "left",
-                fontsize=10,
-            )
-        axes.annotate(
-            "L(E)",
-            (0.8 * np.sin(end / 2), np.cos(end / 2)),
-            xytext=(6, 4),
-            textcoords="offset points",
-            color=BLUE,
-        )
+        axes.plot([x, -x], [y, -y], ":", color=FAINT, linewidth=1)
+        mark(axes, (0, 1), "N = Id", (0, 7), "center")
+        mark(axes, (x, y), "E", (9, 0))
+        mark(axes, (-x, -y), "\N{MINUS SIGN}E", (-16, -4))
+        middle = 0.8 * np.sin(end / 2), np.cos(end / 2)
+        axes.annotate("L(E)", middle, xytext=(6, 4), textcoords="offset points", color=BLUE)
         axes.set_aspect("equal")
         axes.axis("off")
         return as_svg(figure)
 
 
+def mark(axes, point, text, offset, ha="left"):
+    axes.plot(*point, "o", color=INK, markersize=4)
+    axes.annotate(text, point, xytext=offset, textcoords="offset points", ha=ha, fontsize=10)
+
+
 def timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Figure 5.12: steps of both at their multiples; the end is a common one."""
+    """Draws figure 5.12: steps of both at their multiples, and a common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -1,7 +1,8 @@
-"""The cases of the stability atlas: stiff and extreme tops, and steps from far too small to far too large.
+"""The cases of the stability atlas: stiff and extreme tops, and steps from far too small to far too
+large.
 
-Horizons are counted in turns: 2 pi over the angular velocity at the start, or over the pendulum's frequency if that is
-more; where `rate` is given, over that.
+Horizons are counted in turns: 2 pi over the angular velocity at the start, or over the pendulum's
+frequency if that is more; where a case gives its own rate, over that.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ class Case:
     scene: Callable  # makes it, so that a refusal is seen too
     turns: float = 20.0
     steps: float = 64.0  # a turn
-    rate: float = None  # what a turn is counted by [T^-1]
+    rate: float | None = None  # what a turn is counted by [T^-1]
     begin: bool = False  # the step is an adaptive method's first step too
     most: int = 100_000  # steps of an adaptive method
     closed: bool = False  # too long for another truth than a closed form
@@ -34,7 +35,7 @@ class Case:
 
 
 def tilted(angle):
-    """By an angle from upright, about e1."""
+    """Gives the attitude that is tilted by an angle from upright, about e1."""
     return cos(angle / 2), sin(angle / 2), 0.0, 0.0
 
 
@@ -47,7 +48,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def at(body, tilt=0.5, **start):
-    """A maker of scenes."""
+    """Gives a maker of scenes."""
     words = {"attitude": tilted(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
@@ -116,7 +117,8 @@ def separatrices():
             f"Dzhanibekov, push {name}",
             at(general, body_velocity=(push, 3.0, 0.0), gravity=0.0),
         )
-    # m = c (e3 + a) / (1 + u) at the lowest point u = c^2 / 2 - 1 of the way from upright to upright, c = 1
+    # On the way from upright to upright the lowest point is u = c^2 / 2 - 1, where
+    # m = c (e3 + a) / (1 + u); here c = 1.
     heavy = at(lagrange, 2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
     yield Case("separatrix", "heavy top, upright to upright", heavy, turns=4)
     yield Case(
@@ -187,8 +189,9 @@ def steps():
 
 
 def antipodal():
-    """Bobenko-Suris turns the axis by 2 atan(h |w| / 2) a step: never quite to the opposite side, and nearly so at h |w| / 2 =
-    cot(gap / 2). Others turn it by h |w|, which is opposite at half a turn."""
+    """Bobenko-Suris turns the axis by 2 atan(h |w| / 2) a step: never quite to the opposite side,
+    and nearly so at h |w| / 2 = cot(gap / 2). Others turn it by h |w|, which is opposite at half a
+    turn."""
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # no spin; one radian in a unit of time
     light = at(lagrange, 1.0, momentum=across, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
@@ -242,7 +245,8 @@ def long_times():
 
 
 def sizes():
-    """In SI: a levitated particle of 100 nm; a toy gyroscope; the Earth in the pull of the Sun."""
+    """In SI there are a levitated particle of 100 nm, a toy gyroscope, and the Earth in the pull of
+    the Sun."""
     nano, earth = (
         partial(lagrange, 1.2e-33, 1e-33, 1e-18, 1e-9),
         partial(lagrange, 8.008e37, 8.034e37, 5.97e24, 1e3),
@@ -257,7 +261,7 @@ def sizes():
 
 
 def stiff():
-    """Spin 1e4 times the precession, and steps that resolve the precession only."""
+    """The spin is 1e4 times the precession, and steps resolve the precession only."""
     needle = at(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = at(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
@@ -277,7 +281,8 @@ FAMILIES = {
     "shape": (shapes, "needle, disc, plate, and nearly a sphere"),
     "sleeping": (
         sleeping,
-        "a top that stands: below, at and above the spin m3 = 2 sqrt(M g a I1) that it needs; tilted by 0.01",
+        "a top that stands: below, at and above the spin m3 = 2 sqrt(M g a I1) that it needs; "
+        "tilted by 0.01",
     ),
     "separatrix": (separatrices, "motions that come to rest at an unstable one, or nearly"),
     "poles": (poles, "starts where coordinates fail: at and near the vertical"),
@@ -295,7 +300,7 @@ FAMILIES = {
 
 
 def cases(quick=False):
-    """All, or of each family the first two."""
+    """Gives all cases, or the first two of each family."""
     for make, _ in FAMILIES.values():
         made = list(make())
         yield from made[:2] if quick else made
