@@ -189,3 +189,12 @@ def test_plan_is_what_a_path_did():
         )
     assert kr.exact(kr.scenes.thesis)(3).plan.method == "exact"
     assert kr.solve(TOP, -5, "strang", step=0.1).plan.step == 0.1
+
+
+@pytest.mark.parametrize("name", [name for name, method in kr.methods.items() if method.splitting])
+def test_plan_says_what_a_drift_leaves_out(name):
+    asymmetric, what = kr.scenes.asymmetric, "two of a drift's four turns"
+    assert kr.scenes.thesis.body.is_symmetric and not asymmetric.body.is_symmetric
+    assert what in left_out(kr.scenes.thesis, method=name, step=0.1)
+    if kr.methods[name].suits(asymmetric):
+        assert what not in left_out(asymmetric, method=name, step=0.1)
