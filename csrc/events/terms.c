@@ -21,14 +21,13 @@ typedef struct view {
 } view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* The unit of a component, by its quantity's dimension: a power of two. */
+/* The unit of a component, a power of two. Its dimension is none, that of a rate or a momentum's,
+ * which the first letter tells. */
 static double unit_of(const kr_top *top, double rate, int number)
 {
     if (number == KR_ONE) return 1.0;
-    const kr_component c = kr_component_of(number);
-    const char *dimension = kr_quantity_dimension(kr_quantity_at((size_t)c.quantity));
-    if (strcmp(dimension, "M L^2 T^-1") == 0) return top->momentum_unit * rate;
-    return strcmp(dimension, "T^-1") == 0 ? rate / top->time_unit : 1.0;
+    const char letter = *kr_quantities[kr_component_of(number).quantity].dimension;
+    return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])
 {

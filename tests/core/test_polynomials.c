@@ -66,7 +66,7 @@ static void random_roots(void)
 static int all_components(int *component)
 {
     int n = 0;
-    for (int number = 0; number <= KR_QUANTITIES * KR_QUANTITY_MOST && n < MANY; number++)
+    for (int number = 0; number <= KR_QUANTITIES * KR_AXES && n < MANY; number++)
         if (kr_component_is(number)) component[n++] = number;
     IS(n > 20 && n < MANY);
     return n;

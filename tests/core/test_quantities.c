@@ -37,7 +37,7 @@ static void table(void)
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *q = kr_quantity_at(i);
         const size_t n = kr_quantity_doubles(q);
-        IS(kr_quantity_find(kr_quantity_name(q)) == q && n >= 1 && n <= KR_QUANTITY_MOST);
+        IS(kr_quantity_find(kr_quantity_name(q)) == q && n >= 1 && n <= KR_AXES);
         IS(strlen(kr_quantity_text(q)) > 10 && strlen(kr_quantity_dimension(q)) < 12);
         for (size_t k = 0; k < n; k++)
             IS(strlen(kr_quantity_axis(q, k)) == (n == 1 ? 0 : n == 9 ? 3 : 2));
@@ -58,7 +58,7 @@ static void rows(void)
     }
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const size_t n = kr_quantity_doubles(kr_quantity_at(i));
-        double all[STATES * KR_QUANTITY_MOST], one[KR_QUANTITY_MOST];
+        double all[STATES * KR_AXES], one[KR_AXES];
         kr_quantity_values(kr_quantity_at(i), &s, STATES, states, all);
         for (size_t k = 0; k < STATES; k++) {
             kr_quantity_values(kr_quantity_at(i), &s, 1, &states[k], one);
@@ -96,7 +96,7 @@ static void flags(void)
         const kr_quantity *quantity = kr_quantity_at(i);
         const size_t n = kr_quantity_doubles(quantity);
         kr_scene s = random_scene();
-        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST], change = 0.0;
+        double before[KR_AXES], after[KR_AXES], change = 0.0;
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         const kr_quat turn = about(v3(0, 0, 1), 0.9);
         s.start.q = q_mul(turn, s.start.q);
@@ -116,7 +116,7 @@ static void integrals(void)
     const kr_state then = kr_top_state(top);
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST];
+        double before[KR_AXES], after[KR_AXES];
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         kr_quantity_values(quantity, &s, 1, &then, after);
         if (isnan(*before)) continue;
