@@ -1,9 +1,12 @@
 """The programs of validation/bench: each can be asked what it measures."""
 
 import importlib
+import re
 
 import pytest
-from toolbox import ROOT
+from toolbox import ROOT, core_sources
+
+from validation.bench import compiling
 
 FOLDER = ROOT / "validation/bench"
 PROGRAMS = sorted(file.stem for file in FOLDER.glob("*.py") if "__main__" in file.read_text())
@@ -23,3 +26,18 @@ def test_a_program_says_what_it_measures(name, capsys):
     said = capsys.readouterr().out
     assert done.value.code == 0 and f"python -m validation.bench.{name}" in said
     assert program.__doc__.split()[0] in said
+
+
+def test_the_core_is_compiled_as_the_library_is():
+    """CMakeLists.txt says what is compiled, what is once more for each instruction set, and how."""
+    said = (ROOT / "CMakeLists.txt").read_text()
+    assert compiling.core() == core_sources()
+    globs = re.search(r"file\(GLOB kernels CONFIGURE_DEPENDS (.*)\)", said)[1].split()
+    more = re.search(r"set\(more_avx2 (.*)\)", said)[1].split()
+    again = {file for name in globs + more for file in ROOT.glob(name)}
+    assert set(compiling.per_isa()) == again and len(again) >= 5
+    avx2 = re.search(r"set\(avx2 (.*)\)", said)[1].split()
+    avx512 = re.search(r"set\(avx512 \$\{avx2\} (.*)\)", said)[1].split()
+    assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS
+    flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", said)[1].split()
+    assert set(flags) <= set(compiling.FLAGS)

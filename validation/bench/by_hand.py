@@ -1,4 +1,5 @@
-"""Compositions of order 8 made by hand: would other coefficients, or the closed form as the drift, be worth it?"""
+"""Compositions of order 8 made by hand: would other coefficients, or the closed form as the drift,
+be worth it?"""
 
 from itertools import count
 from statistics import median
@@ -33,18 +34,19 @@ KAHAN_LI8 = (
 
 
 def drift(scene, method):
-    """(q, m, t) -> q after a time without torque, by one step of the method."""
+    """Gives (q, m, t) -> q after a time without torque, by one step of the method."""
     free, steps = scene.replace(gravity=0.0), not kr.methods[method].exact
 
     def moved(q, m, t):
-        how = {"step": abs(t)} if steps else {}
-        return kr.solve(free.replace(attitude=q, momentum=m), [t], method=method, **how).q[-1]
+        words = {"step": abs(t)} if steps else {}
+        return kr.solve(free.replace(attitude=q, momentum=m), [t], method=method, **words).q[-1]
 
     return moved
 
 
 def compose(scene, half, end, steps, flow):
-    """q at the end, by a composition of kicks and drifts; its coefficients are given up to the middle one."""
+    """Gives q at the end, by a composition of kicks and drifts; its coefficients are given up to
+    the middle one."""
     parts = np.array([*half, 1.0 - 2.0 * sum(half), *half[::-1]]) * end / steps
     lever = np.array(scene.body.com) * scene.body.mass * scene.gravity
     q, m = np.array(scene.attitude), np.array(scene.momentum)
@@ -54,14 +56,14 @@ def compose(scene, half, end, steps, flow):
 
     m = kicked(0.5 * parts[0])
     for _ in range(steps):
-        for now, then in zip(parts, [*parts[1:], parts[0]]):
+        for now, then in zip(parts, [*parts[1:], parts[0]], strict=True):
             q = flow(q, m, now)
             m = kicked(0.5 * (now + then))
     return q
 
 
 def kicks(scene, half, end, flow, target):
-    """The fewest, to some per cent, that come within the target at the end."""
+    """Gives the fewest kicks, to some per cent, that come within the target at the end."""
     truth = kr.solve(scene, end, method="taylor", tol=1e-15).q[-1]
     for steps in (round(4 * 1.08**i) for i in count()):
         if kr.attitude_error(compose(scene, half, end, steps, flow), truth) <= target:
@@ -69,7 +71,8 @@ def kicks(scene, half, end, flow, target):
 
 
 def suzuki_umeno():
-    """Name of a top and how many times the kicks of kahan_li8 its 15 stages need for an error of 1e-8."""
+    """Gives the name of a top and how many times the kicks of kahan_li8 its 15 stages need for an
+    error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
         scene = tilted(body)
         one, two = (
@@ -80,15 +83,15 @@ def suzuki_umeno():
 
 
 def price_of_closed_form():
-    """Of one evaluation with its set-up, in drifts and kicks of a general top."""
+    """Gives the price of one evaluation with its set-up, in drifts and kicks of a general top."""
     scene = tilted("asymmetric", gravity=0.0)
     times = {}
     for _ in range(15):
         for name, n in (("exact", 1), ("strang", 1), ("strang", 2001)):
-            how = {} if name == "exact" else {"step": 0.01}
+            words = {} if name == "exact" else {"step": 0.01}
             begin = perf_counter()
             for _ in range(20):
-                kr.solve(scene, 0.01 * n, method=name, **how)
+                kr.solve(scene, 0.01 * n, method=name, **words)
             times.setdefault((name, n), []).append((perf_counter() - begin) / 20)
     cost = {key: median(value) for key, value in times.items()}
     step = (cost["strang", 2001] - cost["strang", 1]) / 2000
@@ -96,7 +99,8 @@ def price_of_closed_form():
 
 
 def free_flow():
-    """The spin of a general top in units of the usual, and how many times fewer kicks an exact drift needs."""
+    """Gives the spin of a general top in units of the usual, and how many times fewer kicks an
+    exact drift needs."""
     for spin in (1, 8, 32):
         scene = tilted("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
         one, two = (

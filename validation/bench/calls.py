@@ -2,10 +2,10 @@
 
     python -m validation.bench.calls [--beside OTHER_PYTHON] [--rounds 15]
 
-The fixed share is the time of a call less that of the core's own work, which calls.c measures: a top
-made, its states recorded, the top freed, in C. Every case is timed in a process of its own, this
-kreisel's and that of the other interpreter in turn; the fastest of 25 repeats counts, and of these the
-median of the rounds, in microseconds.
+The fixed share is the time of a call less that of the core's own work, which calls.c measures: a
+top made, its states recorded, the top freed, in C. Every case is timed in a process of its own,
+this kreisel's and that of the other interpreter in turn; the fastest of 25 repeats counts, and of
+these the median of the rounds, in microseconds.
 """
 
 import argparse
@@ -16,6 +16,8 @@ from pathlib import Path
 from statistics import median
 
 import kreisel as kr
+
+from ..peers import core
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -56,7 +58,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def seconds_of_core(folder):
-    """The core's own work in each solve, in microseconds."""
+    """Measures the core's own work in each solve, in microseconds."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "calls.c"
@@ -65,14 +67,14 @@ def seconds_of_core(folder):
     )
     found = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
-        block = getattr(kr.scenes, scene)._block.hex()
+        block = core.block(getattr(kr.scenes, scene)).hex()
         words = [str(program), method, str(step), block, *map(str, times)]
         found[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
     return found
 
 
 def gsl():
-    """What the library needs of GSL, where it was built with that."""
+    """Gives what the library needs of GSL, where it was built with that."""
     if "gsl_bsimp" not in kr.methods:
         return []
     asked = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
@@ -80,7 +82,8 @@ def gsl():
 
 
 def timed(interpreter, call, folder):
-    """Microseconds of a call in a process of its own, which finds its kreisel outside of here."""
+    """Measures a call, in microseconds, in a process of its own, which finds its kreisel outside of
+    here."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:
@@ -89,30 +92,33 @@ def timed(interpreter, call, folder):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.calls", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--beside", help="another interpreter, with another kreisel")
     parser.add_argument("--rounds", type=int, default=15)
     words = parser.parse_args(argv)
     interpreters = [sys.executable, *([words.beside] if words.beside else [])]
     calls = {name: f"kr.solve({case[-1]})" for name, case in SOLVES.items()} | OTHERS
     with tempfile.TemporaryDirectory() as folder:
-        core = seconds_of_core(folder)
+        own = seconds_of_core(folder)
         print(f"{'':40}{'core':>8}{'call':>8}{'share':>8}{'other':>8}{'share':>8}")
         for name, call in calls.items():
             samples = [[] for _ in interpreters]
             for _ in range(words.rounds):
-                for interpreter, got in zip(interpreters, samples):
+                for interpreter, got in zip(interpreters, samples, strict=True):
                     got.append(timed(interpreter, call, folder))
-            print(line(name, core.get(name), [median(got) for got in samples]))
+            print(line(name, own.get(name), [median(got) for got in samples]))
 
 
-def line(name, core, calls):
-    """A row: the core's own work, then of each kreisel the call and its fixed share; the verdict."""
-    shares = [call - core for call in calls] if core is not None else [None] * len(calls)
-    cells = [core] + [cell for pair in zip(calls, shares) for cell in pair]
+def line(name, own, calls):
+    """Words a row: the core's own work, then of each kreisel the call and its fixed share; the
+    verdict."""
+    shares = [None if own is None else call - own for call in calls]
+    cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)
     verdict = ""
-    if core is not None:
+    if own is not None:
         verdict = "PASS" if shares[0] <= MUST else "MISSED"
         verdict += ", stretch" if shares[0] <= STRETCH else ""
     elif name.startswith(("Scene", "scene")):
@@ -121,4 +127,4 @@ def line(name, core, calls):
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

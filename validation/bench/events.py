@@ -1,10 +1,13 @@
 """What it costs to watch for an event, beside heyoka: python -m validation.bench.events
 
-Seconds of a run to t = 1000 with one event over those of the same run without, for us and for heyoka's own detection of
-events on the same function, all in one process, in turn; at the tightest tolerance and at 1e-9. Then heyoka's time over
-ours with the event, and how many both found (heyoka counts the start, which is on the event in both scenes). Nutation
-is the zero of d/dt of the apex' height, the plane is apex_x = 0.
+The seconds of a run to t = 1000 with one event are divided by those of a run without, for us and
+for heyoka's own detection of events on one function, all in one process, in turn; at the tightest
+tolerance and at 1e-9. Then come heyoka's time over ours with the event, and how many both found
+(heyoka counts the start, which is on the event in both scenes). Nutation is the zero of d/dt of the
+apex' height, the plane is apex_x = 0.
 """
+
+import argparse
 
 import heyoka as hy
 import kreisel as kr
@@ -23,13 +26,10 @@ EVENTS = {
 
 
 def functions(problem):
-    """The same three for heyoka, of the variables of equations.py; <n, P>' = <n, P x W>."""
+    """Gives the three events for heyoka, of the variables of equations.py; <n, P>' = <n, P x W>."""
     q, w = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
-    n = [
-        float(x)
-        for x in np.array(problem.lever, dtype=float)
-        / np.linalg.norm(np.array(problem.lever, dtype=float))
-    ]
+    lever = np.array(problem.lever, dtype=float)
+    n = (lever / np.linalg.norm(lever)).tolist()
     up = [
         2 * (q[1] * q[3] - q[0] * q[2]),
         2 * (q[2] * q[3] + q[0] * q[1]),
@@ -82,25 +82,32 @@ def heyoka(problem, tol, function=None):
     return run
 
 
-def main():
+def beside_heyoka(problem, tol, theirs, word):
+    runs = [
+        ours(problem, tol),
+        ours(problem, tol, EVENTS[word]),
+        heyoka(problem, theirs),
+        heyoka(problem, theirs, functions(problem)[word]),
+    ]
+    _, own, _, peer = (run() for run in runs)
+    a, b, c, d = medians(runs, 21)
+    print(
+        f"{problem.name} {tol or 'tightest'} {word:9} watched/not: {b / a:.2f}, heyoka {d / c:.2f};"
+        f" heyoka/ours watched {d / b:.2f} ({b * 1e6:.0f} us); events {own}, heyoka {peer}",
+        flush=True,
+    )
+
+
+def main(argv=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.bench.events", description=__doc__
+    ).parse_args(argv)
     for name in ("thesis", "asymmetric_regular"):
-        problem = load(name)
         for tol, theirs in ((None, EPS), (1e-9, 1e-9)):
-            for word, event in EVENTS.items():
-                runs = [
-                    ours(problem, tol),
-                    ours(problem, tol, event),
-                    heyoka(problem, theirs),
-                    heyoka(problem, theirs, functions(problem)[word]),
-                ]
-                counts = [run() for run in runs]
-                a, b, c, d = medians(runs, 21)
-                print(
-                    f"{name} {tol or 'tightest'} {word:9} watched/not: {b / a:.2f}, heyoka {d / c:.2f};"
-                    f" heyoka/ours watched {d / b:.2f} ({b * 1e6:.0f} us); events {counts[1]}, heyoka {counts[3]}",
-                    flush=True,
-                )
+            for word in EVENTS:
+                beside_heyoka(load(name), tol, theirs, word)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

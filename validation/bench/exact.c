@@ -4,11 +4,11 @@
 #include <time.h>
 #include "exact/dispatch.h"
 
-const char *bench_isa(int set);
+const char *bench_isa(int isa);
 double bench_plan(const kr_scene *scene, int n);
 double bench_plan_and_state(const kr_scene *scene, double t, int n);
-double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[]);
-double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[]);
+double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[]);
 double bench_map_state(const kr_scene *scene, double step, int n);
 
@@ -35,16 +35,16 @@ double bench_plan_and_state(const kr_scene *scene, double t, int n)
         keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
     return (now() - begin) / n;
 }
-const char *bench_isa(int set) /* NULL: beyond the last */
+const char *bench_isa(int isa) /* NULL: beyond the last */
 {
-    const kr_exact_isa *found = kr_exact_isa_at(set);
+    const kr_exact_isa *found = kr_exact_isa_at(isa);
     return found ? found->runs_here() ? found->name : "" : NULL;
 }
-/* set: of kr_exact_isa_at, -1 for what kr_exact_state chooses. */
-double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_state out[])
+/* isa: of kr_exact_isa_at, -1 for what kr_exact_state chooses. */
+double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[])
 {
     kr_state (*const state)(const kr_exact *, double) =
-        set < 0 ? kr_exact_state : kr_exact_isa_at(set)->one->state;
+        isa < 0 ? kr_exact_state : kr_exact_isa_at(isa)->one->state;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();
@@ -52,10 +52,10 @@ double bench_states(const kr_scene *scene, int set, int n, const double t[], kr_
     return (now() - begin) / n;
 }
 /* n times, so many at once. */
-double bench_batch(const kr_scene *scene, int set, int batch, int n, const double t[],
+double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[])
 {
-    kr_exact_many *const states = set < 0 ? kr_exact_states : kr_exact_isa_at(set)->many;
+    kr_exact_many *const states = isa < 0 ? kr_exact_states : kr_exact_isa_at(isa)->many;
     kr_exact plan;
     if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
     const double begin = now();

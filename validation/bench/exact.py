@@ -1,26 +1,26 @@
-"""What the closed form costs beside heyoka's steps and dense output, interleaved: `python -m validation.bench.exact`.
+"""What the closed form costs beside heyoka's steps and dense output, interleaved: python -m
+validation.bench.exact
 
-Ours is timed in C, by exact.c; heyoka in its own loops, so that what Python adds to a call is lost in them. The
-best of all rounds counts, of both: what else the machine does falls on the longer of the two, which is heyoka's.
+Ours is timed in C, by exact.c; heyoka in its own loops, so that what Python adds to a call is lost
+in them. The best of all rounds counts, of both: what else the machine does falls on the longer of
+the two, which is heyoka's.
 """
 
 import argparse
 import ctypes
-import shutil
-import subprocess
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 import heyoka as hy
 import kreisel as kr
 import numpy as np
 
+from ..peers import core
 from ..truth import equations, exact_cases
-from ..truth.problems import Problem
-from .taylor_kernels import CORE, CSRC, PER_SET, SETS
+from .compiling import compiled
 
-FLAGS = "-std=c99 -O3 -ffp-contract=off -fno-tree-vectorize -fno-tree-slp-vectorize -fno-math-errno -fPIC".split()
 END, OUTPUTS, BATCH, STREAM, TOPS = 600.0, 60001, 4096, 100_000, 1000
 SCENES = {
     "thesis": "the thesis' top",
@@ -38,80 +38,56 @@ TARGETS = {
 }  # times faster: must, stretch
 
 
-def library(compiler="gcc"):
-    """The core with all its instruction sets, and the loops that time it."""
-    compiler = shutil.which(compiler) or exit(f"needs {compiler}")
-    jobs = [(file, ["-DKR_X86"]) for file in [*CORE, Path(__file__).with_suffix(".c")]]
-    jobs += [
-        (file, [*options, f"-DKR_ISA={name}"]) for name, options in SETS.items() for file in PER_SET
-    ]
+def library():
+    """Compiles the core with all its instruction sets, and the loops that time it."""
     with tempfile.TemporaryDirectory() as folder:
-        made = Path(folder) / "bench_exact.so"
-        objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
-        for (source, options), to in zip(jobs, objects):
-            loops = ["-ftree-vectorize"] if source.name == "states.c" else []
-            subprocess.run(
-                [compiler, *FLAGS, *loops, *options, f"-I{CSRC}", "-c", source, "-o", to],
-                check=True,
-            )
-        subprocess.run([compiler, "-shared", *objects, "-lm", "-o", made], check=True)
-        core = ctypes.CDLL(made)
+        loops = compiled(folder, Path(__file__).with_suffix(".c"))
     for name in ("plan", "plan_and_state", "states", "batch", "map_state"):
-        getattr(core, f"bench_{name}").restype = ctypes.c_double
-    core.bench_isa.restype = ctypes.c_char_p
-    return core
+        getattr(loops, f"bench_{name}").restype = ctypes.c_double
+    loops.bench_isa.restype = ctypes.c_char_p
+    return loops
 
 
-def sets(core):
-    """The number of each instruction set that runs here, by name."""
+def isas(loops):
+    """Gives the number of each instruction set that runs here, by name."""
     found, i = {}, 0
-    while (name := core.bench_isa(i)) is not None:
+    while (name := loops.bench_isa(i)) is not None:
         found |= {name.decode(): i} if name else {}
         i += 1
     return found
 
 
 class Ours:
-    def __init__(self, core, scene):
-        self.core = core
-        self.block = np.frombuffer(scene._block)
-        self.scene = self.block.ctypes.data_as(ctypes.c_void_p)
+    def __init__(self, loops, scene):
+        self.loops, self.scene = loops, ctypes.c_char_p(core.block(scene))
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))
         self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
 
-    def plan(self):
-        return self.core.bench_plan(self.scene, 200)
+    def closed_form(self):
+        return self.loops.bench_plan(self.scene, 200)
 
-    def plan_and_state(self):
-        return self.core.bench_plan_and_state(self.scene, ctypes.c_double(END), 200)
+    def closed_form_and_state(self):
+        return self.loops.bench_plan_and_state(self.scene, ctypes.c_double(END), 200)
 
-    def state(self, by=AS_CALLED):
-        return self.core.bench_states(self.scene, by, BATCH, *self.arrays)
+    def state(self, isa=AS_CALLED):
+        return self.loops.bench_states(self.scene, isa, BATCH, *self.arrays)
 
-    def batch(self, by=AS_CALLED, width=BATCH, n=BATCH):
-        return self.core.bench_batch(self.scene, by, width, n, *self.arrays)
+    def batch(self, isa=AS_CALLED, width=BATCH, n=BATCH):
+        return self.loops.bench_batch(self.scene, isa, width, n, *self.arrays)
 
     def map_state(self):
-        return self.core.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
+        return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def same_bits(self):
-        """Of single states and batches of every instruction set."""
+        """Says whether single states and batches have one set of bits on every instruction set."""
 
-        def bits(call, by):
-            assert call(by) > 0
+        def bits(call, isa):
+            assert call(isa) > 0
             return self.out[:BATCH].tobytes()
 
-        return (
-            len(
-                {
-                    bits(call, by)
-                    for by in sets(self.core).values()
-                    for call in (self.state, self.batch)
-                }
-            )
-            == 1
-        )
+        calls = (self.state, self.batch)
+        return len({bits(call, isa) for isa in isas(self.loops).values() for call in calls}) == 1
 
 
 class Heyoka:
@@ -130,40 +106,40 @@ class Heyoka:
         return time.perf_counter() - begin
 
     def outputs(self):
-        """Seconds a state of dense output, its steps included."""
+        """Gives the seconds a state of dense output, its steps included."""
         self.again()
         begin = time.perf_counter()
         self.top.propagate_grid(self.grid)
         return (time.perf_counter() - begin) / OUTPUTS
 
 
-def bench(core, name, rounds):
-    case = {**exact_cases.LAGRANGE, **exact_cases.EULER}[SCENES[name]]
-    scene = exact_cases.scene(kr, case)
-    inertia, lever = ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
-    problem = Problem(name, inertia, (0.0, 0.0, lever), scene.attitude, scene.momentum)
-    ours, heyoka = Ours(core, scene), Heyoka(problem)
+def calls_of(loops, scene, heyoka, is_lagrange):
+    ours = Ours(loops, scene)
     calls = {
         TO_END: heyoka.steps,
         A_STATE: heyoka.outputs,
-        "set-up": ours.plan,
-        "set-up and a state": ours.plan_and_state,
+        "set-up": ours.closed_form,
+        "set-up and a state": ours.closed_form_and_state,
         "a state": ours.state,
-        "a state of 8": lambda: ours.batch(width=8),
+        "a state of 8": partial(ours.batch, width=8),
         "a state of 4096": ours.batch,
-        f"a state of {STREAM}": lambda: ours.batch(width=STREAM, n=STREAM),
+        f"a state of {STREAM}": partial(ours.batch, width=STREAM, n=STREAM),
     }
-    for set_name, by in sets(core).items():
+    for name, isa in isas(loops).items():
         calls |= {
-            f"a state, {set_name}": lambda by=by: ours.state(by),
-            f"a state of 4096, {set_name}": lambda by=by: ours.batch(by),
+            f"a state, {name}": partial(ours.state, isa),
+            f"a state of 4096, {name}": partial(ours.batch, isa),
         }
-    if len(case) == 5:
-        calls["a state of the map"] = ours.map_state
+    return ours, calls | ({"a state of the map": ours.map_state} if is_lagrange else {})
+
+
+def bench(loops, name, rounds):
+    case = {**exact_cases.LAGRANGE, **exact_cases.EULER}[SCENES[name]]
+    scene, heyoka = exact_cases.scene(case), Heyoka(exact_cases.problem(name, case))
+    ours, calls = calls_of(loops, scene, heyoka, exact_cases.is_lagrange(case))
     seconds = interleaved(calls, rounds)
-    print(
-        f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {ours.same_bits()}"
-    )
+    same = ours.same_bits()
+    print(f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {same}")
     for word, found in seconds.items():
         ratio = min(seconds[TO_END if word.startswith("set-up") else A_STATE]) / min(found)
         line(word, found, None if word.startswith("heyoka") else ratio)
@@ -219,9 +195,9 @@ def main(argv=None):
     )
     parser.add_argument("--rounds", type=int, default=41)
     chosen = parser.parse_args(argv)
-    core = library()
+    loops = library()
     for name in chosen.scenes:
-        bench(core, name, chosen.rounds)
+        bench(loops, name, chosen.rounds)
     return 0
 
 

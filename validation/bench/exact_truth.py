@@ -1,8 +1,10 @@
-"""How exact kreisel.exact is: `python -m validation.bench.exact_truth`, against truths that share no formula with it.
+"""How exact kreisel.exact is, against truths that share no formula with it: python -m
+validation.bench.exact_truth
 
-The tops of exact_cases by name and at random, by quadrature in 50 digits (exact_reference); some of them by heyoka in
-128 bit, too, which checks the quadrature; and the k-th state of the Bobenko-Suris map against the map in 113 bits.
-Errors are angles [rad]; of the momentum in units of the largest that the top's energy allows. --full: 20,000 tops.
+The tops of exact_cases, by name and at random, are computed by quadrature in 50 digits, some of
+them by heyoka in 128 bit, too, which checks the quadrature; and the k-th state of the Bobenko-Suris
+map against the map in 113 bits. Errors are angles [rad]; those of the momentum are in units of the
+largest that the top's energy allows. --full: 20,000 tops.
 """
 
 import argparse
@@ -14,10 +16,12 @@ import tempfile
 from pathlib import Path
 from textwrap import fill
 
+import kreisel as kr
 import mpmath as mp
 import numpy as np
 
 from ..truth import exact_cases as cases
+from ..truth import reference
 from ..truth.quadrature import DIGITS, Euler, Lagrange, attitude_error, dot
 
 HERE = Path(__file__).parent
@@ -25,31 +29,30 @@ TIMES = (1.0, 1e3, 1e6)
 TRUTH_TIMES = (7.0, 1e6)  # of the C tests
 
 
-def reference(case):
-    """The truth of a case, and the scale of its momentum."""
-    if len(case) == 5:
+def trusted(case):
+    """Gives the truth of a case, and the scale of its momentum."""
+    if cases.is_lagrange(case):
         i1, i3, lever, q, m = case
-        truth = Lagrange(i1, i3, lever, cases.unit(q), m)
         kinetic = np.dot(m, m) / (2 * min(i1, i3))
-        return truth, math.sqrt(2 * max(i1, i3) * (kinetic + 2 * abs(lever)))
+        scale = math.sqrt(2 * max(i1, i3) * (kinetic + 2 * abs(lever)))
+        return Lagrange(i1, i3, lever, cases.unit(q), m), scale
     inertia, q, m = case
     return Euler(inertia, cases.unit(q), m), float(np.linalg.norm(m))
 
 
 def momentum_error(truth, m, scale):
     with mp.workdps(DIGITS):
-        off = [a - mp.mpf(float(b)) for a, b in zip(truth, m)]
+        off = [a - mp.mpf(float(b)) for a, b in zip(truth, m, strict=True)]
         return float(mp.sqrt(dot(off, off))) / scale
 
 
 def errors(case, times):
-    """(attitude error, momentum error) at each time, and k'^2, the distance from a separatrix."""
-    import kreisel as kr
-
-    truth, scale = reference(case)
-    path = kr.exact(cases.scene(kr, case))(list(times))
+    """Gives (attitude error, momentum error) at each time, and k'^2, the distance from a
+    separatrix."""
+    truth, scale = trusted(case)
+    path = kr.exact(cases.scene(case))(list(times))
     found = []
-    for t, q, m in zip(times, path.q, path.m):
+    for t, q, m in zip(times, path.q, path.m, strict=True):
         attitude, momentum = truth(t)
         found.append((attitude_error(attitude, q), momentum_error(momentum, m, scale)))
     return found, float(truth.kp2)
@@ -77,43 +80,35 @@ def summary(title, found):
     print(f"  worst is number {worst[2]} at t = {worst[3]:.3g}", flush=True)
 
 
+def line(name, text, found):
+    errors = " ".join(f"{attitude:.1e}" for attitude, _ in found)
+    largest = max(momentum for _, momentum in found)
+    print(f"  {name:34} {text}   {errors}   {largest:.1e}", flush=True)
+
+
 def named():
-    print(
-        f"named cases: attitude errors at t = {', '.join(f'{t:g}' for t in TIMES)}; the largest momentum error"
-    )
+    times = ", ".join(f"{t:g}" for t in TIMES)
+    print(f"named cases: attitude errors at t = {times}; the largest momentum error")
     worst = 0.0
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
         found, kp2 = errors(case, TIMES)
         worst = max(worst, *(attitude for attitude, _ in found))
-        print(
-            f"  {name:34} k'^2 {kp2:7.1e}  ",
-            *(f"{attitude:.1e}" for attitude, _ in found),
-            f"  {max(momentum for _, momentum in found):.1e}",
-            flush=True,
-        )
+        line(name, f"k'^2 {kp2:7.1e}", found)
     print(f"  worst {worst:.1e}")
 
 
 def by_heyoka():
-    """The quadrature against heyoka in 128 bit."""
-    from ..truth import reference as truth
-    from ..truth.problems import Problem
-
+    """Holds the quadrature against heyoka in 128 bit."""
     names = ("tilted", "upside down", "disc", "unstable sleep, leaning 1e-2", "free")
     print("quadrature against heyoka in 128 bit at t = 7:")
     for name in names:
         case = {**cases.LAGRANGE, **cases.EULER}[name]
-        inertia, lever = (
-            ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
-        )
-        q, m = cases.unit(case[-2]), tuple(map(float, case[-1]))
-        problem = Problem(name, inertia, (0.0, 0.0, lever), q, m)
-        stepped = truth.states(problem, [7.0])[0][:4]
-        print(f"  {name:34} {truth.angle(reference(case)[0](7)[0], stepped):.1e}", flush=True)
+        stepped = reference.states(cases.problem(name, case), [7.0])[0][:4]
+        print(f"  {name:34} {reference.angle(trusted(case)[0](7)[0], stepped):.1e}", flush=True)
 
 
 class QuadMap:
-    """exact_map.c: the Bobenko-Suris map in 113 bits, a case a line."""
+    """The Bobenko-Suris map in 113 bits, a case a line (exact_map.c)."""
 
     def __init__(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -124,7 +119,7 @@ class QuadMap:
         )
 
     def __call__(self, jobs):
-        """For (case, step, whole numbers k): the states there, 7 mpmath numbers each."""
+        """Gives the states of each (case, step, whole numbers k), 7 mpmath numbers each."""
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
             numbers = (i1, i3, lever, step, *cases.unit(q), *m)
@@ -146,48 +141,39 @@ class QuadMap:
 
 
 def map_errors(job, states):
-    import kreisel as kr
-
     case, step, ks = job
     try:
-        path = kr.exact(cases.scene(kr, case), map="bobenko_suris", step=step)(ks)
+        path = kr.exact(cases.scene(case), map="bobenko_suris", step=step)(ks)
     except ValueError:
         return None  # next to a separatrix
-    scale = reference_scale(case)
+    _, scale = trusted(case)
     return [
         (attitude_error(truth[:4], q), momentum_error(truth[4:], m, scale))
-        for truth, q, m in zip(states, path.q, path.m)
+        for truth, q, m in zip(states, path.q, path.m, strict=True)
     ]
-
-
-def reference_scale(case):
-    i1, i3, lever, _, m = case
-    return math.sqrt(2 * max(i1, i3) * (np.dot(m, m) / (2 * min(i1, i3)) + 2 * abs(lever)))
 
 
 def maps(tops, most):
     quad = QuadMap()
     ks = [k for k in (1, 10, 1000, 30000, 1000000) if k <= most]
     jobs = [(cases.LAGRANGE[name], step, ks) for name, step in cases.MAPS]
-    print(
-        f"the map, named cases: attitude errors at k = {', '.join(map(str, ks))}; the largest momentum error"
-    )
-    for (name, step), job, states in zip(cases.MAPS, jobs, quad(jobs)):
-        found = map_errors(job, states)
-        print(
-            f"  {name:34} step {step:5g}  ",
-            *(f"{attitude:.1e}" for attitude, _ in found),
-            f"  {max(momentum for _, momentum in found):.1e}",
-            flush=True,
-        )
+    at = ", ".join(map(str, ks))
+    print(f"the map, named cases: attitude errors at k = {at}; the largest momentum error")
+    for (name, step), job, states in zip(cases.MAPS, jobs, quad(jobs), strict=True):
+        line(name, f"step {step:5g}", map_errors(job, states))
+    random_maps(quad, tops)
+
+
+def random_maps(quad, tops):
     jobs = [cases.random_map(np.random.default_rng((5, number)), number) for number in range(tops)]
-    found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs))]
+    found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs), strict=True)]
+    refused = sum(rows is None for rows in found)
     attitude = np.array([max(error for error, _ in rows) for rows in found if rows])
+    print(f"the map, {tops} random tops, k = 1, 10, 1000")
+    print(f"  ({refused} refused, next to a separatrix):")
     print(
-        f"the map, {tops} random tops, k = 1, 10, 1000 ({sum(rows is None for rows in found)} refused, next to a separatrix):"
-    )
-    print(
-        f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  worst {attitude.max():.1e}"
+        f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  "
+        f"worst {attitude.max():.1e}"
     )
 
 
@@ -199,10 +185,8 @@ def header():
 
     lines = []
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
-        inertia, lever = (
-            ((case[0], case[0], case[1]), case[2]) if len(case) == 5 else (case[0], 0.0)
-        )
-        truth, q = reference(case)[0], cases.unit(case[-2])
+        inertia, lever = cases.inertia_and_lever(case)
+        truth, q = trusted(case)[0], cases.unit(case[-2])
         for t in TRUTH_TIMES:
             attitude, momentum = truth(t)
             line = (
@@ -210,10 +194,11 @@ def header():
                 f"{{{row(attitude)}, {row(momentum)}}}}},"
             )
             lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
-    print(HEADER.replace("ROWS", "\n".join(lines)), end="")
+    print(HEADER.replace("ORIGIN", ORIGIN).replace("ROWS", "\n".join(lines)), end="")
 
 
-HEADER = """/* Where tops are, by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`
+ORIGIN = "by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`"
+HEADER = """/* Where tops are, ORIGIN
  * prints this file. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
@@ -237,7 +222,7 @@ ROWS
 """
 
 
-def main(argv=None):
+def command_line(argv):
     parser = argparse.ArgumentParser(
         prog="python -m validation.bench.exact_truth", description=__doc__
     )
@@ -246,7 +231,11 @@ def main(argv=None):
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--header", action="store_true", help="print tests/core/exact_truth.h")
-    chosen = parser.parse_args(argv)
+    return parser.parse_args(argv)
+
+
+def main(argv=None):
+    chosen = command_line(argv)
     if chosen.header:
         header()
         return 0

@@ -1,35 +1,50 @@
-"""The figures of the geometric methods, each beside its bound: `python -m validation.bench.geometric [section ...] [--full]`.
+"""The figures of the geometric methods, each beside its bound: python -m validation.bench.geometric
+[section ...] [--full]
 
-Without --full in fewer rounds of timing, and the promise of kr.solve(..., method="geometric") on 20 scenes.
+Without --full the timing has fewer rounds, and the promise of kr.solve(..., method="geometric") is
+held on 20 scenes.
 """
 
 import argparse
 import json
+from dataclasses import dataclass
 from datetime import date
+from functools import partial
+from itertools import pairwise
 
 import heyoka as hy
 import kreisel as kr
 import numpy as np
 
-from ..peers import measure
+from ..parts.published import problems as literature
+from ..peers import core, measure
 from ..truth import equations, orders
-from ..truth.problems import PROBLEMS, Problem, attitude_error, load, turn
+from ..truth.problems import PROBLEMS, attitude_error, described, load
 from . import by_hand, promise
 
 PUBLISHED = json.loads(PROBLEMS.read_text())["published"]
 EPS = np.finfo(float).eps
-rounds = 10
 failed = []
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How much is done: rounds of timing, and scenes of the promise."""
+
+    rounds: int
+    scenes: int
+
+
+BRIEF, FULL = Extent(10, 20), Extent(40, 200)
 
 
 def say(what, value, must, stretch=None, most=True):
     def reached(bound):
-        return value <= bound if most else value >= bound
+        return bound is not None and (value <= bound if most else value >= bound)
 
     side = "at most" if most else "at least"
-    verdict = ("PASS" if reached(must) else "MISSED") + (
-        "" if stretch is None or not reached(stretch) else ", stretch"
-    )
+    verdict = "PASS" if reached(must) else "MISSED"
+    verdict += ", stretch" if reached(stretch) else ""
     beyond = "" if stretch is None else f" ({stretch:g})"
     print(f"  {what:68} {value:10.3g}   {side} {f'{must:g}{beyond}':10} {verdict}", flush=True)
     if not reached(must):
@@ -37,28 +52,13 @@ def say(what, value, must, stretch=None, most=True):
 
 
 def published(name):
-    """Body and start of a published top, as Problem takes them."""
-    top = PUBLISHED[name]
-    if name == "bruels_cardona_heavy_top":
-        inertia, lever, q = (
-            top["inertia_about_fixed_point"],
-            np.array(top["com"]) * top["mass"] * top["g"],
-            top["q0"],
-        )
-        body = np.array(top["w0"]) * inertia
-    else:
-        inertia, lever = top["inertia"], np.eye(3)[top["com_axis"] - 1] * top["mgl"]
-        if name == "simo_wong_fast_top":
-            q, body = [np.cos(0.025), np.sin(0.025), 0.0, 0.0], np.array(top["w0"]) * inertia
-        else:
-            q, body = np.array(top["q0"]) / np.linalg.norm(top["q0"]), np.array(top["L0"])
-    return Problem(
-        name, tuple(inertia), tuple(lever), tuple(q), tuple(turn(np.array(q, float), body))
-    )
+    """Gives a published top in its principal axes."""
+    (top,) = (top for top in literature() if top.name == name)
+    return described(name, top.scene)
 
 
-def order():
-    """Measured less claimed, in q and m, the worse; from tilted starts."""
+def order(extent):
+    """Takes the order measured less that claimed, in q and m, the worse; from tilted starts."""
     for name, method in kr.methods.items():
         bodies = [
             body
@@ -72,8 +72,8 @@ def order():
         say(f"{name}, order {method.order}, on {', '.join(bodies)}", off, 0.2)
 
 
-def integrals():
-    """bobenko_suris4 over 1e6 steps, and to t = 1e6."""
+def integrals(extent):
+    """Follows the constants of bobenko_suris4 over 1e6 steps, and its energy to t = 1e6."""
     scene = kr.scenes.thesis.replace(attitude=orders.TILT)
     for step in (0.2, 0.1, 0.05):
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
@@ -96,8 +96,8 @@ def integrals():
     )
 
 
-def accuracy():
-    """bobenko_suris4 against bobenko_suris on the thesis top at the same step, t = 100."""
+def accuracy(extent):
+    """Holds bobenko_suris4 against bobenko_suris on the thesis top at one step, t = 100."""
     scene = kr.scenes.thesis
     truth = kr.solve(scene, 100, method="exact").q[-1]
     for step, bound in ((1 / 5, 140.0), (1 / 20, 1e3), (1 / 160, 1e5)):
@@ -114,7 +114,7 @@ def accuracy():
 
 
 class Heyoka:
-    """The same top at a tolerance; its steps are counted."""
+    """A top at a tolerance; its steps are counted."""
 
     def __init__(self, problem, end, tol=EPS):
         system, self.start = equations.system(problem)
@@ -127,18 +127,18 @@ class Heyoka:
         return self.top.state[:4]
 
 
-def interleaved(*calls):
+def interleaved(rounds, *calls):
     about = [min(measure.once(call) for _ in range(3)) for call in calls]
     return measure.interleaved(calls, about, rounds)[0]
 
 
 def ratio(one, two):
-    """Of the least: what else the machine does only adds."""
+    """Divides the least by the least: what else the machine does only adds."""
     return min(one) / min(two)
 
 
-def cost():
-    """A step as a part of heyoka's at tol = eps on the same top, in the same run."""
+def cost(extent):
+    """Takes a step as a part of heyoka's at tol = eps on one top, in one run."""
     bounds = {
         "bobenko_suris": (25, 35),
         "bobenko_suris2": (25, 35),
@@ -148,13 +148,10 @@ def cost():
     for name, wanted in (("thesis", bounds), ("asymmetric", {"strang": (12, 14)})):
         problem, steps = load(name), 20000
         scene, peer = problem.scene(), Heyoka(problem, 100.0)
-        runs = [
-            lambda method=method: kr.solve(scene, 0.05 * steps, method, step=0.05)
-            for method in wanted
-        ]
-        times, *others = interleaved(peer, *runs)
+        runs = [partial(kr.solve, scene, 0.05 * steps, method, step=0.05) for method in wanted]
+        times, *others = interleaved(extent.rounds, peer, *runs)
         print(f"  heyoka's step on {name}: {1e9 * min(times) / peer.steps:.0f} ns")
-        for (method, (bound, stretch)), own in zip(wanted.items(), others):
+        for (method, (bound, stretch)), own in zip(wanted.items(), others, strict=True):
             part = ratio([t / peer.steps for t in times], [t / steps for t in own])
             step = f"{1e9 * min(own) / steps:.1f} ns"
             say(f"heyoka's step / {method}'s ({step})", part, bound, stretch, most=False)
@@ -167,7 +164,8 @@ def drift_of_energy(scene, end, method, step):
     return np.abs(path.energy / path.energy[0] - 1.0).max()
 
 
-def gni():
+def gni(extent):
+    """Holds the energy error of suzuki4 against the published table."""
     scene = published("gni_asymmetric_heavy_top").scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
@@ -176,12 +174,14 @@ def gni():
         off = abs(error / table[f"{step:g}"] - 1)
         say(f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, off the published by", off, 0.03)
     errors = [drift_of_energy(scene, 1000, "kahan_li8", step) for step in steps]
-    print("  kahan_li8:", ", ".join(f"{step:g}: {error:.2g}" for step, error in zip(steps, errors)))
-    rise = max(b / a for a, b in zip(errors, errors[1:]))
+    said = (f"{step:g}: {error:.2g}" for step, error in zip(steps, errors, strict=True))
+    print("  kahan_li8:", ", ".join(said))
+    rise = max(b / a for a, b in pairwise(errors))
     say("kahan_li8: error over that of twice the step, the largest", rise, 1.0)
 
 
-def simo_wong():
+def simo_wong(extent):
+    """Holds energy errors at the published step against those of the published problem."""
     scene = published("simo_wong_fast_top").scene()
     step = np.radians(26) / 50.0
     errors = {
@@ -197,8 +197,9 @@ def simo_wong():
         print(f"    within: {within}")
 
 
-def bruels():
-    """Attitude error 1e-13 at t = 2: the cheapest geometric run against the cheapest of heyoka's."""
+def bruels(extent):
+    """Sets the cheapest geometric run with an attitude error of 1e-13 at t = 2 against the cheapest
+    of heyoka's."""
     problem = published("bruels_cardona_heavy_top")
     scene, truth = problem.scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
     runs = []
@@ -216,20 +217,18 @@ def bruels():
     peer = Heyoka(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
-    calls = [
-        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, False, end)
-        for n, name, _ in runs
-    ]
-    times, *own = interleaved(peer, *calls)
-    for (n, name, error), seconds in zip(runs, own):
+    calls = [core.recording(core.block(scene), name, end, step=2 / n) for n, name, _ in runs]
+    times, *own = interleaved(extent.rounds, peer, *calls)
+    for (n, name, error), seconds in zip(runs, own, strict=True):
         speed = f"{1e6 * min(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"
         print(f"  {name}, {n:.0f} steps: error {error:.1g}, {speed}")
     best = max(ratio(times, seconds) for seconds in own)
     say("heyoka's time / the best's at an error of 1e-13", best, 3.5, most=False)
 
 
-def left_out():
-    """Of order 8, to an attitude error of 1e-8: kicks, and what another choice would have saved of them."""
+def left_out(extent):
+    """Counts kicks of order 8 to an attitude error of 1e-8, and what another choice would have
+    saved of them."""
     for body, more in by_hand.suzuki_umeno():
         say(
             f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's", more, 0.8, most=False
@@ -242,12 +241,14 @@ def left_out():
             price,
         )
     print(
-        "  the bound is the price of a closed form in drifts and kicks: below it, the exact flow does not pay"
+        "  the bound is the price of a closed form in drifts and kicks: below it, the exact flow "
+        "does not pay"
     )
 
 
-def promised(scenes):
-    """`error=` on scenes of a fresh seed, here that of the day."""
+def promised(extent):
+    """Tries `error=` on scenes of a fresh seed, here that of the day."""
+    scenes = extent.scenes
     kept, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
     say(
         f"{scenes} scenes: per cent with an error of at most twice the target",
@@ -265,7 +266,6 @@ SECTIONS = {
 
 
 def main(argv=None):
-    global rounds
     failed.clear()
     parser = argparse.ArgumentParser(
         prog="python -m validation.bench.geometric", description=__doc__.splitlines()[0]
@@ -278,10 +278,9 @@ def main(argv=None):
     )
     parser.add_argument("--full", action="store_true", help="40 rounds of timing, 200 scenes")
     options = parser.parse_args(argv)
-    rounds = 40 if options.full else rounds
     for name in options.sections or SECTIONS:
-        print(f"{name}: {(SECTIONS[name].__doc__ or 'published table').strip()}")
-        SECTIONS[name](*[200 if options.full else 20] * (name == "promised"))
+        print(f"{name}: {' '.join(SECTIONS[name].__doc__.split())}")
+        SECTIONS[name](FULL if options.full else BRIEF)
     print(f"{len(failed)} missed" + "".join(f"; {what}" for what in failed))
     return 1 if failed else 0
 

@@ -1,8 +1,11 @@
-"""What the page weighs and how fast it is, in headless Chromium that draws in software: `python -m validation.bench.page`.
+"""What the page weighs and how fast it is, in headless Chromium that draws in software: python -m
+validation.bench.page
 
-A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the largest behind it.
+A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the
+largest behind it.
 """
 
+import argparse
 import gzip
 import shutil
 from statistics import median
@@ -59,7 +62,7 @@ def say(what, values, unit, digits):
 
 
 def drag(page):
-    """Take the green tip, and move it a hundred times."""
+    """Takes the green tip, and moves it a hundred times."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.at('tip')")
     page.mouse.move(x, y)
@@ -72,29 +75,32 @@ def drag(page):
     return page.evaluate("seen")
 
 
-def main():
+def weigh():
     text = _PAGE.read_bytes()
-    print(
-        f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {len(gzip.compress(text, 9)) / 1e3:.1f} kB"
+    packed = len(gzip.compress(text, 9)) / 1e3
+    print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {packed:.1f} kB")
+
+
+def main(argv=None):
+    argparse.ArgumentParser(prog="python -m validation.bench.page", description=__doc__).parse_args(
+        argv
     )
+    weigh()
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
         say("ready", [ready(browser) for _ in range(7)], "ms", 0)
         page = fresh(browser)
         page.evaluate(READY)
         for pair in PAIRS:
-            say(
-                f"stepping, two {pair[0]}, two {pair[1]}",
-                page.evaluate(STEPPING, list(pair)),
-                "ms/frame",
-                4,
-            )
+            name = f"stepping, two {pair[0]}, two {pair[1]}"
+            say(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
         page.evaluate("kreisel.page.load(kreisel.presets[0])")
-        frames, after = zip(*drag(page))
+        frames, after = zip(*drag(page), strict=True)
         say("a drag is drawn", frames, "frame(s)", 0)
         say("a drag is drawn", after, "ms", 0)
         browser.close()
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

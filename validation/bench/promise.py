@@ -1,8 +1,10 @@
-"""Whether kr.solve(..., method="geometric", error=...) keeps its word: `python -m validation.bench.promise`.
+"""Whether kr.solve(..., method="geometric", error=...) keeps its word: python -m
+validation.bench.promise
 
-On random tops, to random times up to 100, for targets from 1e-3 to 1e-10: the true attitude error on [0, t] against
-the target, by heyoka in 128 bit from the same doubles; and the evaluations of the torque against those of the
-cheapest step of the same method that would have met the target. Trial runs count.
+On random tops, to random times up to 100, for targets from 1e-3 to 1e-10, the true attitude error
+on [0, t] is held against the target, by heyoka in 128 bit from the doubles of the scene; and the
+evaluations of the torque against those of the cheapest step of the chosen method that would have
+met the target. Trial runs count.
 """
 
 import argparse
@@ -20,7 +22,7 @@ TOLERANCE = 1e-22
 
 
 class Truth:
-    """Attitudes of any top, by one compiled integrator in 128 bit."""
+    """The attitudes of any top, by one compiled integrator in 128 bit."""
 
     def __init__(self):
         variables = hy.make_vars(*NAMES)
@@ -38,7 +40,7 @@ class Truth:
         rates = [0.5 * x for x in product(q, [0.0, *w])] + spinning
         rest = np.array([hy.real128(x) for x in (1, 0, 0, 0, 0, 0, 0)])
         self.top = hy.taylor_adaptive(
-            list(zip(variables, rates)),
+            list(zip(variables, rates, strict=True)),
             rest,
             tol=hy.real128(TOLERANCE),
             fp_type=hy.real128,
@@ -46,21 +48,14 @@ class Truth:
         )
 
     def __call__(self, scene, times):
-        """Principal axes -> space."""
+        """Gives the attitudes, principal axes -> space."""
         body = scene.body
-        q = np.array(
-            product(np.array(scene.attitude, np.longdouble), np.array(body.axes, np.longdouble))
-        )
+        q = np.array(kr.quaternion.multiply(*wide(scene.attitude, body.axes)))
         q = q / np.sqrt(q @ q)
-        velocity = turn_back(q, np.array(scene.momentum, np.longdouble)) / np.array(
-            body.moments, np.longdouble
-        )
-        lever = (
-            np.array(body.principal_com) * np.longdouble(body.mass) * np.longdouble(scene.gravity)
-        )
-        self.top.pars[:] = [
-            hy.real128(str(x)) for x in (*np.array(body.moments, np.longdouble), *lever)
-        ]
+        moments, momentum, com = wide(body.moments, scene.momentum, body.principal_com)
+        velocity = turn_back(q, momentum) / moments
+        lever = com * np.longdouble(body.mass) * np.longdouble(scene.gravity)
+        self.top.pars[:] = [hy.real128(str(x)) for x in (*moments, *lever)]
         self.top.state[:] = [hy.real128(str(x)) for x in (*q, *velocity)]
         self.top.time = hy.real128(0)
         at = []
@@ -70,8 +65,12 @@ class Truth:
         return np.array(at)
 
 
+def wide(*vectors):
+    return (np.array(v, np.longdouble) for v in vectors)
+
+
 def principal(path):
-    return np.array([product(q, path.scene.body.axes) for q in path.q])
+    return np.stack(kr.quaternion.multiply(path.q.T, path.scene.body.axes), -1)
 
 
 KINDS = "lagrange", "kowalewski", "goryachev_chaplygin", "asymmetric", "free", "nearly symmetric"
@@ -93,8 +92,8 @@ def random_body(rng, kind):
 
 
 def random_scene(rng):
-    """A top of some kind, thrown; one in five from within 0.01 of upright or hanging, one in ten ten times as fast,
-    one in ten a hundred times slower."""
+    """Throws a top of some kind; one in five from within 0.01 of upright or hanging, one in ten ten
+    times as fast, one in ten a hundred times slower."""
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
     if rng.random() < 0.2:
@@ -111,7 +110,7 @@ class Case:
     scene: kr.Scene
     t: float
     target: float
-    plan: kr.Plan = None
+    plan: kr.Plan | None = None
     refused: str = ""
     error: float = 0.0  # true
     price: float = 0.0  # of the cheapest run that would have met the target; with the trials
@@ -119,7 +118,8 @@ class Case:
 
 
 def off(case, times, truth, steps):
-    """The true error of a run of so many steps; inf where they are too long for the method."""
+    """Gives the true error of a run of so many steps; inf where they are too long for the
+    method."""
     try:
         path = kr.solve(case.scene, times, case.plan.method, step=case.t / steps)
     except ValueError:
@@ -128,7 +128,8 @@ def off(case, times, truth, steps):
 
 
 def cheapest(case, times, truth, steps):
-    """The fewest steps, within 5 %, of the chosen method that meet the target; at most 4 times those taken."""
+    """Gives the fewest steps, within 5 %, of the chosen method that meet the target; at most 4
+    times those taken."""
     n = max(1, steps // 10)
     while off(case, times, truth, n) > case.target and n < 4 * steps:
         n = max(n + 1, int(1.05 * n))
@@ -146,15 +147,14 @@ def judge(case, truth_of):
     steps = round(case.t / case.plan.step)
     case.error = off(case, times, truth, steps)
     best = cheapest(case, times, truth, steps)
-    case.alone, case.price = (
-        steps / best,
-        steps / best * (1.0 + case.plan.choice.trials / case.plan.choice.run),
-    )
+    choice = case.plan.choice
+    case.alone = steps / best
+    case.price = case.alone * (1.0 + choice.trials / choice.run)
     return case
 
 
-def report(cases):
-    """Prints; the part that is kept, and the price."""
+def summary(cases):
+    """Prints, and gives the part that is kept, and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
     price, alone = (
@@ -167,7 +167,8 @@ def report(cases):
     )
     print(f"  error at most twice the target in {100 * kept:.1f} %        bound: 99 %")
     print(
-        f"  price, median: {price:.2f} of the cheapest step's (the run alone {alone:.2f})        bound: 3"
+        f"  price, median: {price:.2f} of the cheapest step's (the run alone {alone:.2f})"
+        "        bound: 3"
     )
     return kept, price
 
@@ -181,11 +182,11 @@ def judged(scenes, seed, verbose=False):
         cases.append(judge(case, truth_of))
         if verbose:
             print(
-                f"t = {case.t:5.1f}  target {case.target:.1e}  true {case.error:.1e}  price {case.price:4.2f}  "
-                f"{case.refused or case.plan}",
+                f"t = {case.t:5.1f}  target {case.target:.1e}  true {case.error:.1e}  price "
+                f"{case.price:4.2f}  {case.refused or case.plan}",
                 flush=True,
             )
-    return report(cases)
+    return summary(cases)
 
 
 def main(argv=None):

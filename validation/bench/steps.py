@@ -1,9 +1,10 @@
-"""What a step costs: heyoka's at its tightest tolerance over ours, at the same top in the same run; and recording.
+"""What a step costs: heyoka's at its tightest tolerance over ours, on one top in one run; and
+recording.
 
     python -m validation.bench.steps [scene ...] [--rounds 25]
 
-A step of heyoka goes much further than one of ours: this says how light the methods and the driver are, not who is
-better.
+A step of heyoka goes much further than one of ours: this says how light the methods and the driver
+are, not who is better.
 """
 
 import argparse
@@ -21,21 +22,23 @@ from ..peers.contenders import EPS, HeyokaRun, Setting, ours
 from ..truth.problems import load
 
 STEP, STEPS = 2.0**-10, 100_000
-ROOT = Path(__file__).parents[2]
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
 HEYOKA = {"heyoka": {}, "heyoka, fast math": {"fast_math": True}}
 
 
-def a_solve(problem, method, **how):
+def a_solve(problem, method, **words):
     scene = problem.scene()
-    return lambda: kr.solve(scene, t=STEPS * STEP, method=method, step=STEP, **how)
+    return lambda: kr.solve(scene, t=STEPS * STEP, method=method, step=STEP, **words)
 
 
 def samples_of(calls, rounds):
-    """Seconds of each call in each round."""
+    """Gives the seconds of each call in each round."""
     for call in calls.values():
         call()
     about = [measure.once(call) for call in calls.values()]
-    return dict(zip(calls, measure.interleaved(calls.values(), about, rounds)[0]))
+    samples, _ = measure.interleaved(calls.values(), about, rounds)
+    return dict(zip(calls, samples, strict=True))
 
 
 def with_spread(values, form):
@@ -44,7 +47,7 @@ def with_spread(values, form):
 
 
 def steps(scene, rounds):
-    """Median cost of a step and the ratios to heyoka's, round by round."""
+    """Prints the median cost of a step and the ratios to heyoka's, round by round."""
     problem = load(scene)
     heyokas = {
         name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
@@ -66,14 +69,14 @@ def steps(scene, rounds):
     print(f"{'':22}a step of ours, driver and Python call included; {best} over it")
     for name in methods:
         own = [s / STEPS for s in times[name]]
-        ratios = [a / b for a, b in zip(per_step[best], own)]
-        print(
-            f"  {name:20} {with_spread([1e9 * s for s in own], '.1f')} ns   x {with_spread(ratios, '.1f')}"
-        )
+        ratios = [a / b for a, b in zip(per_step[best], own, strict=True)]
+        cost, ratio = with_spread([1e9 * s for s in own], ".1f"), with_spread(ratios, ".1f")
+        print(f"  {name:20} {cost} ns   x {ratio}")
 
 
 def recording(scene, rounds):
-    """Every step kept, over none, from Python: with new memory each time."""
+    """Times a run that keeps every step over one that keeps none, from Python: with new memory each
+    time."""
     problem = load(scene)
     print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
     for who in ours(problem):
@@ -82,42 +85,36 @@ def recording(scene, rounds):
                 {"none": a_solve(problem, who.name), "all": a_solve(problem, who.name, every=1)},
                 rounds,
             )
-            print(
-                f"  {who.name:20} {with_spread([a / b for a, b in zip(times['all'], times['none'])], '.3f')}"
-            )
+            ratios = [a / b for a, b in zip(times["all"], times["none"], strict=True)]
+            print(f"  {who.name:20} {with_spread(ratios, '.3f')}")
 
 
 def recording_in_c(rounds):
-    """The same from C, into memory that was used before: record.c, built against the static library."""
+    """Times keeping over not keeping from C, into memory that was used before: record.c, built
+    against the static library."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nno cmake or cc: recording is not measured from C")
         return
     with tempfile.TemporaryDirectory() as folder:
-        quiet = {"check": True, "stdout": subprocess.DEVNULL}
-        options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
-        subprocess.run(["cmake", "-S", ROOT, "-B", folder, *options], **quiet)
-        subprocess.run(
-            ["cmake", "--build", folder, "--target", "kreisel_static", "-j", str(os.cpu_count())],
-            **quiet,
-        )
-        subprocess.run(
-            [
-                "cc",
-                "-O2",
-                f"-I{ROOT}/csrc",
-                ROOT / "validation/bench/record.c",
-                "-o",
-                f"{folder}/bench",
-                f"{folder}/libkreisel.a",
-                "-lm",
-            ],
-            **quiet,
-        )
+        program = built_beside_the_library(folder)
         print(
             f"\nthesis: keeping {STEPS} states over keeping none, from C, in memory used before",
             flush=True,
         )
-        subprocess.run([f"{folder}/bench", str(STEPS), str(STEP), str(rounds)], check=True)
+        subprocess.run([program, str(STEPS), str(STEP), str(rounds)], check=True)
+
+
+def built_beside_the_library(folder):
+    """Builds the static library and record.c in a folder; gives the program."""
+    quiet = {"check": True, "stdout": subprocess.DEVNULL}
+    options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
+    subprocess.run(["cmake", "-S", ROOT, "-B", folder, *options], **quiet)
+    target = ["--target", "kreisel_static", "-j", str(os.cpu_count())]
+    subprocess.run(["cmake", "--build", folder, *target], **quiet)
+    source, library, program = HERE / "record.c", f"{folder}/libkreisel.a", f"{folder}/record"
+    compiler = ["cc", "-O2", f"-I{ROOT}/csrc"]
+    subprocess.run([*compiler, source, library, "-lm", "-o", program], **quiet)
+    return program
 
 
 def main(argv=None):

@@ -1,27 +1,30 @@
-"""The Taylor method against heyoka in its best setting: python -m validation.bench.taylor [ratios long digits dense]
+"""The Taylor method against heyoka in its best setting: python -m validation.bench.taylor [ratios
+long digits dense]
 
-Everything runs in one process, in turn; times are medians, errors are of the attitude at the end, against the series of 30
-digits (checked against heyoka in 128 bit first). `must` and `stretch` are what was promised. heyoka: seven equations, not
-compact, its loosest tolerance from which on every tighter one keeps the error; ours by the same rule.
+Everything runs in one process, in turn; times are medians, errors are of the attitude at the end,
+against the series of 30 digits (checked against heyoka in 128 bit first). `must` and `stretch` are
+what was promised. heyoka has seven equations, not compact, and its loosest tolerance from which on
+every tighter one keeps the error; ours goes by that rule too.
 """
 
 import argparse
 import functools
+from functools import partial
 from statistics import median
 
 import heyoka as hy
 import kreisel as kr
+import mpmath as mp
 import numpy as np
-from kreisel import _core as core
 
-from ..peers import measure
-from ..truth import equations
-from ..truth import reference as truth
+from ..peers import core, measure
+from ..truth import equations, reference
 from ..truth.problems import load
 
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
 EPS = np.finfo(float).eps
+LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")  # than the truth's
 TOLERANCES = 10.0 ** np.arange(-2, -15.6, -0.25)
 
 
@@ -30,13 +33,13 @@ def horizon(name, target):
 
 
 @functools.cache
-def reference(name, t):
+def thirty_digits(name, t):
     return kr.solve(load(name).scene(), t, digits=30)
 
 
 def error(name, t, q):
-    """Of an attitude in doubles, or doubles and what they leave out."""
-    true = reference(name, t)
+    """Gives the error of an attitude in doubles, or in doubles and what they leave out."""
+    true = thirty_digits(name, t)
     high, low = (q, np.zeros(4)) if len(q) == 4 else (q[:4], q[4:])
     want, rest = true.q[-1], true.q_low[-1]
     sign = -1.0 if high @ want < 0.0 else 1.0
@@ -46,14 +49,13 @@ def error(name, t, q):
 
 
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
-    """A call that solves, and what it returns: the attitude at the end and what that leaves out."""
-    scene, times = (
-        load(name).scene()._block,
-        np.array([t]),
-    )  # as the core takes it, made beforehand as heyoka's
+    """Makes a call that solves, and gives the attitude at the end and what that leaves out."""
+    # The core takes what was made beforehand, as heyoka does.
+    block, times = core.block(load(name).scene()), np.array([t])
+    call = core.recording(block, method, times, tol=tol, digits=digits)
 
     def run():
-        status, states, low, *_ = core.record(scene, method, 0.0, tol, digits, 0, False, times)
+        status, states, low, *_ = call()
         assert status == "OK", (name, method, tol, status)
         return states[-1, 1:5] if low is None else np.concatenate((states[-1, 1:5], low[-1, 1:5]))
 
@@ -81,35 +83,34 @@ def real128(name, t, tol):
         top.time = hy.real128(0)
         top.state[:] = start
         top.propagate_until(hy.real128(t))
-        with truth.mp.workdps(truth.DIGITS):
-            q = [truth.mp.mpf(str(x)) for x in top.state[:4]]
+        with mp.workdps(reference.DIGITS):
+            q = [mp.mpf(str(x)) for x in top.state[:4]]
             high = [float(x) for x in q]
-            return np.array(high + [float(x - y) for x, y in zip(q, high)])
+            return np.array(high + [float(x - y) for x, y in zip(q, high, strict=True)])
 
     return run
 
 
 def medians(calls, rounds=41):
-    """Median seconds of the first call, interleaved, and of each other by the median of its ratio to the first."""
+    """Gives the median seconds of the first call, interleaved, and of each other by the median of
+    its ratio to the first."""
     about = [min(measure.once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = measure.interleaved(calls, about, rounds)
-    return [
-        median(first),
-        *(median(first) * median(b / a for a, b in zip(first, other)) for other in others),
-    ]
+    ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
+    return [median(first), *(median(first) * ratio for ratio in ratios)]
 
 
 @functools.cache
-def ladder(make, name, t, tightest, **how):
-    """Runs from loose to tight, each with the largest error of it and all tighter ones."""
-    runs = [make(name, t, tol, **how) for tol in (*TOLERANCES, tightest)]
+def ladder(make, name, t, tightest, **words):
+    """Gives runs from loose to tight, each with the largest error of it and all tighter ones."""
+    runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
     errors = [error(name, t, run()) for run in runs]
-    return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1]))
+    return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))
 
 
-def reaching(make, name, t, target, tightest, **how):
-    """The loosest run that stays within the target, or the tightest."""
-    steps = ladder(make, name, t, tightest, **how)
+def reaching(make, name, t, target, tightest, **words):
+    """Gives the loosest run that stays within the target, or the tightest."""
+    steps = ladder(make, name, t, tightest, **words)
     return next((step for step in steps if step[1] <= target), steps[-1])
 
 
@@ -121,7 +122,8 @@ def line(what, value, must, stretch, rest=""):
 
 
 def at_equal_error(name, t, target):
-    """Ours and heyoka's run, and their errors. At the tightest: heyoka's best, and ours about as good."""
+    """Gives our run and heyoka's, and their errors. At the tightest these are heyoka's best, and
+    ours about as good."""
     peer, f = reaching(heyoka, name, t, target, EPS)
     own, e = reaching(ours, name, t, target or 1.5 * f, 2.0**-53)
     return own, peer, e, f
@@ -189,54 +191,55 @@ def digits():
         t = 30.0 if name == "asymmetric" else 100.0
         own, best = ours(name, t, digits=30), real128(name, t, "1e-33")
         e = error(name, t, best())
-        tries = [
-            (tol, real128(name, t, tol)) for tol in ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")
-        ]
-        parts = [(tol, peer, truth_error(best(), peer())) for tol, peer in tries]
-        tol, peer, f = next((p for p in parts if p[2] <= e), parts[-1])
+        runs = [(tol, real128(name, t, tol)) for tol in LOOSER]
+        known = [(tol, run, truth_error(best(), run())) for tol, run in runs]
+        tol, peer, f = next((each for each in known if each[2] <= e), known[-1])
         a, b, c = medians([own, peer, best], 3)
         line(
             f"{name} 30 digits: real128/ours, equal error",
             b / a,
             100,
             200,
-            f"{b * 1e3:.0f} / {a * 1e3:.2f} ms, errors {f:.0e} (tol {tol}) / {e:.0e} against real128 at 1e-33, {c * 1e3:.0f} ms",
+            f"{b * 1e3:.0f} / {a * 1e3:.2f} ms, errors {f:.0e} (tol {tol}) / {e:.0e} against "
+            f"real128 at 1e-33, {c * 1e3:.0f} ms",
         )
 
 
 def truth_error(want, q):
-    """The angle between two attitudes of doubles and what they leave out, of any size."""
-    with truth.mp.workdps(truth.DIGITS):
-        return truth.angle(
-            *(
-                [truth.mp.mpf(x) + truth.mp.mpf(y) for x, y in zip(a[:4].tolist(), a[4:].tolist())]
-                for a in (want, q)
-            )
-        )
+    """Gives the angle between two attitudes of doubles and what they leave out, of any size."""
+
+    def sums(q):
+        high, low = q[:4].tolist(), q[4:].tolist()
+        return [mp.mpf(x) + mp.mpf(y) for x, y in zip(high, low, strict=True)]
+
+    with mp.workdps(reference.DIGITS):
+        return reference.angle(sums(want), sums(q))
+
+
+def heyoka_at_its_tightest(name):
+    system, start = equations.system(load(name))
+    return hy.taylor_adaptive(system, start, tol=EPS), start
+
+
+def on_grid(top, start, times):
+    top.time = 0.0
+    top.state[:] = start
+    top.propagate_grid(times)
 
 
 def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
-        block = load(name).scene()._block
-        system, start = equations.system(load(name))
-        top = hy.taylor_adaptive(system, start, tol=EPS)
-
-        def grid(of):
-            top.time = 0.0
-            top.state[:] = start
-            top.propagate_grid(of)
-
+        block = core.block(load(name).scene())
+        grid = partial(on_grid, *heyoka_at_its_tightest(name))
         few = times[[0, -1]]
-        a, b, c, d = medians(
-            [
-                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, False, few),
-                lambda: grid(few),
-                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, False, times),
-                lambda: grid(times),
-            ],
-            9,
-        )
+        calls = [
+            core.recording(block, "taylor", few),
+            partial(grid, few),
+            core.recording(block, "taylor", times),
+            partial(grid, times),
+        ]
+        a, b, c, d = medians(calls, 9)
         own, peer = (c - a) / len(times), (d - b) / len(times)
         line(
             f"{name} dense output, per state: heyoka/ours",
@@ -247,13 +250,16 @@ def dense():
         )
 
 
-def main():
-    known = {f.__name__: f for f in (ratios, long, digits, dense)}
+PARTS = {f.__name__: f for f in (ratios, long, digits, dense)}
+
+
+def main(argv=None):
     parser = argparse.ArgumentParser(prog="python -m validation.bench.taylor", description=__doc__)
-    parser.add_argument("what", nargs="*", choices=[*known, []], help="which figures; else all")
-    for name in parser.parse_args().what or known:
-        known[name]()
+    parser.add_argument("what", nargs="*", choices=[*PARTS, []], help="which figures; else all")
+    for name in parser.parse_args(argv).what or PARTS:
+        PARTS[name]()
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

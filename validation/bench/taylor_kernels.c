@@ -10,14 +10,14 @@
 const char *kr_bench_isa(int i);
 int kr_bench_order(int i);
 double kr_bench_cycle(void);
-int kr_bench_run(const kr_scene *scene, int set, int kernel, double log2_tol, double t,
+int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps);
 
 /* The name of the i-th instruction set of this machine, NULL beyond the last. */
 const char *kr_bench_isa(int i)
 {
-    const kr_isa *set = kr_taylor_isa(i);
-    return set && set->runs_here() ? set->name : NULL;
+    const kr_isa *isa = kr_taylor_isa(i);
+    return isa && isa->runs_here() ? isa->name : NULL;
 }
 /* The order of the i-th kernel, 0 beyond the last. */
 int kr_bench_order(int i) { return i < KR_ORDERS ? kr_taylor_isa(0)->plain[i].order : 0; }
@@ -78,10 +78,10 @@ static void add_heading(kr_series *s, double log2_tol, double direction)
 #endif
 /* kernel: of each order, then for 20 and 30 digits, then of each order without the heading, then
  * with it added. out: the state and what it leaves out. */
-int kr_bench_run(const kr_scene *scene, int set, int kernel, double log2_tol, double t,
+int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps)
 {
-    const kr_isa *use = kr_taylor_isa(set);
+    const kr_isa *use = kr_taylor_isa(isa);
     const kr_kernel *const groups[] = {use->plain, use->deep, use->headless, use->headless};
     const int first[] = {0, KR_ORDERS, KR_ORDERS + KR_DEPTHS, 2 * KR_ORDERS + KR_DEPTHS};
     const int group = (kernel >= first[1]) + (kernel >= first[2]) + (kernel >= first[3]);

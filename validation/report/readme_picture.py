@@ -10,7 +10,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..drawing.look import COLOURS, FAINT, INK, STYLE, as_svg, plt
+from ..drawing.look import COLOURS, INK, STYLE, as_svg, plt
 from ..drawing.sphere import outline, seen
 
 STEP, SPAN = 0.4, 44.0

@@ -3,13 +3,13 @@ decades."""
 
 import math
 
+import kreisel as kr
 import numpy as np
 
-I1, I3, LEVER = (
-    5.12 / 3 * 4.64,
-    5.12 / 3 * 1.28,
-    5.12,
-)  # the thesis' cuboid; lever = mass gravity com
+from .problems import Problem
+
+# Of the thesis' cuboid; lever = mass gravity com.
+I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
 
@@ -136,9 +136,8 @@ def random_lagrange(rng, number):
 
 
 def random_euler(rng):
-    two = 10 ** rng.uniform(
-        -3, 0, size=2
-    )  # any proper body: J = A + B - .. of three positive numbers
+    # Of three positive numbers A, B, C the moments B + C, C + A, A + B are those of a proper body.
+    two = 10 ** rng.uniform(-3, 0, size=2)
     parts = np.array([*two, 1.0]) * 10 ** rng.uniform(-1, 1)
     inertia = rng.permutation(parts.sum() - parts)
     return (
@@ -152,19 +151,31 @@ def random_time(rng):
     return float(10 ** rng.uniform(-2, 6))
 
 
-def scene(kr, case):
+def is_lagrange(case):
+    """Says whether a case is a Lagrange top, and not a free body."""
+    return len(case) == 5
+
+
+def inertia_and_lever(case):
+    if is_lagrange(case):
+        i1, i3, lever, *_ = case
+        return (i1, i1, i3), lever
+    return case[0], 0.0
+
+
+def scene(case):
     """Gives a case as kreisel takes it."""
-    if len(case) == 5:
-        i1, i3, lever, q, m = case
-        body = kr.Body(mass=1.0, inertia=(i1, i1, i3), com=(0.0, 0.0, abs(lever)))
-        return kr.Scene(body, momentum=m, attitude=unit(q), gravity=math.copysign(1.0, lever))
-    inertia, q, m = case
-    return kr.Scene(
-        kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, 0.0)),
-        momentum=m,
-        attitude=unit(q),
-        gravity=1.0,
-    )
+    inertia, lever = inertia_and_lever(case)
+    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)))
+    gravity = math.copysign(1.0, lever)
+    return kr.Scene(body, momentum=case[-1], attitude=unit(case[-2]), gravity=gravity)
+
+
+def problem(name, case):
+    """Gives a case as heyoka takes it."""
+    inertia, lever = inertia_and_lever(case)
+    momentum = tuple(map(float, case[-1]))
+    return Problem(name, inertia, (0.0, 0.0, lever), unit(case[-2]), momentum)
 
 
 MAPS = [  # named tops, and steps of the Bobenko-Suris map

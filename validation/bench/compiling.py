@@ -1,0 +1,49 @@
+"""The core compiled for a program here, with what users cannot call: as CMakeLists.txt compiles it,
+with other sources beside it, other instruction sets, or other numbers of terms."""
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+CSRC = Path(__file__).parents[2] / "csrc"
+FLAGS = (
+    *("-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-math-errno"),
+    *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
+)
+OF_LOOPS = "states.c"  # its loops over times are left to the compiler's vectorizer
+ISAS = {
+    "avx2": ("-mavx2", "-mfma"),
+    "avx512": ("-mavx2", "-mfma", "-mavx512f", "-mavx512vl", "-mavx512dq"),
+}
+
+
+def core():
+    """Gives the files of the library, the adapters to GSL and the page's own file apart."""
+    files = sorted(CSRC.rglob("*.c"))
+    return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
+
+
+def per_isa():
+    """Gives the files that are compiled once more for each instruction set."""
+    exact = (CSRC / "exact" / name for name in ("states.c", "closed_form.c", "map.c"))
+    return [*sorted(CSRC.glob("taylor/kernel*.c")), *exact]
+
+
+def compiler():
+    return shutil.which(os.environ.get("CC", "gcc")) or exit("needs gcc, or another compiler as CC")
+
+
+def compiled(folder, source, isas=ISAS, options=("-DKR_X86",)):
+    """Compiles the core and one more source into a library in the folder, and loads it."""
+    jobs = [(file, options) for file in (*core(), source)]
+    jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in per_isa()]
+    objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
+    for (file, more), to in zip(jobs, objects, strict=True):
+        loops = ["-ftree-vectorize"] if file.name == OF_LOOPS else []
+        command = [compiler(), *FLAGS, *loops, *more, f"-I{CSRC}", "-c", file, "-o", to]
+        subprocess.run(command, check=True)
+    library = Path(folder) / "core.so"
+    subprocess.run([compiler(), "-shared", *objects, "-lm", "-o", library], check=True)
+    return ctypes.CDLL(str(library))
