@@ -8,7 +8,7 @@ enum {
 #include "quantities.def"
 #undef Q
     KR_QUANTITIES,
-    KR_AXES = 9, /* doubles of the widest */
+    KR_QUANTITY_MOST = 9, /* doubles of the widest */
     KR_AXES = 16          /* numbers kept for the components of each */
 };
 struct kr_quantity {

@@ -85,7 +85,7 @@ int kr_component_turns(int number)
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
 {
     const kr_component c = kr_component_of(number);
-    double values[KR_AXES];
+    double values[KR_QUANTITY_MOST];
     if (number == KR_ONE) return 1.0;
     if (!kr_component_is(number)) return NAN;
     kr_quantities[c.quantity].values(scene, 1, s, values);
