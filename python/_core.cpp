@@ -1,5 +1,6 @@
-// Thin: one Python name per C function; no numerics, no defaults, no messages.
-// A body is 11 doubles, a scene 20, a state 8, as in kreisel.h; states are an (n, 8) array, shared and not copied.
+// The binding is thin: it has no numerics, no defaults, no messages. What the core has as a table
+// Python gets as one. States are an (n, 8) array, shared and not copied; bodies and scenes are
+// blocks of bytes.
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -25,7 +26,9 @@ static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Funct
     doubles out(shape);
     double *to = out.mutable_data();
     const py::ssize_t width = n > 0 ? out.size() / n : 0;
-    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) { function(size_t(end - i), in + i, to + width * i); });
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        function(size_t(end - i), in + i, to + width * i);
+    });
     return out;
 }
 static std::vector<py::ssize_t> shape_of(const kr_quantity *quantity)
@@ -35,21 +38,19 @@ static std::vector<py::ssize_t> shape_of(const kr_quantity *quantity)
     if (width == 9) return {3, 3};
     return {width};
 }
-static doubles values(const std::string &name, const py::object &scene, const doubles &states)
+static doubles values(const std::string &name, const kr_scene &scene, const doubles &states)
 {
     const kr_quantity *quantity = kr_quantity_find(name.c_str());
     if (!quantity) throw py::key_error(name);
-    const auto s = value_of<kr_scene>(scene);
     return each(states, shape_of(quantity), [&](size_t n, const kr_state *in, double *out) {
-        kr_quantity_values(quantity, &s, n, in, out);
+        kr_quantity_values(quantity, &scene, n, in, out);
     });
 }
 template <double function(const kr_scene *, const kr_state *, double)>
-static doubles at_step(const py::object &scene, const doubles &states, double step)
+static doubles at_step(const kr_scene &scene, const doubles &states, double step)
 {
-    const auto s = value_of<kr_scene>(scene);
     return each(states, {}, [&](size_t n, const kr_state *in, double *out) {
-        for (size_t i = 0; i < n; i++) out[i] = function(&s, &in[i], step);
+        for (size_t i = 0; i < n; i++) out[i] = function(&scene, &in[i], step);
     });
 }
 static doubles attitude_error(const doubles &a, const doubles &b)
@@ -58,7 +59,8 @@ static doubles attitude_error(const doubles &a, const doubles &b)
     if (rows(b, 4) != n) throw py::value_error("an array has the wrong shape");
     doubles out(n);
     double *to = out.mutable_data();
-    auto *p = reinterpret_cast<const kr_quat *>(a.data()), *q = reinterpret_cast<const kr_quat *>(b.data());
+    auto *p = reinterpret_cast<const kr_quat *>(a.data()),
+         *q = reinterpret_cast<const kr_quat *>(b.data());
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
         for (; i < end; i++) to[i] = kr_attitude_error(p[i], q[i]);
     });
@@ -66,22 +68,17 @@ static doubles attitude_error(const doubles &a, const doubles &b)
 }
 
 // Bodies and scenes: the name of the status, and what was made.
-static py::tuple body_from_tensor(double mass, const doubles &inertia, const py::object &com)
+static py::tuple body_from_tensor(double mass, const doubles &inertia, const doubles &com)
 {
     kr_body body = {};
     if (inertia.size() != 9) throw py::value_error("an array has the wrong shape");
-    const kr_status status = kr_body_from_tensor(mass, inertia.data(), value_of<kr_vec3>(com), &body);
-    return py::make_tuple(name_of(status), array_of(body));
+    const kr_status status =
+        kr_body_from_tensor(mass, inertia.data(), value_of<kr_vec3>(com), &body);
+    return py::make_tuple(name_of(status), block_of(body));
 }
-static const char *body_kind(const py::object &body, double rtol)
+static const char *body_kind(const kr_body &body, double rtol)
 {
-    const auto b = value_of<kr_body>(body);
-    return kr_kind_name(kr_body_kind(&b, rtol));
-}
-static const char *scene_check(const py::object &scene)
-{
-    const auto s = value_of<kr_scene>(scene);
-    return name_of(kr_scene_check(&s));
+    return kr_kind_name(kr_body_kind(&body, rtol));
 }
 
 static py::dict status_table()
@@ -109,9 +106,10 @@ static py::list method_table()
     py::list table;
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *m = kr_method_at(i);
-        table.append(py::dict("name"_a = kr_method_name(m), "text"_a = kr_method_text(m), "order"_a = kr_method_order(m),
-                              "conserves"_a = kr_method_conserves(m), "reference"_a = kr_method_reference(m),
-                              "flags"_a = kr_method_flags(m)));
+        table.append(
+            py::dict("name"_a = kr_method_name(m), "text"_a = kr_method_text(m),
+                     "order"_a = kr_method_order(m), "conserves"_a = kr_method_conserves(m),
+                     "reference"_a = kr_method_reference(m), "flags"_a = kr_method_flags(m)));
     }
     return table;
 }
@@ -124,34 +122,35 @@ static py::list quantity_table()
         py::list components;
         for (size_t k = 0; kr_quantity_axis(q, k); k++)
             components.append(std::string(kr_quantity_name(q)) + kr_quantity_axis(q, k));
-        table.append(py::dict("name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
-                              "turns"_a = (flags & KR_TURNS) != 0, "kept"_a = (flags & KR_KEPT) != 0,
-                              "in_events"_a = (flags & KR_SERIES) != 0, "dimension"_a = kr_quantity_dimension(q),
-                              "text"_a = kr_quantity_text(q), "components"_a = components));
+        table.append(py::dict(
+            "name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
+            "turns"_a = (flags & KR_TURNS) != 0, "kept"_a = (flags & KR_KEPT) != 0,
+            "in_events"_a = (flags & KR_SERIES) != 0, "dimension"_a = kr_quantity_dimension(q),
+            "text"_a = kr_quantity_text(q), "components"_a = components));
     }
     return table;
 }
-static bool method_applies(const std::string &method, const py::object &body)
+static bool method_applies(const std::string &method, const kr_body &body)
 {
-    const auto b = value_of<kr_body>(body);
-    return kr_method_applies(method_of(method), &b) != 0;
+    return kr_method_applies(method_of(method), &body) != 0;
 }
 
-static bool method_suits(const std::string &method, const py::object &scene)
+static bool method_suits(const std::string &method, const kr_scene &scene)
 {
-    const auto s = value_of<kr_scene>(scene);
-    return kr_method_suits(method_of(method), &s) != 0;
+    return kr_method_suits(method_of(method), &scene) != 0;
 }
 
-void bind_events(py::module_ &m);       // _events.cpp
-void bind_exact(py::module_ &m);        // _exact.cpp
-void bind_run(py::module_ &m);          // _run.cpp
+void bind_events(py::module_ &m); // _events.cpp
+void bind_exact(py::module_ &m);  // _exact.cpp
+void bind_run(py::module_ &m);    // _run.cpp
+void bind_scene(py::module_ &m);  // _scene.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
     bind_events(m);
     bind_exact(m);
     bind_run(m);
+    bind_scene(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
@@ -159,22 +158,10 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("kinds") = kind_names();
     m.attr("flags") = flag_table();
     m.attr("KIND_RTOL") = KR_KIND_RTOL;
-    m.attr("SYMPLECTIC") = int(KR_SYMPLECTIC);
-    m.attr("REVERSIBLE") = int(KR_REVERSIBLE);
-    m.attr("ADAPTIVE") = int(KR_ADAPTIVE);
-    m.attr("IMPLICIT") = int(KR_IMPLICIT);
-    m.attr("ALGEBRAIC") = int(KR_ALGEBRAIC);
-    m.attr("INTEGRABLE") = int(KR_INTEGRABLE);
-    m.attr("LAGRANGE_ONLY") = int(KR_LAGRANGE_ONLY);
-    m.attr("SYMMETRIC_ONLY") = int(KR_SYMMETRIC_ONLY);
-    m.attr("EULER_ONLY") = int(KR_EULER_ONLY);
-    m.attr("DIGITS") = int(KR_DIGITS);
-    m.attr("HEADLESS") = int(KR_HEADLESS);
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a);
     m.def("body_kind", body_kind, "body"_a, "rtol"_a);
-    m.def("scene_check", scene_check, "scene"_a);
     m.def("values", values, "name"_a, "scene"_a, "states"_a);
     m.def("modified_energy", at_step<kr_state_modified_energy>, "scene"_a, "states"_a, "step"_a);
     m.def("modified_energy4", at_step<kr_state_modified_energy4>, "scene"_a, "states"_a, "step"_a);

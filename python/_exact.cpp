@@ -1,58 +1,36 @@
 // The closed form. A plan goes to Python as the doubles that it is made of.
 #include <algorithm>
-#include <cmath>
 #include <vector>
-#include "arrays.hpp"
+#include "times.hpp"
 
-// A scene's block; where it is a tuple of floats, without the way through an array.
-static kr_scene scene_of(const py::object &given)
-{
-    if (!PyTuple_Check(given.ptr())) return value_of<kr_scene>(given);
-    const auto block = py::reinterpret_borrow<py::tuple>(given);
-    constexpr size_t n = sizeof(kr_scene) / sizeof(double);
-    double numbers[n];
-    kr_scene scene;
-    if (block.size() != n) throw py::value_error("a scene's block has the wrong size");
-    for (size_t i = 0; i < n; i++) {
-        numbers[i] = PyFloat_AsDouble(PyTuple_GET_ITEM(block.ptr(), py::ssize_t(i)));
-        if (numbers[i] == -1.0 && PyErr_Occurred()) throw py::error_already_set();
-    }
-    std::memcpy(&scene, numbers, sizeof scene);
-    return scene;
-}
-template <class Plan> static py::tuple planned(kr_status status, const Plan &plan, const kr_exact &curve)
+template <class Plan>
+static py::tuple planned(kr_status status, const Plan &plan, const kr_exact &curve)
 {
     static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
-    return py::make_tuple(name_of(status), curve.period, curve.precession, curve.spin, array_of(plan));
+    return py::make_tuple(name_of(status), curve.period, curve.precession, curve.spin,
+                          array_of(plan));
 }
-static py::tuple exact_plan(const py::object &scene)
+static py::tuple exact_plan(const kr_scene &scene)
 {
-    const kr_scene s = scene_of(scene);
     kr_exact plan = {};
-    const kr_status status = kr_exact_plan(&s, &plan);
+    const kr_status status = kr_exact_plan(&scene, &plan);
     return planned(status, plan, plan);
 }
-// None where a time is not below `most`, or t neither a float nor a row of doubles: Python has to look at it.
+// None where a time is not below `most`, or the times are not plainly numbers: Python has to look.
 static py::object exact_states(const doubles &plan, const py::object &t, double most)
 {
     const auto p = value_of<kr_exact>(plan);
-    double one;
-    const double *times = &one;
-    py::ssize_t n = 1;
-    if (PyFloat_CheckExact(t.ptr())) {
-        one = PyFloat_AS_DOUBLE(t.ptr());
-    } else {
-        if (!py::isinstance<doubles>(t)) return py::none();
-        const auto row = py::reinterpret_borrow<doubles>(t);
-        if (row.ndim() != 1) return py::none();
-        times = row.data(), n = row.size();
-    }
-    for (py::ssize_t i = 0; i < n; i++)
-        if (!(std::fabs(times[i]) < most)) return py::none();
+    given_times times;
+    if (!times.take(t) || !times.are_below(most)) return py::none();
+    const py::ssize_t n = py::ssize_t(times.size());
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    if (n == 1) *states = kr_exact_state(&p, *times);
-    else in_pieces(n, [&](py::ssize_t i, py::ssize_t end) { kr_exact_states(&p, size_t(end - i), times + i, states + i); });
+    if (n == 1)
+        *states = kr_exact_state(&p, *times.data());
+    else
+        in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+            kr_exact_states(&p, size_t(end - i), times.data() + i, states + i);
+        });
     return std::move(out);
 }
 // One plan a scene, as rows; and how many there are before the first scene without one, whose status it is.
@@ -60,13 +38,15 @@ static py::tuple exact_plans(const py::list &blocks)
 {
     std::vector<kr_scene> scenes;
     scenes.reserve(blocks.size());
-    for (const auto &block : blocks) scenes.push_back(scene_of(py::reinterpret_borrow<py::object>(block)));
+    for (const auto &block : blocks) scenes.push_back(py::cast<kr_scene>(block));
     doubles out({py::ssize_t(scenes.size()), py::ssize_t(sizeof(kr_exact) / sizeof(double))});
     auto *plans = reinterpret_cast<kr_exact *>(out.mutable_data());
     kr_status status = KR_OK;
     py::ssize_t done = 0;
     in_pieces(py::ssize_t(scenes.size()), [&](py::ssize_t, py::ssize_t end) {
-        while (done < end && status == KR_OK && (status = kr_exact_plan(&scenes[size_t(done)], plans + done)) == KR_OK) done++;
+        while (done < end && status == KR_OK &&
+               (status = kr_exact_plan(&scenes[size_t(done)], plans + done)) == KR_OK)
+            done++;
     });
     return py::make_tuple(name_of(status), done, out);
 }
@@ -82,21 +62,23 @@ static doubles exact_plans_states(const doubles &plans, const doubles &t)
     in_pieces(n * times, [&](py::ssize_t i, py::ssize_t end) {
         while (i < end) {
             const py::ssize_t begin = i % times, count = std::min(end - i, times - begin);
-            if (count == 1) states[i] = kr_exact_state(from + i / times, at[begin]);
-            else kr_exact_states(from + i / times, size_t(count), at + begin, states + i);
+            if (count == 1)
+                states[i] = kr_exact_state(from + i / times, at[begin]);
+            else
+                kr_exact_states(from + i / times, size_t(count), at + begin, states + i);
             i += count;
         }
     });
     return out;
 }
-static py::tuple exact_map_plan(const py::object &scene, double step)
+static py::tuple exact_map_plan(const kr_scene &scene, double step)
 {
-    const kr_scene s = scene_of(scene);
     kr_exact_map map = {};
-    const kr_status status = kr_exact_map_plan(&s, step, &map);
+    const kr_status status = kr_exact_map_plan(&scene, step, &map);
     return planned(status, map, map.curve);
 }
-static doubles exact_map_states(const doubles &plan, const py::array_t<int64_t, py::array::c_style> &k)
+static doubles exact_map_states(const doubles &plan,
+                                const py::array_t<int64_t, py::array::c_style> &k)
 {
     const auto map = value_of<kr_exact_map>(plan);
     const py::ssize_t n = k.size();

@@ -1,14 +1,26 @@
 // Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints.
 #include <atomic>
+#include <limits>
+#include "times.hpp"
 #include "watch.hpp"
 
-// The states written, and the last good one where that is later: the first rows of an array, which is not copied.
+// How the states of a run are steered, as Python's request holds it.
+struct steering {
+    std::string method;
+    double step, tol;
+    int digits;
+    int64_t max_steps;
+    bool leave_heading;
+};
+// The states written, and the last good one where that is later: the first rows of an array, which
+// is not copied.
 static doubles reached(const doubles &out, size_t rows)
 {
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
 }
 
-class run {
+class run
+{
     watch watching;
     std::unique_ptr<kr_top, void (*)(kr_top *)> top{nullptr, kr_top_free};
     std::atomic<bool> busy{false};
@@ -18,50 +30,49 @@ class run {
         std::atomic<bool> &busy;
         explicit turn(std::atomic<bool> &flag) : busy(flag)
         {
-            if (busy.exchange(true)) throw std::runtime_error("this run is under way: one thread at a time, one call in another");
+            if (busy.exchange(true))
+                throw std::runtime_error(
+                    "this run is under way: one thread at a time, one call in another");
         }
         ~turn() { busy = false; }
     };
 
-public:
-    kr_status start(const py::object &scene, const std::string &method, double step, double tol, int digits, int64_t max_steps,
-                    bool leave_heading)
+  public:
+    kr_status start(const kr_scene &scene, const steering &how, bool back)
     {
-        const auto s = value_of<kr_scene>(scene);
+        const double step = led(how.step, back);
+        const kr_config config = {step,      how.tol,    how.max_steps,    watch::poll,
+                                  &watching, how.digits, how.leave_heading};
         kr_top *raw = nullptr;
-        const kr_config config = {step, tol, max_steps, watch::poll, &watching, digits, leave_heading};
-        const kr_status status = kr_top_create(&s, method_of(method), config, &raw);
+        const kr_status status = kr_top_create(&scene, method_of(how.method), config, &raw);
         top.reset(raw);
         watching.top = raw;
         return status;
     }
-    py::tuple record(const doubles &t, bool low_too, const py::object &progress)
+    py::tuple record(const given_times &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
-        const size_t n = size_t(t.size());
-        doubles out({t.size(), py::ssize_t(8)}), low({low_too ? t.size() : py::ssize_t(0), py::ssize_t(8)});
-        const double *times = t.data();
+        const py::ssize_t n = py::ssize_t(t.size());
+        doubles out({n, py::ssize_t(8)});
+        py::object low = py::none();
         auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-        auto *rest = low_too ? reinterpret_cast<kr_state *>(low.mutable_data()) : nullptr;
-        size_t done = 0;
-        kr_status status;
-        watching.begin(progress);
-        {
-            py::gil_scoped_release nogil;
-            status = kr_top_record_low(top.get(), n, times, states, rest, &done);
+        kr_state *rest = nullptr;
+        if (low_too) {
+            doubles rows({n, py::ssize_t(8)});
+            rest = reinterpret_cast<kr_state *>(rows.mutable_data());
+            low = rows;
         }
-        if (status == KR_OK && watch::poll(&watching)) status = KR_ERR_INTERRUPTED;
-        watching.progress = py::none();
-        if (watching.raised && !watching.raised->matches(PyExc_KeyboardInterrupt)) throw *watching.raised;
+        size_t done = 0;
+        const kr_status status = go(t, states, rest, &done, progress);
         if (status != KR_OK) {
             const kr_state last = kr_top_state(top.get());
-            const bool more = done < n && (done == 0 || states[done - 1].t != last.t);
+            const bool more = done < t.size() && (done == 0 || states[done - 1].t != last.t);
             if (more) states[done] = last;
             if (more && rest) rest[done] = kr_top_low(top.get());
             out = reached(out, done + more);
             if (rest) low = reached(low, done + more);
         }
-        return py::make_tuple(name_of(status), out, rest ? py::object(low) : py::none(), counts(kr_top_stats(top.get())));
+        return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
     py::bytes save()
     {
@@ -82,37 +93,73 @@ public:
         return py::make_tuple(name, order);
     }
     double time() const { return kr_top_state(top.get()).t; }
+
+  private:
+    kr_status go(const given_times &t, kr_state *states, kr_state *rest, size_t *done,
+                 const py::object &progress)
+    {
+        kr_status status;
+        watching.begin(progress);
+        {
+            py::gil_scoped_release nogil;
+            status = kr_top_record_low(top.get(), t.size(), t.data(), states, rest, done);
+        }
+        if (status == KR_OK && watch::poll(&watching)) status = KR_ERR_INTERRUPTED;
+        watching.progress = py::none();
+        if (watching.raised && !watching.raised->matches(PyExc_KeyboardInterrupt))
+            throw *watching.raised;
+        return status;
+    }
 };
 
-static py::tuple start(const py::object &scene, const std::string &method, double step, double tol, int digits,
-                       int64_t max_steps, bool leave_heading)
+static py::tuple record_more(run &top, const doubles &t, bool low_too, const py::object &progress)
+{
+    given_times times;
+    times.take(t);
+    return top.record(times, low_too, progress);
+}
+static py::tuple start(const kr_scene &scene, const std::string &method, double step, double tol,
+                       int digits, int64_t max_steps, bool leave_heading, bool back)
 {
     auto made = std::make_unique<run>();
-    const kr_status status = made->start(scene, method, step, tol, digits, max_steps, leave_heading);
-    return py::make_tuple(name_of(status), status == KR_OK ? py::cast(std::move(made)) : py::none());
+    const steering how = {method, step, tol, digits, max_steps, leave_heading};
+    const kr_status status = made->start(scene, how, back);
+    return py::make_tuple(name_of(status),
+                          status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
-static py::tuple record(const py::object &scene, const std::string &method, double step, double tol, int digits,
-                        int64_t max_steps, const doubles &t, bool leave_heading, const py::object &progress)
+// All states at once; a number of times stands for the start and itself. None where Python has to
+// look at the times: where they are not plainly numbers, not all below `most`, do not lead away from
+// 0, or are more than `limit`.
+static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
+                         int digits, int64_t max_steps, bool leave_heading, const py::object &t,
+                         double most, py::ssize_t limit, const py::object &progress)
 {
+    given_times times;
+    if (!times.take(t)) return py::none();
+    times.begin_at_start();
+    if (py::ssize_t(times.size()) > limit || !times.are_below(most) || !times.lead_away())
+        return py::none();
     run once;
-    const kr_status status = once.start(scene, method, step, tol, digits, max_steps, leave_heading);
-    if (status == KR_OK) return once.record(t, digits > 16, progress);
-    doubles start({py::ssize_t(1), py::ssize_t(8)});
-    const auto s = value_of<kr_scene>(scene);
-    std::memcpy(start.mutable_data(), &s.start, sizeof s.start);
-    return py::make_tuple(name_of(status), start, py::none(), py::make_tuple(0, 0, 0, 0));
+    const steering how = {method, step, tol, digits, max_steps, leave_heading};
+    const kr_status status = once.start(scene, how, times.end() < 0.0);
+    if (status == KR_OK) return once.record(times, digits > 16, progress);
+    doubles begun({py::ssize_t(1), py::ssize_t(8)});
+    std::memcpy(begun.mutable_data(), &scene.start, sizeof scene.start);
+    return py::make_tuple(name_of(status), begun, py::none(), counts(kr_stats()), times.end());
 }
 
 void bind_run(py::module_ &m);
 void bind_run(py::module_ &m)
 {
     py::class_<run>(m, "Run")
-        .def("record", &run::record, "t"_a, "low"_a, "progress"_a = py::none())
+        .def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
         .def("save", &run::save)
         .def("load", &run::load, "memory"_a)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
-    m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "leave_heading"_a = false);
-    m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "t"_a,
-          "leave_heading"_a = false, "progress"_a = py::none());
+    m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
+          "leave_heading"_a = false, "back"_a = false);
+    m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
+          "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
+          "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none());
 }

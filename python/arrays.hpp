@@ -1,4 +1,5 @@
-// Values of kreisel.h as arrays of the doubles that they are made of, and statuses as names.
+// Values of kreisel.h on their way to and from Python: states and plans as arrays of the doubles that
+// they are made of, bodies and scenes as blocks of bytes, statuses as names.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -10,7 +11,9 @@ namespace py = pybind11;
 using namespace py::literals;
 using doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-[[maybe_unused]] static const struct { const char *name, *what, *text; } statuses[] = {
+[[maybe_unused]] static const struct {
+    const char *name, *what, *text;
+} statuses[] = {
 #define X(name, what, text) {#name, #what, text},
     KR_STATUS_LIST(X)
 #undef X
@@ -24,7 +27,8 @@ inline const kr_method *method_of(const std::string &name)
     return method;
 }
 
-// What takes microseconds at most for each of n, with the GIL released, and signals looked for every few milliseconds.
+// Work that takes microseconds at most for each of n, with the GIL released; signals are looked for
+// every few milliseconds.
 template <class Work> inline void in_pieces(py::ssize_t n, Work work)
 {
     const py::ssize_t piece = 1 << 15;
@@ -35,20 +39,16 @@ template <class Work> inline void in_pieces(py::ssize_t n, Work work)
     }
 }
 
-// Values in and out: in as the bytes of one, or as a row of the doubles that it is made of.
-static_assert(sizeof(kr_state) == 8 * sizeof(double) && sizeof(kr_scene) == 20 * sizeof(double), "plain doubles");
-template <class T> inline T value_in(const void *memory, py::ssize_t size)
+static_assert(sizeof(kr_state) == 8 * sizeof(double), "plain doubles");
+static_assert(sizeof(kr_scene) == 20 * sizeof(double), "plain doubles");
+
+// Arrays in and out.
+template <class T> inline T value_of(const doubles &a)
 {
     T value;
-    if (size != py::ssize_t(sizeof value)) throw py::value_error("an array of doubles has the wrong size");
-    std::memcpy(&value, memory, sizeof value);
+    if (a.nbytes() != sizeof value) throw py::value_error("an array of doubles has the wrong size");
+    std::memcpy(&value, a.data(), sizeof value);
     return value;
-}
-template <class T> inline T value_of(const doubles &row) { return value_in<T>(row.data(), row.nbytes()); }
-template <class T> inline T value_of(const py::object &given)
-{
-    if (PyBytes_Check(given.ptr())) return value_in<T>(PyBytes_AS_STRING(given.ptr()), PyBytes_GET_SIZE(given.ptr()));
-    return value_of<T>(given.cast<doubles>());
 }
 template <class T> inline doubles array_of(const T &value)
 {
@@ -56,3 +56,28 @@ template <class T> inline doubles array_of(const T &value)
     std::memcpy(a.mutable_data(), &value, sizeof value);
     return a;
 }
+
+// Blocks out; in they come as arguments of type kr_body and kr_scene.
+template <class T> inline py::bytes block_of(const T &value)
+{
+    return py::bytes(reinterpret_cast<const char *>(&value), sizeof value);
+}
+namespace pybind11
+{
+namespace detail
+{
+template <class T> struct block_caster {
+    PYBIND11_TYPE_CASTER(T, const_name("bytes"));
+    bool load(handle block, bool)
+    {
+        if (!PyBytes_Check(block.ptr()) || PyBytes_GET_SIZE(block.ptr()) != sizeof(T)) return false;
+        std::memcpy(&value, PyBytes_AS_STRING(block.ptr()), sizeof(T));
+        return true;
+    }
+};
+template <> struct type_caster<kr_body> : block_caster<kr_body> {
+};
+template <> struct type_caster<kr_scene> : block_caster<kr_scene> {
+};
+} // namespace detail
+} // namespace pybind11

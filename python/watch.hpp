@@ -1,4 +1,5 @@
-// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has come.
+// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has
+// come.
 #pragma once
 #include <chrono>
 #include <memory>
@@ -6,33 +7,36 @@
 
 inline bool in_main_thread()
 {
-    static const py::handle main_thread = py::object(py::module_::import("threading").attr("main_thread")).release();
+    static const py::handle main_thread =
+        py::object(py::module_::import("threading").attr("main_thread")).release();
     return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// What the core asks from time to time. Taking the GIL is not free, hence the clock; only the main thread may run
-// Python's signal handlers.
+// The core asks this from time to time. Taking the GIL is not free, hence the clock; only the main
+// thread may run Python's signal handlers, and which one runs is not asked before the first look.
 struct watch {
     using clock = std::chrono::steady_clock;
     const kr_top *top = nullptr;
     py::object progress = py::none();
-    bool signals = false;
-    clock::time_point looked = clock::now(), told = looked;       // by the whole run, however short its pieces are
+    enum { unknown, ours, theirs } signals = unknown; // those of Python, for the main thread alone
+    // by the whole run, however short its pieces are
+    clock::time_point looked = clock::now(), told = looked;
     std::unique_ptr<py::error_already_set> raised;
 
     void begin(const py::object &callback)
     {
         progress = callback;
-        signals = in_main_thread();
+        signals = unknown;
         raised.reset();
     }
     void look()
     {
         const bool due = !progress.is_none() && looked - told >= std::chrono::milliseconds(100);
-        if (!signals && !due) return;
+        if (signals == theirs && !due) return;
         py::gil_scoped_acquire gil;
         try {
-            if (signals && PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (signals == unknown) signals = in_main_thread() ? ours : theirs;
+            if (signals == ours && PyErr_CheckSignals() != 0) throw py::error_already_set();
             if (due) progress(kr_top_time(top));
         } catch (py::error_already_set &error) {
             raised = std::make_unique<py::error_already_set>(std::move(error));
@@ -49,4 +53,10 @@ struct watch {
         return self->raised != nullptr;
     }
 };
-inline py::tuple counts(const kr_stats &s) { return py::make_tuple(s.steps, s.rejected, s.evaluations, s.iterations); }
+
+// A step of 0 is a method's own, and means forward; back in time such a method begins with 0.1.
+inline double led(double step, bool back) { return !back ? step : step > 0.0 ? -step : -0.1; }
+inline py::tuple counts(const kr_stats &s)
+{
+    return py::make_tuple(s.steps, s.rejected, s.evaluations, s.iterations);
+}

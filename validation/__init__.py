@@ -1,1 +1,1 @@
-"""The validation of kreisel: truths by heyoka in 128 bit, peers, and the report of error against run time."""
+"""The validation of kreisel: truths, peers, and the report of error against run time."""

@@ -1,4 +1,5 @@
 /* The table of quantities, made of quantities.def; and components, their single numbers. */
+#include <math.h>
 #include <string.h>
 #include "quantities.h"
 
@@ -92,6 +93,7 @@ double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
     const kr_component c = kr_component_of(number);
     double values[KR_QUANTITY_MOST];
     if (number == KR_ONE) return 1.0;
+    if (!kr_component_is(number)) return NAN;
     quantities[c.quantity].values(scene, 1, s, values);
     return values[c.axis];
 }

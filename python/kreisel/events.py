@@ -29,9 +29,8 @@ from typing import TypedDict, Unpack
 
 from numpy.typing import ArrayLike
 
-from ._core import terms_value
+from ._core import components, quantities, terms_value
 from ._ground.arguments import Array, instance, number, vector, whole
-from ._ground.core_table import components, quantities
 from ._ground.refusals import unknown
 from ._model.scene import Scene
 from ._recording.path import Events, Path

@@ -17,7 +17,7 @@ static void trigonometry(void)
     NEAR(worst, 0.0, 6e-16);
     NEAR(worst_norm, 0.0, 6e-16);
     NEAR(worst_tangent, 0.0, 1e-15);
-    for (double x = 1e6; x < 1e300; x *= 1e7) { /* as good as the rounding of x */
+    for (double x = 1e6; x < 1e300; x *= 1e7) { /* the bound is the rounding of x */
         sin_cos(x, &s, &c);
         NEAR(s * s + c * c, 1.0, 6e-16);
         NEAR(atan2(s * cos(x) - c * sin(x), c * cos(x) + s * sin(x)), 0.0,

@@ -1,16 +1,13 @@
-"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected one holds."""
+"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected
+one holds."""
 
+import kreisel as kr
 import numpy as np
 import pytest
 
-pytest.importorskip("matplotlib")
-pytest.importorskip("heyoka")
-
-import kreisel as kr  # noqa: E402
-
-from validation.thesis import errata, errata_maps, su2
+from validation.thesis import chapter, errata_maps, su2
+from validation.thesis.courses import SCENE, fixed, theorem42, truth
 from validation.thesis.integrals import adjusted
-from validation.thesis.runs import SCENE, fixed, theorem42, truth
 
 STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected version may be
     1: (2.42, 5e-3),
@@ -29,7 +26,7 @@ STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected
     14: (9.64, 1e-9),
     15: (1.0, 0.03),
 }
-ALL = {erratum.number: erratum for erratum in errata.all_of_them()}
+ALL = {erratum.number: erratum for erratum in chapter.all_errata()}
 
 
 def test_all_fifteen_are_there():
@@ -53,9 +50,10 @@ def test_c_does_not_become_right_with_smaller_steps():
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """a0 is e3 there, so that <m, p> / g and <m, a> are the same number, and g = p = 1 before scaling."""
-    path = truth(SCENE, np.linspace(0, 20, 21)).path
-    assert path.axial_momentum == pytest.approx(path.vertical_momentum, abs=1e-10)
+    """There a0 is e3, so that <m, p> / g and <m, a> are one number, and g = p = 1 before
+    scaling."""
+    course = truth(SCENE, np.linspace(0, 20, 21))
+    assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -80,10 +78,11 @@ def test_the_matrix_of_theorem_34_is_no_rotation():
 
 
 def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
-    path = truth(errata_maps.TILTED, np.linspace(0, 10, 11)).path
+    course = truth(errata_maps.TILTED, np.linspace(0, 10, 11))
+    path = course.path
     alpha, g = path.scene.body.moments[2], path.scene.body.mass * path.scene.gravity
     terms = (path.m**2).sum(-1) / 2 + g * path.apex[:, 2]
-    constant = (1 / alpha - 1) * path.axial_momentum[0] ** 2 / 2
+    constant = (1 / alpha - 1) * course.axial_momentum[0] ** 2 / 2
     assert constant > 1e-3 and path.energy - terms == pytest.approx(constant, abs=1e-9)
 
 
@@ -98,20 +97,20 @@ def test_inverse_and_change_do_not_commute():
 
 
 @pytest.mark.parametrize(
-    "how",
+    "words",
     [{"method": "rk4", "step": 0.1}, {"method": "extrap", "tol": 1e-6}],
     ids=["rk4", "extrap"],
 )
-def test_one_step_methods_need_no_past(how):
+def test_one_step_methods_need_no_past(words):
     """Begun anew, as no multi-step method could be, they go on as exactly."""
-    whole, half = kr.solve(SCENE, 4.0, **how), kr.solve(SCENE, 2.0, **how)
-    again, true = kr.solve(half.end, 2.0, **how), su2.exact(SCENE, 4.0)
+    whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
+    again, true = kr.solve(half.end, 2.0, **words), su2.exact(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
 
 
 def test_runge_kutta_has_four_stages():
-    run = fixed(SCENE, "rk4", 0.1, 1.0)
-    assert run.evaluations == 4 * run.steps == 40
+    course = fixed(SCENE, "rk4", 0.1, 1.0)
+    assert course.evaluations == 4 * course.steps == 40
 
 
 def test_g_is_constant_for_level_momenta_only():

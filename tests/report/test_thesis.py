@@ -1,17 +1,15 @@
-"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it stands on."""
+"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it
+stands on."""
 
 import re
 
+import kreisel as kr
 import numpy as np
 import pytest
 
-pytest.importorskip("heyoka")
-pytest.importorskip("matplotlib")
-
-import kreisel as kr  # noqa: E402
-
-from validation.report import main as report
-from validation.thesis import chapter, integrals, runs
+from validation.__main__ import main
+from validation.thesis import chapter, courses, integrals
+from validation.thesis.line_charts import thinned
 
 FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
 REFUTED = {  # where: how the sentence begins
@@ -52,13 +50,13 @@ CONFIRMED = {
 
 
 @pytest.fixture(scope="module")
-def run():
+def results():
     return chapter.run_all(lambda what: None)
 
 
 @pytest.fixture(scope="module")
-def page(run):
-    return chapter.render(run, 1.0)
+def page(results):
+    return chapter.render(results, 1.0)
 
 
 def test_every_figure_is_there(page):
@@ -75,8 +73,8 @@ def test_the_page_stands_alone(page):
     assert len(page) < 4e6
 
 
-def test_verdicts(run):
-    said = chapter.all_sentences(run)
+def test_verdicts(results):
+    said = chapter.all_sentences(results)
     assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
         "each has a reason"
     )
@@ -89,16 +87,16 @@ def test_verdicts(run):
         assert found.holds == ((where, begin) in CONFIRMED), f"{where}, {begin}: {found.found}"
 
 
-def test_the_report_writes_the_chapter(tmp_path, monkeypatch, run, page):
-    monkeypatch.setattr(chapter, "run_all", lambda say: run)
-    monkeypatch.setattr(chapter, "render", lambda run, seconds: page)
-    assert report.main(["--thesis", "--out", str(tmp_path)]) == 0
+def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):
+    monkeypatch.setattr(chapter, "run_all", lambda say: results)
+    monkeypatch.setattr(chapter, "render", lambda results, seconds: page)
+    assert main(["--thesis", "--out", str(tmp_path)]) == 0
     assert [file.name for file in tmp_path.iterdir()] == [chapter.OUTPUT]
     assert 'href="index.html"' in (tmp_path / chapter.OUTPUT).read_text()
 
 
-def test_experiment_61(run):
-    four = run.four
+def test_experiment_61(results):
+    four = results.four
     assert [four.until("BS", t) for t in (50, 300, 600)] == pytest.approx(
         [0.122, 0.786, 1.459], rel=0.01
     )
@@ -112,16 +110,16 @@ def test_experiment_61(run):
     )
 
 
-def test_the_failing_one(run):
-    error = run.failing.blue.energy_error
-    assert (error.min(), error.max(), run.failing.blue.path.energy[0]) == pytest.approx(
+def test_the_failing_one(results):
+    error = results.failing.blue.energy_error
+    assert (error.min(), error.max(), results.failing.blue.path.energy[0]) == pytest.approx(
         (-17.5, 21.9, 52.8), abs=0.05
     )
-    assert run.failing.L["BS"][-1] == pytest.approx(0.513, abs=0.002)
+    assert results.failing.L["BS"][-1] == pytest.approx(0.513, abs=0.002)
 
 
-def test_experiment_62(run):
-    timed = run.timed
+def test_experiment_62(results):
+    timed = results.timed
     assert timed.until("BS", 3200) == pytest.approx(0.194, abs=0.002)
     assert timed.until("BS 0.01", 3200) == pytest.approx(0.021, abs=0.001)
     assert (
@@ -129,21 +127,18 @@ def test_experiment_62(run):
     )
 
 
-def test_experiment_63(run):
-    assert run.by_step[0.2].L["rk4"][-1] == pytest.approx(0.095, abs=0.002)
-    assert run.by_step[0.2].rk4.evaluations == run.by_step[0.2].bs.evaluations == 600
+def test_experiment_63(results):
+    assert results.by_step[0.2].L["rk4"][-1] == pytest.approx(0.095, abs=0.002)
+    assert results.by_step[0.2].rk4.evaluations == results.by_step[0.2].bs.evaluations == 600
 
 
 def test_begun_anew_at_each_interval():
-    once = kr.solve(runs.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    once = kr.solve(courses.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
     twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
-    run = runs.restarted(runs.SCENE, 0.4, 0.8)
-    assert np.array_equal(run.path.q[1:], [once.q[-1], twice.q[-1]]) and run.t.tolist() == [
-        0.0,
-        0.4,
-        0.8,
-    ]
-    assert run.evaluations == once.stats.evaluations + twice.stats.evaluations
+    course = courses.restarted(courses.SCENE, 0.4, 0.8)
+    assert np.array_equal(course.path.q[1:], [once.q[-1], twice.q[-1]])
+    assert course.t.tolist() == [0.0, 0.4, 0.8]
+    assert course.evaluations == once.stats.evaluations + twice.stats.evaluations
 
 
 def test_values_of_k():
@@ -167,8 +162,6 @@ def test_both_forms_of_the_equations_agree(scene):
 
 
 def test_thinning_keeps_what_is_seen():
-    from validation.thesis.charts import thinned
-
     t = np.linspace(0, 1, 100_001)
     values = np.sin(3000 * t)
     values[777] = 5.0
@@ -176,6 +169,6 @@ def test_thinning_keeps_what_is_seen():
     assert len(x) <= 1002 and y.max() == 5.0 and y.min() == values.min() and (np.diff(x) > 0).all()
 
 
-def test_the_error_grows_with_the_term(run):
-    usual = run.growth[run.growth[:, 1] == 1.0]
+def test_the_error_grows_with_the_term(results):
+    usual = results.growth[results.growth[:, 1] == 1.0]
     assert (np.diff(usual[:, 2]) > 0).all() and (np.diff(usual[:, 3]) > 0).all()

@@ -74,7 +74,7 @@ def sets(core):
 class Ours:
     def __init__(self, core, scene):
         self.core = core
-        self.block = np.array(scene._block)
+        self.block = np.frombuffer(scene._block)
         self.scene = self.block.ctypes.data_as(ctypes.c_void_p)
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))

@@ -217,7 +217,7 @@ def bruels():
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
     calls = [
-        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, end)
+        lambda n=n, name=name: kr._core.record(scene._block, name, 2 / n, 0.0, 0, 0, False, end)
         for n, name, _ in runs
     ]
     times, *own = interleaved(peer, *calls)

@@ -28,7 +28,7 @@ from .taylor_kernels import Kernels
 
 
 def block(name):
-    return np.array(load(name).scene()._block)
+    return np.frombuffer(load(name).scene()._block)
 
 
 def sets():

@@ -63,7 +63,7 @@ def ratio(name, whole, part, rounds, must=None, stretch=None):
 
 
 def record(scene, times, leave_heading=False):
-    return lambda: kr._core.record(scene._block, "taylor", 0.0, 0.0, 0, 0, times, leave_heading)
+    return lambda: kr._core.record(scene._block, "taylor", 0.0, 0.0, 0, 0, leave_heading, times)
 
 
 def in_full(t):
@@ -145,7 +145,7 @@ def left_out(rounds):
 
 def by_step(scene):
     """So many steps of a top that they take about as long as a call can tell, the same number for every scene."""
-    return lambda: kr._core.record(scene._block, "taylor", 0.0, 0.0, 0, 1000, np.array([1e5]))
+    return lambda: kr._core.record(scene._block, "taylor", 0.0, 0.0, 0, 1000, False, [1e5])
 
 
 def stops():

@@ -48,12 +48,12 @@ def error(name, t, q):
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
     """A call that solves, and what it returns: the attitude at the end and what that leaves out."""
     scene, times = (
-        np.array(load(name).scene()._block),
+        load(name).scene()._block,
         np.array([t]),
     )  # as the core takes it, made beforehand as heyoka's
 
     def run():
-        status, states, low, _ = core.record(scene, method, 0.0, tol, digits, 0, times)
+        status, states, low, *_ = core.record(scene, method, 0.0, tol, digits, 0, False, times)
         assert status == "OK", (name, method, tol, status)
         return states[-1, 1:5] if low is None else np.concatenate((states[-1, 1:5], low[-1, 1:5]))
 
@@ -218,7 +218,7 @@ def truth_error(want, q):
 def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
-        block = np.array(load(name).scene()._block)
+        block = load(name).scene()._block
         system, start = equations.system(load(name))
         top = hy.taylor_adaptive(system, start, tol=EPS)
 
@@ -230,9 +230,9 @@ def dense():
         few = times[[0, -1]]
         a, b, c, d = medians(
             [
-                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, few),
+                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, False, few),
                 lambda: grid(few),
-                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, times),
+                lambda: core.record(block, "taylor", 0.0, 0.0, 0, 0, False, times),
                 lambda: grid(times),
             ],
             9,

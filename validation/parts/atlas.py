@@ -1,30 +1,20 @@
-"""The stability atlas: every method and every peer on every stiff or extreme case, and what becomes of it.
+"""The stability atlas: what becomes of each method where a top is stiff or extreme."""
 
-Each cell is run twice, as asked and finer, and judged by what these two show and by the truth (judge.py).
-"""
-
-import csv
-from collections.abc import Callable
+from collections import Counter
 from dataclasses import dataclass
 from functools import partial
-from math import pi
 
 import kreisel as kr
 import numpy as np
 
+from ..drawing import heatmap
+from ..drawing.time_courses import colours_of, time_courses
 from ..peers import contenders
-from ..peers.contenders import steered
-from ..truth import reference as truth
-from ..truth.problems import attitude_error, described
-from . import judge
+from . import cases, cells, judge, stiff
 from .budget import Task
+from .part import Part, csv_text
+from .words import count, counted, in_a_row, is_or_are, listed
 
-TOL, FINER_TOL = 1e-9, 1e-11
-LOOKS = 16
-LONGEST = {
-    "heyoka": 1e5,
-    "scipy_dop853": 600.0,
-}  # [rad] for more, a peer takes more than about a second
 COLUMNS = (
     "family",
     "case",
@@ -49,143 +39,221 @@ COLUMNS = (
     "evaluations",
     "message",
 )
+COUNTED = (judge.BLOW_UP, judge.BEYOND, judge.REDUCED, judge.DRIFT)
+COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative"}
 
 
 @dataclass(frozen=True)
-class How:
-    """Who makes a cell: `run` takes problem, scene, times and a setting, and returns attitudes in the principal axes,
-    momenta in space, and how many steps and evaluations it took."""
+class Atlas:
+    """What was found: the cells, and the lines of the stiff needle."""
 
-    name: str
-    steered: str  # by "step", "tol" or nothing
-    order: int
-    run: Callable
-    longest: float = float("inf")  # [rad] not asked beyond this
+    cells: list
+    watched: list
 
 
-def ours(method):
-    def run(problem, scene, times, setting):
-        path = kr.solve(scene, times, method.name, **setting)
-        return problem.principal(path.q), path.m, path.stats.steps, path.stats.evaluations
-
-    return How(method.name, steered(method), method.order, run)
-
-
-def peer(name):
-    def run(problem, scene, times, setting):
-        return contenders.RECORDERS[name](problem, times, setting["tol"])
-
-    return How(name, "tol", 0, run, LONGEST[name])
+def tasks(problems, budget, store):
+    for case in cases.cases(budget.quick):
+        weight = 6.0 if case.closed else 0.4
+        yield Task(case.key, partial(cells.examine, case), weight, until=1.0)
+    yield from stiff.tasks(budget)
 
 
-def everybody(scene, radians):
-    """Every method that suits the scene, and the peers."""
-    found = [ours(method) for method in kr.methods.values() if method.suits(scene)]
-    return found + [how for how in map(peer, contenders.RECORDERS) if radians <= how.longest]
+def found(problems, store):
+    known = [cell for of_case in store.under("atlas/") for cell in of_case]
+    return Atlas(known, stiff.found(store)) if known else None
 
 
-def settings(case, how, step):
-    """As asked, and finer."""
-    if how.steered == "tol":
-        more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
-        return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
-    return [{"step": step}, {"step": step / 2}] if how.steered else [{}, {}]
+def columns(found):
+    """Gives methods, then peers, as far as they ran."""
+    ran = {cell["method"] for cell in found}
+    return [name for name in (*kr.methods, *contenders.RECORDERS) if name in ran]
 
 
-def drifts(energies):
-    """Whether the energy departs from that at the start in one direction, rather than to swing about."""
-    half = len(energies) // 2
-    apart = abs(energies[half:].mean() - energies[:half].mean())
-    return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
+def square(cell):
+    """Gives what the heat map shows of a cell."""
+    ran = cell["verdict"] in judge.CAME_TO_THE_END
+    dot = "•" if cell["verdict"] == judge.RIGHT else ""
+    return heatmap.Square(
+        cell["case"],
+        cell["method"],
+        cell["attitude_error"] if ran else None,
+        dot + cell["mark"],
+        cell["verdict"] == judge.SILENT,
+    )
 
 
-def looked_at(problem, scene, how, times, setting, true):
-    q, m, steps, evaluations = how.run(problem, scene, times, setting)
-    energies = problem.energy_errors(q, m)
-    return {
-        "attitude_error": attitude_error(q[-1], true["attitude"]),
-        "energy_error": float(energies.max()),
-        "drift": len(times) > LOOKS and drifts(energies),
-        "steps": steps,
-        "evaluations": evaluations,
-        "q": q[-1],
-    }
-
-
-def judged(case, problem, scene, how, true, end, step):
-    """One cell."""
-    first, second = settings(case, how, step)
-    cell = {"method": how.name, "step": first.get("step"), "tol": first.get("tol"), "end": end}
-    count = round(case.turns * case.steps)
-    times = step * np.unique(np.linspace(0, count, LOOKS + 1).round())
-    try:
-        cell |= looked_at(problem, scene, how, times, first, true)
-        again = looked_at(problem, scene, how, times, second, true)
-    except kr.Error as error:
-        status = {"ERR_NOT_FINITE": judge.BLOW_UP, "ERR_CONVERGENCE": judge.NOT_CONVERGED}.get(
-            error.status, judge.STOPPED
-        )
-        return plain(cell) | {"verdict": "stopped", "mark": status, "message": str(error)}
-    except ArithmeticError as error:  # of a peer
-        return plain(cell) | {"verdict": "stopped", "mark": judge.STOPPED, "message": str(error)}
-    except ValueError as error:
-        return plain(cell) | {"verdict": "refused", "mark": judge.REFUSED, "message": str(error)}
-    cell["second_run"] = attitude_error(again["q"], cell["q"])
-    return plain(judge.judge(cell, again["attitude_error"], problem, true, how))
-
-
-def plain(cell):
-    return {key: value for key, value in cell.items() if key != "q"}
-
-
-def examine(case, who=everybody):
-    """All cells of a case, one a method; where the scene itself is refused, the one that says so."""
-    about = {"family": case.family, "case": case.name, "turns": case.turns}
-    try:
-        scene = case.scene()
-    except ValueError as error:
-        return [
-            {
-                **about,
-                "method": name,
-                "verdict": "refused",
-                "mark": judge.REFUSED,
-                "message": str(error),
+def families_shown(found):
+    for name, (_, about) in cases.FAMILIES.items():
+        own = [cell for cell in found if cell["family"] == name]
+        if own:
+            yield {
+                "name": name,
+                "about": about,
+                "svg": heatmap.heatmap(list(map(square, own)), columns(own)),
+                "notes": list(notes(own)),
             }
-            for name in kr.methods
+
+
+def note(cell):
+    """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or
+    lost in spite of a tolerance; None if nothing is."""
+    verdict = cell["verdict"]
+    if verdict in ("stopped", "refused"):
+        # The rest of the message stands in the table's file.
+        return verdict, cell["message"].split(f": {cell['method']}")[0]
+    if verdict == judge.SILENT or (verdict == "lost" and cell["tol"]):
+        word = "wrong in silence" if verdict == judge.SILENT else verdict
+        off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
+        return word, f"off by {off} rad; finer, it comes out {apart} rad away"
+    return None
+
+
+def notes(found):
+    """Gives what is said, of which cases by which methods; cases of which all is alike stand
+    together."""
+    said = {}
+    for cell in found:
+        if note(cell):
+            said.setdefault(note(cell), {}).setdefault(cell["case"], []).append(cell["method"])
+    for (word, message), by_case in said.items():
+        whom = {}
+        for case, methods in by_case.items():
+            whom.setdefault(", ".join(methods), []).append(case)
+        yield {
+            "verdict": word,
+            "message": message,
+            "whom": [{"methods": who, "cases": "; ".join(own)} for who, own in whom.items()],
+        }
+
+
+def counts(found):
+    """Gives how often each method is what."""
+    for name in columns(found):
+        own = [cell for cell in found if cell["method"] == name]
+        known = [c["attitude_error"] for c in own if c["verdict"] in judge.CAME_TO_THE_END]
+        yield {
+            "method": name,
+            "cells": len(own),
+            "middle": float(np.median(known)) if known else None,
+            "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
+            "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED],
+        }
+
+
+def needle_shown(lines):
+    colours = colours_of(line["kind"] for line in lines)
+    return {
+        "kinds": colours,
+        "courses": [
+            {"label": label, "svg": time_courses(lines, name, label, colours)}
+            for name, label in COURSES.items()
         ]
-    problem = described(case.key, scene)
-    step = 2 * pi / (case.rate or problem.rate) / case.steps
-    end = step * round(case.turns * case.steps)
-    true = truth.closed_form(problem, end) if case.closed else truth.on_the_way(problem, end)
-    about |= {
-        "conditioning": true["worst"],
-        "truth_bits": true["bits"],
-        "agreement": true["agreement"],
+        if lines
+        else [],
+        "needle": stiff.concluded(lines),
     }
-    return [
-        about | judged(case, problem, scene, how, true, end, step)
-        for how in who(scene, problem.rate * end)
-    ]
 
 
-def tasks(cases):
-    for case in cases:
-        yield Task(case.key, partial(examine, case), 6.0 if case.closed else 0.4, until=1.0)
+def shown(atlas):
+    return needle_shown(atlas.watched) | {
+        "families": list(families_shown(atlas.cells)),
+        "counts": list(counts(atlas.cells)),
+        "words": list(judge.VERDICTS),
+        "marks": judge.MARKS,
+        "signs": judge.SIGNS,
+        "counted": COUNTED,
+        "lost": judge.LOST,
+        "key": heatmap.key(),
+    }
 
 
-def cells(store):
-    return [cell for found in store.under("atlas/") for cell in found]
+def is_silent(cell):
+    return cell["verdict"] == judge.SILENT
 
 
-def write_csv(file, found):
-    with file.open("w", newline="") as out:
-        writer = csv.DictWriter(out, COLUMNS, extrasaction="ignore")
-        writer.writeheader()
-        for cell in found:
-            writer.writerow(
-                {
-                    key: f"{value:.4g}" if isinstance(value, float) else value
-                    for key, value in cell.items()
-                }
-            )
+def concluded(atlas):
+    ran = [cell for cell in atlas.cells if cell["verdict"] in judge.CAME_TO_THE_END]
+    if not ran:
+        return ""
+    return in_a_row(
+        of_silence(atlas.cells),
+        of_verdicts(atlas.cells),
+        of_signs(ran),
+        of_methods(atlas.cells),
+        of_tolerances(ran),
+    )
+
+
+def of_silence(found):
+    silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
+    n, which = len(silent), f": {listed(silent)}" if silent else ""
+    return f"Of {len(found)} cells {count(n)} {is_or_are(n)} wrong in silence{which}."
+
+
+def of_verdicts(found):
+    n = Counter(cell["verdict"] for cell in found)
+    return (
+        f"{n['right']} are right, {n['degraded']} degraded, {n['lost']} lost, {n['stopped']} "
+        f"stopped with a message and {n['refused']} refused with one."
+    )
+
+
+def of_signs(ran):
+    n = Counter(cell.get("shown_by") for cell in ran)
+    return (
+        f"Of those that are not right the finer run shows it in {n['second run']}, the step "
+        f"beforehand in {n['large step']}, and {n['rounding']} are accumulated rounding."
+    )
+
+
+def of_methods(found):
+    right = Counter(cell["method"] for cell in found if cell["verdict"] == judge.RIGHT)
+    ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
+    (best, often), *_ = right.most_common(1) or [("none", 0)]
+    worst = listed(f"{name} ({n})" for name, n in ill.most_common(3))
+    return f"Most often right is {best} ({often} cells); most often lost or stopped are {worst}."
+
+
+def of_tolerances(ran):
+    beyond = [cell["method"] for cell in ran if cell["mark"] == judge.BEYOND]
+    if not beyond:
+        return ""
+    return f"More than {judge.PROMISED:g} times off what the tolerance explains: {counted(beyond)}."
+
+
+def table(found):
+    def written(value):
+        return f"{value:.4g}" if isinstance(value, float) else value
+
+    return csv_text(
+        COLUMNS, ({key: written(value) for key, value in cell.items()} for cell in found)
+    )
+
+
+def files(atlas, about):
+    yield "stability.csv", table(atlas.cells)
+    if atlas.watched:
+        yield "stiff.csv", stiff.table(atlas.watched)
+
+
+def told(atlas):
+    silent = list(filter(is_silent, atlas.cells))
+    yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
+    for cell in silent:
+        where = f"{cell['method']}: {cell['family']}, {cell['case']}"
+        yield f"  {where}: {cell['attitude_error']:.0e} rad"
+
+
+PART = Part(
+    "atlas",
+    "Stability",
+    "The stability atlas",
+    tasks,
+    found,
+    shown,
+    concluded,
+    short="Stability",
+    files=files,
+    told=told,
+    methods=lambda atlas: {cell["method"] for cell in atlas.cells},
+)

@@ -1,21 +1,26 @@
-"""A wide ensemble: random tops of each kind, the methods against each other at equal time, as distributions.
+"""A wide ensemble: random tops of each kind, the methods against each other at equal time.
 
-Each method gets the setting with which it takes, on the first tops, about the time that all are given; then it runs on
-every top to the same number of turns. The truth is heyoka in 80 bit, beyond what is told apart here.
+Each method gets the setting with which it takes, on the first tops, about the time that all are
+given; then it runs on every top to as many turns. The truth is heyoka in 80 bit, beyond what is
+told apart here.
 """
 
-import csv
+from functools import partial
 from math import pi
 from statistics import median
 
 import kreisel as kr
 import numpy as np
 
+from ..drawing.distributions import distributions
 from ..peers import measure
-from ..peers.contenders import steered
-from ..truth import reference as truth
+from ..peers.contenders import Setting, steered
+from ..peers.families import families
+from ..truth import reference
 from ..truth.problems import attitude_error, described
 from .budget import Task
+from .part import Part, csv_text
+from .words import in_a_row, number
 
 SEED, TURNS = 6, 10.0
 GIVEN = 0.4e-3  # of one run [s]
@@ -24,10 +29,17 @@ STEPS = 2000  # to find the time of a step with
 TOLERANCES = [10.0**-k for k in range(2, 15)]
 COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
 KOWALEWSKI = (1.0, 2.0, 2.0)
+KINDS = {
+    "Lagrange": "two equal moments, the centre of mass on the third axis",
+    "Euler": "any body, turning about its centre of mass",
+    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
+    "general": "any body, any centre of mass",
+}
 
 
 def body(kind, random):
-    """A body of the kind, with moments between 0.2 and 1 and its centre of mass within about 1."""
+    """Makes a body of the kind, with moments between 0.2 and 1 and its centre of mass within about
+    1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         return kr.Body.symmetric(1.0, i1, random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0))
@@ -45,14 +57,6 @@ def scene(kind, random):
     return kr.Scene(made, momentum, q / np.linalg.norm(q))
 
 
-KINDS = {
-    "Lagrange": "two equal moments, the centre of mass on the third axis",
-    "Euler": "any body, turning about its centre of mass",
-    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
-    "general": "any body, any centre of mass",
-}
-
-
 def tops(kind, members):
     random = np.random.default_rng([SEED, list(KINDS).index(kind)])
     return [described(kind, scene(kind, random)) for _ in range(members)]
@@ -63,32 +67,36 @@ def end_of(problem):
 
 
 def timed(problem, name, setting):
-    """Seconds of a run, and its error."""
+    """Gives the seconds of a run, and the attitude at its end."""
     with measure.undisturbed():
         begin = measure.perf_counter()
-        path = kr.solve(problem.user, end_of(problem), name, **setting(problem))
+        path = kr.solve(problem.user, end_of(problem), name, **setting(problem).words)
         return measure.perf_counter() - begin, path.q[-1]
 
 
 def by_count(count):
-    return lambda problem: {"step": end_of(problem) / count}
+    return lambda problem: Setting(step=end_of(problem) / count)
 
 
 def by_tolerance(tol):
-    return lambda problem: {"tol": tol}
+    return lambda problem: Setting(tol=tol)
 
 
 def fitted(method, some):
-    """A setting with which the method takes the given time: of a top (a function), and in words."""
+    """Finds a setting with which the method takes the given time: as a function of a top, and in
+    words."""
+
+    def seconds(setting):
+        return median(timed(top, method.name, setting)[0] for top in some)
+
     if not steered(method):
-        return lambda problem: {}, "closed form"
+        return lambda problem: Setting(), str(Setting())
     if steered(method) == "step":
-        each = median(timed(top, method.name, by_count(STEPS))[0] for top in some) / STEPS
-        count = max(1, round(GIVEN / each))
+        count = max(1, round(GIVEN / (seconds(by_count(STEPS)) / STEPS)))
         return by_count(count), f"{count / TURNS:.0f} steps a turn"
     fit = TOLERANCES[0]
     for tol in TOLERANCES:
-        if median(timed(top, method.name, by_tolerance(tol))[0] for top in some) > GIVEN:
+        if seconds(by_tolerance(tol)) > GIVEN:
             break
         fit = tol
     return by_tolerance(fit), f"tol {fit:.0e}"
@@ -103,40 +111,37 @@ def outcome(problem, true, name, setting):
 
 
 def examine(kind, members):
-    """Every method on every top, top by top, so that what disturbs, disturbs all alike."""
+    """Runs every method on every top, top by top, so that what disturbs, disturbs all alike."""
     problems = tops(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fitted(method, problems[:SOME]) for method in methods}
-    found = []
+    runs = []
     for i, problem in enumerate(problems):
-        (state,) = truth.states(problem, [end_of(problem)], fp=truth.FINER)
+        (state,) = reference.states(problem, [end_of(problem)], fp=reference.FINER)
         true = [str(x) for x in state[:4]]
-        found += [
+        runs += [
             {"kind": kind, "top": i, "method": name, "setting": words}
             | outcome(problem, true, name, setting)
             for name, (setting, words) in settings.items()
         ]
-    return found
+    return runs
 
 
-def tasks(plan):
+def tasks(problems, budget, store):
     for kind in KINDS:
-        yield Task(
-            f"ensemble/{kind}/{plan.members}",
-            lambda kind=kind: examine(kind, plan.members),
-            plan.members * 0.01,
-            until=1.0,
-        )
+        key, weight = f"ensemble/{kind}/{budget.members}", budget.members * 0.01
+        yield Task(key, partial(examine, kind, budget.members), weight, until=1.0)
 
 
-def runs(store):
-    return [run for found in store.under("ensemble/") for run in found]
+def found(problems, store):
+    return [run for runs in store.under("ensemble/") for run in runs]
 
 
-def errors(found, kind):
-    """The errors of each method on one kind of top, sorted; those of failed runs count as pi."""
+def by_method(runs, kind):
+    """Gives the runs of each method on one kind of top, and their errors, sorted; a failed run errs
+    by pi."""
     groups = {}
-    for run in found:
+    for run in runs:
         if run["kind"] == kind:
             groups.setdefault(run["method"], []).append(run)
     return {
@@ -145,26 +150,78 @@ def errors(found, kind):
     }
 
 
-def summary(found):
-    """A line for each kind and method: typical, bad and worst error, and the time taken."""
-    for kind in KINDS:
-        for name, (own, sizes) in sorted(
-            errors(found, kind).items(), key=lambda item: float(np.median(item[1][1]))
-        ):
+def line(kind, name, own, sizes):
+    return {
+        "kind": kind,
+        "method": name,
+        "setting": own[0]["setting"],
+        "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
+        "middle": float(np.median(sizes)),
+        "bad": float(np.quantile(sizes, 0.95)),
+        "worst": float(sizes[-1]),
+        "failed": sum("failure" in run for run in own),
+    }
+
+
+def summary(runs, kind):
+    """Gives a line for each method: typical, bad and worst error, and the time taken; the best
+    first."""
+    groups = by_method(runs, kind)
+    order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
+    return [line(kind, name, *groups[name]) for name in order]
+
+
+def kinds_shown(runs):
+    for kind, about in KINDS.items():
+        errors = {name: sizes for name, (_, sizes) in by_method(runs, kind).items()}
+        if errors:
             yield {
                 "kind": kind,
-                "method": name,
-                "setting": own[0]["setting"],
-                "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
-                "middle": float(np.median(sizes)),
-                "bad": float(np.quantile(sizes, 0.95)),
-                "worst": float(sizes[-1]),
-                "failed": sum("failure" in run for run in own),
+                "about": about,
+                "panels": panels(errors),
+                "tops": len(next(iter(errors.values()))),
+                "lines": summary(runs, kind),
             }
 
 
-def write_csv(file, found):
-    with file.open("w", newline="") as out:
-        writer = csv.DictWriter(out, COLUMNS)
-        writer.writeheader()
-        writer.writerows(found)
+def panels(errors):
+    return [
+        {"label": title, "svg": distributions(errors, family, peers)}
+        for title, (family, peers) in families().items()
+        if any(name in errors for name in family)
+    ]
+
+
+def shown(runs):
+    return {"kinds": list(kinds_shown(runs)), "given": 1e3 * GIVEN, "turns": f"{TURNS:g}"}
+
+
+def concluded(runs):
+    known = {kind: lines for kind in KINDS if (lines := summary(runs, kind))}
+    best = "; for ".join(f"{kind}: {of_kind(lines)}" for kind, lines in known.items())
+    failed = sum("failure" in run for run in runs)
+    return in_a_row(
+        f"The smallest error in the given time has, for {best}.",
+        f"{number(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
+    )
+
+
+def of_kind(lines):
+    first, *others = lines
+    said = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
+    then = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
+    return ", ".join([said, *then])
+
+
+PART = Part(
+    "ensemble",
+    "Random tops",
+    "Random tops, at equal time",
+    tasks,
+    found,
+    shown,
+    concluded,
+    short="Random tops",
+    files=lambda runs, about: [("ensemble.csv", csv_text(COLUMNS, runs))],
+    methods=lambda runs: {run["method"] for run in runs},
+)

@@ -1,74 +1,83 @@
-"""The atlas' rule: what a cell is called, from the truth and from what a careful user sees who has none.
+"""Judges a cell of the atlas, from the truth and from what a careful user sees who has none.
 
-Such a user runs twice: as asked, and finer by half the step or a hundredth of the tolerance. Where a method of order p is
-what it claims to be, error ~ d 2^p / (2^p - 1) with d the angle between the two runs; an adaptive one's error ~ d.
-    right      off by less than LOST and no more than rounding explains: the conditioning, once per step in random directions
-    degraded   off by less than LOST, lost by more; and something says so (SIGNS)
-    silent     wrong in silence: nothing says so
-    stopped    it gave up with a message; refused: it did not begin
+Such a user runs twice: as asked, and finer by half the step or a hundredth of the tolerance. Where
+a method of order p is what it claims to be, its error is about d 2^p / (2^p - 1) with d the angle
+between the two runs; that of an adaptive one is about d. The words of a verdict stand in VERDICTS.
 """
 
 from math import isfinite, log2, pi, sqrt
 
-from ..truth import reference as truth
+from ..truth import reference
 
 LOST = 0.1  # [rad]
 FACTOR = 3.0  # times what the second run shows, an error may be
 RESOLVED = 16  # steps a turn from which a step is said to resolve the motion
-PROMISED = (
-    10.0  # times what the tolerance at every step explains, an adaptive method's error may be
-)
-VERDICTS = ("right", "degraded", "lost", "stopped", "refused", "silent")
-SIGNS = {
-    "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order says, or by so much that it is "
-    "plain that neither is right",
-    "large step": f"fewer than {RESOLVED} steps a turn, which can be known beforehand",
-    "rounding": "no more than one rounding at every evaluation of the torque, all in the same direction",
+PROMISED = 10.0  # times what the tolerance at every step explains, an adaptive method may err
+RIGHT, DEGRADED, SILENT = "right", "degraded", "silent"
+VERDICTS = {
+    RIGHT: "off by less than LOST, and by no more than rounding explains: the conditioning, once "
+    "a step in random directions",
+    DEGRADED: "off by less than LOST, and something says so (SIGNS)",
+    "lost": "off by more, and something says so",
+    "stopped": "it gave up with a message",
+    "refused": "it did not begin",
+    SILENT: "wrong in silence: nothing says so",
 }
-BLOW_UP, STOPPED, REFUSED, DRIFT, SILENT, NOT_CONVERGED, BEYOND, REDUCED = (
-    "×",
-    "S",
-    "R",
-    "d",
-    "!",
-    "N",
-    "T",
-    "o",
-)
+CAME_TO_THE_END = (RIGHT, DEGRADED, "lost", SILENT)
+SIGNS = {
+    "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order "
+    "says, or by so much that it is plain that neither is right",
+    "large step": f"fewer than {RESOLVED} steps a turn, which can be known beforehand",
+    "rounding": "no more than one rounding at every evaluation of the torque, all in the same "
+    "direction",
+}
+BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
+ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
 MARKS = {
-    SILENT: "wrong in silence",
+    ALARM: "wrong in silence",
     BLOW_UP: "blew up: the state stopped being finite, or the energy grew beyond all that is there",
     NOT_CONVERGED: "an implicit step did not converge",
     STOPPED: "gave up, with a message",
     REFUSED: "refused before anything ran",
-    BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains, carried on as the start's roundings are (an error made "
-    "half-way through an unstable motion may grow by more); the second run says so",
-    REDUCED: "the error falls by one order less than the method's, or worse, from this step to half of it",
+    BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains, carried on as the "
+    "start's roundings are (an error made half-way through an unstable motion may grow by more); "
+    "the second run says so",
+    REDUCED: "the error falls by one order less than the method's, or worse, from this step to "
+    "half of it",
     DRIFT: "the energy drifts",
 }
 
 
+def carried(true):
+    """Gives the angle by which one rounding anywhere moves the attitude [rad]."""
+    return max(true["worst"], reference.ROUNDING)
+
+
 def roundings(problem, true, cell):
-    """The angles that rounding explains [rad]: once a step in random directions, and once an evaluation all in the same one."""
-    condition, radians = max(true["worst"], truth.ROUNDING), problem.rate * cell["end"]
-    return condition * max(10.0, sqrt(max(cell["steps"], radians))), condition * max(
-        10.0, cell["evaluations"], radians
-    )
+    """Gives the angles that rounding explains [rad]: once a step in random directions, and once an
+    evaluation all in the same one."""
+    radians = problem.rate * cell["end"]
+    random = max(10.0, sqrt(max(cell["steps"], radians)))
+    aligned = max(10.0, cell["evaluations"], radians)
+    return carried(true) * random, carried(true) * aligned
 
 
 def promised(true, rounding, tol, steps):
-    """The angle that a tolerance explains, missed at every step by as much and carried on as the data's roundings are [rad]."""
-    return rounding + max(true["worst"], truth.ROUNDING) / truth.ROUNDING * tol * steps
+    """Gives the angle that a tolerance explains [rad]: missed at every step by as much, and carried
+    on as the data's roundings are."""
+    return rounding + carried(true) / reference.ROUNDING * tol * steps
 
 
 def estimate(second_run, order):
-    """The error that the second run shows [rad]; order 0: of a tolerance, not of a step."""
+    """Gives the error that the second run shows [rad]. Order 0 stands for a tolerance in place of a
+    step."""
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def sign(error, shown, small, most):
-    """What tells somebody without a truth that an attitude is off by `error`; None: nothing does. `shown`: the estimate;
-    `small`: whether the step resolves the motion; `most`: what rounding explains."""
+    """Says what tells somebody without a truth that an attitude is off by `error`; None: nothing
+    does. `shown` is the estimate; `small`, whether the step resolves the motion; `most`, what
+    rounding explains."""
     if shown >= min(error, LOST) / FACTOR:
         return "second run"
     if not small:
@@ -78,20 +87,21 @@ def sign(error, shown, small, most):
 
 def verdict(error, rounding, shown_by):
     if not isfinite(error):
-        return "silent"
+        return SILENT
     if error <= rounding and error < LOST:
-        return "right"
-    return "silent" if shown_by is None else "degraded" if error < LOST else "lost"
+        return RIGHT
+    return SILENT if shown_by is None else DEGRADED if error < LOST else "lost"
 
 
 def reduced(order, error, finer, most):
-    """Whether the order is seen to be less than it should be; below rounding and for large errors it is not to be seen."""
+    """Says whether the order is seen to be less than it should be; it is not to be seen below
+    rounding, nor for large errors."""
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
 
 def mark(cell):
-    if cell["verdict"] == "silent":
-        return SILENT
+    if cell["verdict"] == SILENT:
+        return ALARM
     if cell["energy_error"] > 1:
         return BLOW_UP
     if cell["tol"] and cell["attitude_error"] > PROMISED * cell["promised"]:
@@ -99,20 +109,21 @@ def mark(cell):
     return REDUCED if cell["reduced"] else DRIFT if cell["drift"] else ""
 
 
-def judge(cell, finer, problem, true, how):
-    """The verdict on a run with its energy and attitude errors, from the truth and from the error of the finer run."""
+def judge(cell, finer, problem, true, who):
+    """Gives the verdict on a run with its energy and attitude errors, from the truth and from the
+    error of the finer run."""
     rounding, most = roundings(problem, true, cell)
-    order = how.order if how.steered == "step" else 0
+    order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
     small = not order or 2 * pi / (problem.rate * cell["step"]) > RESOLVED * (1 - 1e-9)
     shown_by = sign(error, shown, small, most)
     said = verdict(error, rounding, shown_by)
     cell = cell | {
         "shown": shown,
-        "shown_by": "" if said == "right" else shown_by,
+        "shown_by": "" if said == RIGHT else shown_by,
         "rounding": rounding,
         "verdict": said,
         "promised": promised(true, rounding, cell["tol"], cell["steps"]) if cell["tol"] else None,
-        "reduced": bool(small and said != "right" and reduced(order, error, finer, most)),
+        "reduced": bool(small and said != RIGHT and reduced(order, error, finer, most)),
     }
     return cell | {"mark": mark(cell)}

@@ -1,76 +1,204 @@
-"""What leaving out gravity, or the general form of a symmetric body, saves each method (omissions.py: what it saves each scene)."""
+"""What may be left out, and what that saves: gravity and the general form of a body for each
+method; and for each scene all that kreisel's plan of it leaves out, one omission at a time against
+a run with it, in time and memory."""
 
-import csv
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 import kreisel as kr
+import numpy as np
 
 from ..peers import measure
-from ..peers.contenders import steered
+from ..peers.contenders import setting
 from ..truth.problems import load
 from .budget import Task
+from .part import Part, csv_text
+from .words import brief, listed
 
 STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
-LEAST = 5  # rounds of the timing
+LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
 COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
+STATES = 1000
+WANT = ("nutation", "energy")  # a turn of the top about the vertical does not change these
+QUANTITIES = (
+    "velocity",
+    "torque",
+    "frame",
+    "apex",
+    "kinetic",
+    "potential",
+    "energy",
+    "vertical_momentum",
+    "axial_momentum",
+)
+UNEQUAL = 1 + 1e-9
+SPLIT = "suzuki4"  # of fixed step, for any body: it has a form for symmetric ones
+GRAVITY, GENERAL_FORM = "gravity", "the general form of the body"
+FORMS = ("general form", "symmetric form", "no gravity")
+SAVINGS = {
+    "a symmetric body's form": ("general form", "symmetric form"),
+    "gravity": ("symmetric form", "no gravity"),
+}
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """What was found: rows of methods by form, and of each scene its plans and its rows."""
+
+    forms: list
+    scenes: list
+
+    @property
+    def rows(self):
+        return [*self.forms, *(row for scene in self.scenes for row in scene["rows"])]
+
+
+def unequal(problem):
+    """Gives the top with its two equal moments made different, so that all that is known of
+    symmetric ones is lost."""
+    i1, i2, i3 = problem.inertia
+    return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).scene()
 
 
 def forms(problem):
-    """The same top as a general body, as a symmetric one, and without gravity."""
-    i1, i2, i3 = problem.inertia
-    return {
-        "general form": replace(problem, inertia=(i1, i2 * (1 + 1e-9), i3)).scene(),
-        "symmetric form": problem.scene(),
-        "no gravity": problem.scene().replace(gravity=0.0),
-    }
-
-
-def how(method):
-    return {"tol": TOL} if steered(method) == "tol" else {"step": STEP} if steered(method) else {}
+    """Gives one top as a general body, as a symmetric one, and without gravity."""
+    scene = problem.scene()
+    return dict(zip(FORMS, (unequal(problem), scene, scene.replace(gravity=0.0)), strict=True))
 
 
 def by_form(rounds):
-    """Seconds of each method, to the same end, on each form of the thesis' top."""
+    """Measures each method, to one end, on each form of the thesis' top."""
     calls, keys = [], []
     for form, scene in forms(load("thesis")).items():
         for method in kr.methods.values():
             if method.suits(scene):
+                words = setting(method, STEP, TOL).words
                 keys.append({"kind": "form", "name": method.name, "case": form})
-                calls.append(
-                    lambda scene=scene, method=method: kr.solve(
-                        scene, STEPS * STEP, method.name, **how(method)
-                    )
-                )
-    return [key | {"seconds": seconds} for key, seconds in zip(keys, best(calls, rounds))]
+                calls.append(partial(kr.solve, scene, STEPS * STEP, method.name, **words))
+    seconds = measure.best_of(calls, rounds, trials=2)
+    return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
 
 
-def best(calls, rounds):
-    about = [min(measure.once(call) for _ in range(2)) for call in calls]
-    samples, interrupted = measure.interleaved(calls, about, rounds)
-    if interrupted:
-        raise KeyboardInterrupt
-    return [min(got) for got in samples]
+def memory(path):
+    """Gives the bytes that a path keeps: of each state what was wanted, or its eight numbers."""
+    return len(path) * path.plan.bytes
 
 
-def tasks(plan):
-    yield Task("left out/form", lambda: by_form(max(LEAST, plan.rounds)), 1.0)
+def all_quantities(path):
+    return memory(path) + sum(getattr(path, name).nbytes for name in QUANTITIES)
 
 
-def rows(store):
-    return [row for found in store.under("left out/") for row in found]
+def omissions(problem, end):
+    """Gives (what is left out, a run with it, a run without it) of each; a run gives its bytes."""
+    scene = problem.scene()
+    times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
+
+    def solved(scene, t=times, count=memory, **words):
+        return lambda: count(kr.solve(scene, t, **words))
+
+    series = {"method": "taylor", "tol": TOL}
+    whole = solved(scene, **series)
+    level, turned = solved(scene, want=WANT, **series), solved(scene, want=(*WANT, "q"), **series)
+    yield GRAVITY, solved(scene), solved(scene.replace(gravity=0.0))
+    if problem.symmetric:
+        general, own = (
+            solved(top, end, method=SPLIT, step=step) for top in (unequal(problem), scene)
+        )
+        yield GENERAL_FORM, general, own
+    yield "attitude", turned, level
+    yield "states on the way", whole, solved(scene, end, **series)
+    yield "quantities nobody asks for", solved(scene, count=all_quantities, **series), whole
+    yield "the states themselves", whole, solved(scene, want=("energy",), **series)
 
 
-def table(found):
-    """Microseconds of each method on each form."""
+def examine(problem, end, rounds):
+    """Measures a row an omission."""
+    scene, cases = problem.scene(), list(omissions(problem, end))
+    calls = [call for _, *pair in cases for call in pair]
+    sizes, seconds = [call() for call in calls], measure.best_of(calls, rounds)
+    return {
+        "scene": problem.name,
+        "plans": {"all": str(kr.plan(scene)), "level": str(kr.plan(scene, want=WANT))},
+        "rows": [
+            {
+                "kind": "scene",
+                "name": problem.name,
+                "case": what,
+                "seconds": seconds[2 * i + 1],
+                "bytes": sizes[2 * i + 1],
+                "seconds_with": seconds[2 * i],
+                "bytes_with": sizes[2 * i],
+            }
+            for i, (what, *_) in enumerate(cases)
+        ],
+    }
+
+
+def tasks(problems, budget, store):
+    rounds = max(LEAST_OF_FORMS, budget.rounds)
+    yield Task("left out/form", partial(by_form, rounds), 1.0)
+    rounds = max(LEAST_OF_OMISSIONS, budget.rounds)
+    for problem, end in problems:
+        yield Task(f"omissions/{problem.name}", partial(examine, problem, end, rounds), 0.3)
+
+
+def found(problems, store):
+    rows = [row for of_form in store.under("left out/") for row in of_form]
+    scenes = store.under("omissions/")
+    return LeftOut(rows, scenes) if rows or scenes else None
+
+
+def seconds_by_form(rows):
+    """Gives the seconds of each method on each form."""
     lines = {}
-    for row in found:
-        if row["kind"] == "form":
-            lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
+    for row in rows:
+        lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
     return lines
 
 
-def write_csv(file, found):
-    with file.open("w", newline="") as out:
-        writer = csv.DictWriter(out, COLUMNS)
-        writer.writeheader()
-        writer.writerows(found)
+def shown(left):
+    return {
+        "forms": FORMS,
+        "lines": seconds_by_form(left.forms),
+        "omissions": left.scenes,
+        "wanted": WANT,
+        "states": STATES,
+    }
+
+
+def savings(left):
+    """Gives how many times as fast runs are without something, by what is left out."""
+    lines = seconds_by_form(left.forms).values()
+    saved = {
+        what: [line[before] / line[after] for line in lines if before in line and after in line]
+        for what, (before, after) in SAVINGS.items()
+    }
+    for row in (row for scene in left.scenes for row in scene["rows"]):
+        if row["case"] not in (GRAVITY, GENERAL_FORM):
+            saved.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+    return {what: ratios for what, ratios in saved.items() if ratios}
+
+
+def concluded(left):
+    said = listed(of_saving(*each) for each in savings(left).items())
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def of_saving(what, ratios):
+    return (
+        f"leaving out {what} makes a run {brief(np.median(ratios))} times as fast at the median "
+        f"({brief(min(ratios))} to {brief(max(ratios))})"
+    )
+
+
+PART = Part(
+    "left_out",
+    "Left out",
+    "What is left out",
+    tasks,
+    found,
+    shown,
+    concluded,
+    files=lambda left, about: [("left_out.csv", csv_text(COLUMNS, left.rows))],
+    methods=lambda left: {row["name"] for row in left.forms},
+)

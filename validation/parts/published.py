@@ -1,11 +1,12 @@
 """Published problems: the numbers of the literature beside those of kreisel and its peers.
 
-Each has reference values in 30 digits (problems.json); what others published or measured stands there too.
+Each has reference values in 30 digits (problems.json); what others published or measured stands
+there too.
 """
 
-import csv
 import json
 from dataclasses import dataclass, field
+from functools import partial
 from math import cos, sin
 
 import kreisel as kr
@@ -15,6 +16,7 @@ from ..peers import contenders, measure
 from ..peers.contenders import Setting
 from ..truth.problems import PROBLEMS, attitude_error, described
 from .budget import Task
+from .part import Part, csv_text
 
 COLUMNS = (
     "problem",
@@ -32,7 +34,8 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class Published:
-    """A problem of the literature: its scene, where it ends, the steps it was run at, and what was published of it."""
+    """A problem of the literature: its scene, where it ends, the steps it was run at, and what was
+    published of it."""
 
     name: str
     scene: kr.Scene
@@ -45,12 +48,6 @@ class Published:
     @property
     def entry(self):
         return json.loads(PROBLEMS.read_text())["published"][self.name]
-
-
-def turned(rotation):
-    x, y, z = rotation
-    angle = (x * x + y * y + z * z) ** 0.5
-    return (cos(angle / 2), *(sin(angle / 2) * c / angle for c in rotation))
 
 
 def bruels_cardona(entry):
@@ -108,7 +105,7 @@ def simo_wong(entry):
     scene = kr.Scene(
         kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"]),
         body_velocity=entry["w0"],
-        attitude=turned((0.05, 0.0, 0.0)),
+        attitude=(cos(0.025), sin(0.025), 0.0, 0.0),
     )
     literature = [{"by": "Simo and Wong", "setting": "step 0.009", "t": 10.0, "energy_error": 1e-3}]
     return Published(
@@ -131,15 +128,13 @@ def problems():
 def settings(who, steps, quick):
     if who.steered == "step":
         return [Setting(step=h) for h in (steps[:1] if quick else steps)]
-    return (
-        [Setting(tol=tol) for tol in TOLERANCES[: 1 if quick else 2]]
-        if who.steered
-        else [Setting()]
-    )
+    if who.steered == "tol":
+        return [Setting(tol=tol) for tol in TOLERANCES[: 1 if quick else 2]]
+    return [Setting()]
 
 
 def looks(problem, setting):
-    """Times for the energy: about a thousand, on the grid of a step."""
+    """Gives times for the energy: about a thousand, on the grid of a step."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -153,8 +148,8 @@ def run(published, problem, who, setting):
         row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
         row["seconds"] = min(measure.once(short.solve) for _ in range(3))
         if "w_space" in published.reference:
-            velocity = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
-            row["velocity_error"] = abs(spin(velocity)[1] - published.reference["w_space"][1])
+            end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
+            row["velocity_error"] = abs(velocity(end)[1] - published.reference["w_space"][1])
         long = who.make(problem, published.energy_end, setting)
         row["energy_error"] = relative_energy(problem, *long.record(looks(published, setting)))
     except (kr.Error, ValueError, ArithmeticError) as error:
@@ -162,13 +157,13 @@ def run(published, problem, who, setting):
     return row
 
 
-def spin(scene):
-    """Angular velocity of a scene at its start, in space."""
+def velocity(scene):
+    """Gives the angular velocity of a scene at its start, in space."""
     return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
 
 
 def relative_energy(problem, q, m):
-    """max |H - H0| / |H0|, as the literature has it."""
+    """Gives max |H - H0| / |H0|, as the literature has it."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
@@ -187,22 +182,69 @@ def examine(published, quick=False):
     return rows
 
 
-def tasks(plan):
+def tasks(_, budget, store):
     for published in problems():
-        yield Task(
-            f"published/{published.name}",
-            lambda published=published: examine(published, plan.quick),
-            0.3 if plan.quick else 4.0,
-            until=1.0,
-        )
+        make = partial(examine, published, budget.quick)
+        yield Task(f"published/{published.name}", make, 0.3 if budget.quick else 4.0, until=1.0)
 
 
-def rows(store):
-    return [row for found in store.under("published/") for row in found]
+def found(_, store):
+    return [row for rows in store.under("published/") for row in rows]
 
 
-def write_csv(file, found):
-    with file.open("w", newline="") as out:
-        writer = csv.DictWriter(out, COLUMNS)
-        writer.writeheader()
-        writer.writerows(found)
+def shown(rows):
+    return {"problems": [problem_shown(each, own) for each, own in by_problem(rows)]}
+
+
+def by_problem(rows):
+    for problem in problems():
+        own = [row for row in rows if row["problem"] == problem.name]
+        if own:
+            yield problem, own
+
+
+def problem_shown(problem, rows):
+    return {
+        "name": problem.name,
+        "source": problem.entry["source"],
+        "end": problem.end,
+        "energy_end": problem.energy_end,
+        "others": problem.entry["others_measured"],
+        "rows": rows,
+        "velocity": any("velocity_error" in row for row in rows),
+    }
+
+
+def concluded(rows):
+    said = [words for _, own in by_problem(rows) if (words := beside_literature(own))]
+    return "; ".join(said).capitalize() + "." if said else ""
+
+
+def beside_literature(rows):
+    """Compares the best energy error of a run at a published setting with the published one."""
+    known = [row for row in rows if row.get("energy_error") is not None]
+    literature = [row for row in known if "published" in row["by"]]
+    settings = {row["setting"] for row in literature}
+    ours = [row for row in known if row not in literature and row["setting"] in settings]
+    if not ours:
+        return ""
+    best = min(ours, key=lambda row: row["energy_error"])
+    theirs = min(row["energy_error"] for row in literature if row["setting"] == best["setting"])
+    return (
+        f"{best['problem'].replace('_', ' ')}: {best['by']} with {best['setting']} has an energy "
+        f"error of {best['energy_error']:.0e}, the published method with the same step "
+        f"{theirs:.0e}"
+    )
+
+
+PART = Part(
+    "published",
+    "Published problems",
+    "Published problems",
+    tasks,
+    found,
+    shown,
+    concluded,
+    files=lambda rows, about: [("published.csv", csv_text(COLUMNS, rows))],
+    methods=lambda rows: {row["by"] for row in rows},
+)

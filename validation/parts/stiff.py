@@ -1,69 +1,63 @@
-"""The stiff needle, watched: a spin of 1e4 times the precession, and steps that resolve the precession only.
+"""The stiff needle, watched: a spin of 1e4 times the precession, and steps that resolve the
+precession only.
 
-The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the midpoint, v = V / |V|, a_ the axis there and
-theta = 2 atan(h |V| / 4) half the turn of a step, (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>: small as h^2
-where the spin is resolved, and of the size of the torque's part along V where it is not, whatever the step.
+The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the midpoint,
+v = V / |V|, a_ the axis there and theta = 2 atan(h |V| / 4) half the turn of a step,
+(<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>: small as h^2 where the spin is
+resolved, and of the size of the torque's part along V where it is not, whatever the step.
 """
-
-import csv
 
 import kreisel as kr
 import numpy as np
 
-from ..peers.contenders import steered
+from ..peers.contenders import setting
 from ..truth.problems import attitude_error
-from .atlas import TOL
-from .atlas_cases import stiff
+from . import judge
 from .budget import Task
+from .cases import stiff
+from .cells import TOL
+from .part import csv_text
+from .words import in_a_row, listed
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
+COLUMNS = ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
 KINDS = {
     "closed form": lambda m: m.exact,
     "fixed step, implicit": lambda m: m.implicit and not m.adaptive,
     "fixed step, explicit": lambda m: not m.adaptive and not m.exact,
     "adaptive": lambda m: m.adaptive,
 }
+KEPT = 1e-3  # the part of its size within which an energy is said to be kept
 
 
 def kind(method):
     return next(words for words, within in KINDS.items() if within(method))
 
 
-def setting(method, step):
-    return (
-        {"tol": TOL, "max_steps": 1_000_000}
-        if steered(method) == "tol"
-        else {"step": step}
-        if steered(method)
-        else {}
-    )
+def solved(scene, times, method, step):
+    """Gives the path, as far as it came, and what was said of its end."""
+    words = setting(method, step, TOL).words
+    limit = {"max_steps": 1_000_000} if "tol" in words else {}
+    try:
+        return kr.solve(scene, times, method.name, **words, **limit), ""
+    except kr.Error as error:
+        return error.path, str(error)
+    except ValueError as error:
+        return None, str(error)
 
 
 def watched(scene, method, times, step, true):
-    try:
-        path, message = kr.solve(scene, times, method.name, **setting(method, step)), ""
-    except kr.Error as error:
-        path, message = error.path, str(error)
-    except ValueError as error:
-        return {
-            "method": method.name,
-            "kind": kind(method),
-            "message": str(error),
-            "t": [],
-            "attitude": [],
-            "energy": [],
-            "axial": [],
-        }
-    size = np.abs(true.kinetic).max() + abs(scene.body.mass * scene.gravity) * np.linalg.norm(
-        scene.body.com
-    )
+    path, message = solved(scene, times, method, step)
+    line = {"method": method.name, "kind": kind(method), "message": message}
+    if path is None:
+        return line | {"t": [], "attitude": [], "energy": [], "axial": []}
+    body = scene.body
+    weight = abs(body.mass * scene.gravity) * np.linalg.norm(body.com)
+    size = np.abs(true.kinetic).max() + weight
     finite = np.isfinite(path.q).all(axis=1)
-    return {
-        "method": method.name,
-        "kind": kind(method),
-        "message": message,
+    return line | {
         "t": path.t[finite].tolist(),
-        "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q)],
+        "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q, strict=False)],
         "energy": (np.abs(path.energy - true.energy[0])[finite] / size).tolist(),
         "axial": np.abs(path.axial_momentum[finite] / true.axial_momentum[0] - 1).tolist(),
     }
@@ -82,24 +76,41 @@ def examine():
     ]
 
 
-def tasks(plan):
-    if not plan.quick:
+def tasks(budget):
+    if not budget.quick:
         yield Task("stiff/needle", examine, 10.0, until=1.0)
 
 
-def lines(store):
-    return [line for found in store.under("stiff/") for line in found]
+def found(store):
+    return [line for lines in store.under("stiff/") for line in lines]
 
 
-def write_csv(file, found):
-    with file.open("w", newline="") as out:
-        writer = csv.writer(out)
-        writer.writerow(
-            ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
-        )
-        for line in found:
-            rows = zip(line["t"], line["attitude"], line["energy"], line["axial"])
-            writer.writerows(
-                (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
-                for row in rows
-            )
+def concluded(lines):
+    """Says who keeps what, by the energy all along and the attitude at the end."""
+    if not lines:
+        return ""
+    end = max(line["t"][-1] for line in lines if line["t"])
+    here = [line for line in lines if line["t"] and line["t"][-1] == end]
+    is_lost = {line["method"]: line["attitude"][-1] >= judge.LOST for line in here}
+    energy = {line["method"]: max(line["energy"]) for line in here}
+    both = [name for name in energy if not is_lost[name] and energy[name] < KEPT]
+    one = [name for name in energy if is_lost[name] and energy[name] < judge.LOST]
+    none = [line["method"] for line in lines if line not in here]
+    said = [
+        f"keep both energy and attitude: {listed(both)};" if both else "",
+        f"keep the energy within {judge.LOST:g} of its size and lose the attitude: {listed(one)};"
+        if one
+        else "",
+        f"do not get to the end: {listed(none)};" if none else "",
+    ]
+    return in_a_row("In these runs", *said).removesuffix(";") + "."
+
+
+def table(lines):
+    """Writes a row for each moment of each line."""
+    rows = (
+        (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
+        for line in lines
+        for row in zip(line["t"], line["attitude"], line["energy"], line["axial"], strict=True)
+    )
+    return csv_text(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))

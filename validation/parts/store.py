@@ -1,6 +1,8 @@
-"""What a report has found, kept as it is found: interrupted, it keeps what it has, and run again it continues from there.
+"""What a report has found, kept as it is found: interrupted, it keeps what it has, and run again it
+continues from there.
 
-A file of JSON, one finding a line. The first line says what it was found with; found with anything else, it is begun anew.
+The file is JSON, one finding a line. The first line says what it was found with; found with
+anything else, it is begun anew.
 """
 
 import json
@@ -12,14 +14,17 @@ class Store:
         self.file, self.known = file, {}
         lines = file.read_text().splitlines() if file.exists() else []
         if lines and lines[0] == json.dumps(fingerprint):
-            for line in lines[1:]:
-                try:
-                    key, value = json.loads(line)
-                except ValueError:
-                    continue  # cut off while it was written
-                self.known[key] = value
+            self.read(lines[1:])
         else:
             file.write_text(json.dumps(fingerprint) + "\n")
+
+    def read(self, lines):
+        for line in lines:
+            try:
+                key, value = json.loads(line)
+            except ValueError:
+                continue  # it was cut off while it was written
+            self.known[key] = value
 
     def put(self, key, value):
         with self.file.open("a") as file:
@@ -27,5 +32,5 @@ class Store:
         self.known[key] = value
 
     def under(self, prefix):
-        """What was found under keys that begin so, in the order of finding."""
+        """Gives what was found under keys that begin so, in the order of finding."""
         return [value for key, value in self.known.items() if key.startswith(prefix)]

@@ -1,199 +1,248 @@
-"""Error against run time: which runs are made, and what is known of each."""
+"""Error against run time: every method on the scenes of the report, or on a user's own."""
 
-import math
-from dataclasses import asdict, dataclass, field
-from statistics import median
+import statistics
+from dataclasses import dataclass
 
-import kreisel as kr
 import numpy as np
 
-from ..peers import contenders, measure
-from ..peers.contenders import Setting
-from ..truth.problems import attitude_error
-from .budget import Task
+from ..drawing import cost_curves
+from ..drawing.look import COLOURS
+from ..peers.families import families
+from . import race, runs, scenes_told
+from .part import Part, csv_text
+from .words import brief, count, counted, in_a_row, is_or_are, listed, power
 
-TIGHTER = range(2, 17)  # steps are a turn by 2 ** k
-TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
-QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
-CHAOS = 1e-6  # only below this do errors that no longer fall mean that rounding is reached [rad]
-ROUNDS_UNTIL = 0.5  # of the time: further rounds of timing are left out for what comes after them
-LOOKS = 100  # about as many states are recorded for the energy
+COLUMNS = (
+    "scene",
+    "t",
+    "method",
+    "step",
+    "tol",
+    "seconds",
+    "seconds_median",
+    "seconds_spread",
+    "rounds",
+    "steps",
+    "evaluations",
+    "attitude_error",
+    "energy_error",
+    "setup_seconds",
+    "failure",
+)
+QUANTITIES = {
+    "attitude_error": "attitude error at the end [rad]",
+    "energy_error": "energy error, relative",
+}
+BUSY = 0.25  # from this spread of the times on they are not to be quoted
 
 
-@dataclass
-class Row:
-    """One run: a method at one setting on one scene."""
+@dataclass(frozen=True)
+class Comparison:
+    """What was found: of each scene its problem, where it ends, its truth and its runs."""
 
-    scene: str
-    t: float
-    method: str
-    peer: bool
-    step: float = None
-    tol: float = None
-    attitude_error: float = None
-    energy_error: float = None
-    steps: int = None
-    evaluations: int = None
-    setup_seconds: float = None
-    failure: str = ""
-    about: float = None  # seconds of the first runs
-    samples: list = field(default_factory=list)  # seconds of a run, one a round
-
-    @property
-    def setting(self):
-        return Setting(self.step, self.tol)
-
-    @property
-    def key(self):
-        return f"{self.method} {self.step} {self.tol}"
-
-    @property
-    def seconds(self):
-        """The best of all rounds: a disturbance only ever adds."""
-        return min(self.samples, default=self.about)
+    problems: list  # with their ends
+    truths: dict  # by scene
+    rows: list
 
     @property
-    def middle(self):
-        return median(self.samples) if self.samples else self.about
-
-    @property
-    def spread(self):
-        return measure.spread(self.samples) if self.samples else None
+    def scenes(self):
+        return [problem.name for problem, _ in self.problems]
 
 
-def turn_length(problem):
-    """A power of two near the time of a turn, so that steps end where runs do."""
-    return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
+def tasks(problems, budget, store):
+    for problem, end in problems:
+        yield from runs.tasks(problem, end, budget, store)
 
 
-def looks(end, step):
-    """Times to look at the energy: on the grid of every step, and about as many for every run."""
-    every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
-    return every * np.arange(int(end / every) + 1)
+def found(problems, store):
+    known = {problem.name: runs.measured(store, problem.name) for problem, _ in problems}
+    ran = [(problem, end) for problem, end in problems if known[problem.name]]
+    truths = {problem.name: store.known[runs.truth_key(problem)] for problem, _ in ran}
+    return (
+        Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
+    )
 
 
-class Bench:
-    """One scene with its truth, and the runs made so far: the times need them again."""
+def timing(rows):
+    """Tells how often the runs were timed, and how far that scattered."""
+    counts = sorted({len(row.samples) for row in rows if row.samples})
+    spreads = [row.spread for row in rows if row.samples]
+    middle = statistics.median(spreads) if spreads else 0.0
+    note = " (the machine was busy: do not quote these times)" if middle > BUSY else ""
+    return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
 
-    def __init__(self, problem, end, truth, plan):
-        self.problem, self.end, self.plan, self.truth, self.runs = problem, end, plan, truth, {}
-        self.contenders = {who.name: who for who in (*contenders.ours(problem), *contenders.PEERS)}
 
-    def run(self, row):
-        if row.key not in self.runs:
-            self.runs[row.key] = self.contenders[row.method].make(
-                self.problem, self.end, row.setting
-            )
-        return self.runs[row.key]
+def setup_times(rows):
+    """Gives what heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
+    known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
+    if not known:
+        return None
+    return {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
 
-    def try_out(self, who, setting):
-        """Make a run and look at its errors; its time only roughly."""
-        row = Row(self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol)
-        try:
-            run = self.run(row)
-            q, m = run.record(looks(self.end, setting.step))
-            row.about = min(measure.once(run.solve) for _ in range(2))
-            row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
-            row.energy_error = self.problem.energy_error(q, m)
-            row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
-        except (kr.Error, ValueError, ArithmeticError) as error:
-            row.failure = str(error)
-        return row
 
-    def settings(self, who):
-        powers, tolerances = QUICK if self.plan.quick else (TIGHTER, TOLERANCES)
-        if who.steered != "tol":
-            turn = turn_length(self.problem)
-            return [Setting(step=turn / 2.0**k) for k in powers] if who.steered else [Setting()]
-        tightest = who.tightest or 0.0
-        kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
-        return kept + [Setting(tol=tightest)] if tightest else kept
+def scene_shown(comparison, problem, end, groups_of):
+    rows = comparison.rows
+    groups = runs.by_method(rows, problem.name)
+    floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
+    main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
 
-    def explore(self, who):
-        """The runs of one method, from loose to tight, with their errors against the truth."""
-        rows = []
-        for setting in self.settings(who):
-            rows.append(self.try_out(who, setting))
-            if enough(rows, self.plan.longest):
-                break
-        return [asdict(row) for row in rows]
+    def drawn(how, name, cost):
+        return how(groups, groups_of, name, QUANTITIES[name], cost, floors.get(name))
 
-    def times(self, rows):
-        """Seconds of each run that came to an end, one after the other."""
+    return scenes_told.drawn(problem, end) | {
+        "advice": advice(rows, problem.name),
+        "panels": [
+            {"label": title, "svg": svg} for title, svg in drawn(cost_curves.by_family, *main)
+        ],
+        "overviews": [
+            {
+                "label": f"{QUANTITIES[name]} against {cost_curves.COSTS[cost]}",
+                "svg": drawn(cost_curves.overview, name, cost),
+            }
+            for name, cost in others
+        ],
+        "times": list(race.times(rows, problem.name)),
+    }
+
+
+def shown(comparison):
+    rows, groups_of = comparison.rows, families()
+    return {
+        "references": race.references({row.method for row in rows}),
+        "summary": list(race.summary(rows, comparison.scenes)),
+        "targets": [power(target) for target in race.TARGETS],
+        "colours": dict(zip(groups_of, COLOURS, strict=False)),
+        "scenes": [scene_shown(comparison, *each, groups_of) for each in comparison.problems],
+        "timing": timing(rows),
+        "luck": f"{race.LUCK:g}",
+        "setup": setup_times(rows),
+        "failures": [row for row in rows if row.failure],
+    }
+
+
+def advice(rows, scene):
+    """Says which method to take on one scene."""
+    hits = [(target, own) for _, target, own, _ in race.races(rows, [scene]) if own]
+    if not hits:
+        return "No method reached any of the errors in the table within the time allowed."
+    best = listed(f"{stretch} rad" for stretch in stretches(hits, "<strong>{}</strong>"))
+    fixed = [(target, hit) for target in race.TARGETS if (hit := best_fixed(rows, scene, target))]
+    return in_a_row(
+        f"Take {best}.", f"With fixed steps, {listed(stretches(fixed))}." if fixed else ""
+    )
+
+
+def best_fixed(rows, scene, target):
+    def is_fixed(row):
+        return not row.peer and row.step is not None
+
+    return race.fastest_of(rows, scene, target, is_fixed)
+
+
+def stretches(hits, form="{}"):
+    """Words for which errors each method is the fastest: 'strang for 1e-3 and 1e-6'."""
+    for name in dict.fromkeys(hit.method for _, hit in hits):
+        errors = listed(power(target) for target, hit in hits if hit.method == name)
+        yield f"{form.format(name)} for {errors}"
+
+
+def concluded(comparison):
+    races = list(race.races(comparison.rows, comparison.scenes))
+    if not any(own for *_, own, _ in races):
+        return ""
+    return in_a_row(won(races), ahead(races), lost(races), unreached(races))
+
+
+def is_won(own, peer):
+    return own and (not peer or own.seconds < peer.seconds)
+
+
+def won(races):
+    winners = [own.method for *_, own, peer in races if is_won(own, peer)]
+    if not winners:
+        return "No method of kreisel is the fastest anywhere."
+    return (
+        f"Of {len(races)} pairs of a scene and an error, a method of kreisel is the fastest in "
+        f"{len(winners)}: {counted(winners)}."
+    )
+
+
+def ahead(races):
+    ratios = [peer.seconds / own.seconds for *_, own, peer in races if own and peer]
+    alone = sum(own is not None and peer is None for *_, own, peer in races)
+    if not ratios:
+        return ""
+    return (
+        f"The fastest peer takes {brief(statistics.median(ratios))} times as long at the median, "
+        f"and between {brief(min(ratios))} and {brief(max(ratios))} times; {count(alone)} of these "
+        f"errors {is_or_are(alone)} reached by no peer."
+    )
+
+
+def lost(races):
+    places = [
+        f"{scene} at {power(target)} rad ({peer.method})"
+        for scene, target, own, peer in races
+        if peer and not is_won(own, peer)
+    ]
+    return f"A peer is the faster one for {listed(places)}." if places else ""
+
+
+def unreached(races):
+    places = [
+        f"{scene} at {power(target)} rad"
+        for scene, target, own, peer in races
+        if not own and not peer
+    ]
+    return f"Nobody reaches {listed(places)}." if places else ""
+
+
+def table(comparison, about):
+    """Writes all runs with all their numbers, and what they were measured with above them."""
+
+    def known(row):
+        values = vars(row) | {
+            "seconds": row.seconds,
+            "seconds_median": row.middle,
+            "seconds_spread": row.spread,
+            "rounds": len(row.samples),
+        }
         return {
-            row.key: measure.sample(self.run(row).solve, row.about)
-            for row in rows
-            if not row.failure
+            name: f"{value:.6g}" if isinstance(value, float) else value
+            for name, value in values.items()
         }
 
-
-def enough(rows, longest):
-    """Tighter settings would take too long, or gain nothing any more."""
-    errors = [row.attitude_error for row in rows if not row.failure]
-    if not errors:
-        return False
-    slow = rows[-1].about is not None and rows[-1].about > longest
-    at_the_floor = min(errors) < CHAOS and len(errors) - 1 - int(np.argmin(errors)) > 2
-    return slow or at_the_floor
+    head = (f"# {key}: {value}\n" for key, value in (about | timing(comparison.rows)).items())
+    return "".join(head) + csv_text(COLUMNS, map(known, comparison.rows))
 
 
-def tasks(problem, end, truth, plan, store):
-    """The findings to make on one scene: the errors of each method, then rounds of times, all in turn."""
-    bench = Bench(problem, end, truth, plan)
-    for who in bench.contenders.values():
-        yield Task(
-            f"runs/{problem.name}/{who.name}",
-            lambda who=who: bench.explore(who),
-            0.1 if plan.quick else 0.6,
-        )
-    for i in range(plan.rounds):
-        yield Task(
-            f"times/{problem.name}/{i}",
-            lambda: bench.times(explored(store, problem.name)),
-            0.1 if plan.quick else 1.5,
-            None if i < plan.least_rounds else ROUNDS_UNTIL,
-        )
-    yield Task(None, bench.runs.clear)
+def files(comparison, about):
+    yield "workprecision.csv", table(comparison, about)
+    yield "readme_table.md", race.markdown(comparison.rows, comparison.scenes)
 
 
-def explored(store, scene):
-    return [Row(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
+def told(comparison):
+    for problem, end in comparison.problems:
+        yield race.terminal(comparison.rows, problem.name, end)
+    spread = timing(comparison.rows)["spread"]
+    yield f"quartiles of the times apart by {spread}, median over the runs"
 
 
-def rows(store, scenes):
-    """All that is known of these scenes so far."""
-    found = [row for scene in scenes for row in explored(store, scene)]
-    for row in found:
-        row.samples = [
-            times[row.key] for times in store.under(f"times/{row.scene}/") if row.key in times
-        ]
-    return found
+def methods(comparison):
+    return {row.method for row in comparison.rows}
 
 
-# A method reaches a target where attitude and energy error are within it and the next tighter run is not much worse:
-# errors at one moment change sign with the setting, and a lucky zero must not win.
-LUCK = 3.0
-
-
-def reaching(rows, target):
-    """The fastest of one method's rows, from loose to tight, that reaches the target; None if none does."""
-    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has but one
-    good = [
-        row
-        for row, next_one in zip(rows, tighter)
-        if not row.failure
-        and row.seconds
-        and not next_one.failure
-        and max(row.attitude_error, row.energy_error) <= target
-        and next_one.attitude_error <= LUCK * target
-    ]
-    return min(good, key=lambda row: row.seconds, default=None)
-
-
-def by_method(rows, scene):
-    """The rows of one scene, method by method."""
-    groups = {}
-    for row in rows:
-        if row.scene == scene:
-            groups.setdefault(row.method, []).append(row)
-    return groups
+PART = Part(
+    "workprecision",
+    "Error against run time",
+    "Error against run time, in short",
+    tasks,
+    found,
+    shown,
+    concluded,
+    short="Time",
+    files=files,
+    told=told,
+    methods=methods,
+    takes_own_scenes=True,
+)

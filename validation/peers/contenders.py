@@ -1,12 +1,15 @@
-"""Who runs: every method of kreisel, unasked, and two peers. A contender makes runs; a run is one top at one setting.
+"""Who runs: every method of kreisel, unasked, and two peers. A contender makes runs; a run is one
+top at one setting.
 
-A run has `solve()`, which is timed and returns the attitude at the end; `attitude()`, the same referred to the principal
-axes; `record(times)` for attitudes and momenta; `steps`, `evaluations` (of the right-hand side or the torque; None where
-there is no such thing) and `setup`, the seconds that it took to be ready (None where there is nothing to do).
+A run has `solve()`, which is timed and returns the attitude at the end; `attitude()`, which refers
+that to the principal axes; `record(times)` for attitudes and momenta; `steps` and `evaluations` of
+the right-hand side or the torque (None where there is no such thing); and `setup`, the seconds that
+it took to be ready (None where there is nothing to do).
 """
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -17,6 +20,7 @@ from scipy.integrate import solve_ivp
 
 from ..truth import equations
 from ..truth.problems import turn
+from .machine import is_of_gsl
 
 EPS = np.finfo(float).eps
 DOP853_STAGES = 12
@@ -29,14 +33,15 @@ class Setting:
     step: float = None
     tol: float = None
 
+    @property
+    def words(self):
+        """The keywords of kr.solve."""
+        return {word: value for word, value in vars(self).items() if value is not None}
+
     def __str__(self):
-        return (
-            f"step {self.step:.3g}"
-            if self.step
-            else f"tol {self.tol:.0e}"
-            if self.tol
-            else "closed form"
-        )
+        if self.step:
+            return f"step {self.step:.3g}"
+        return f"tol {self.tol:.0e}" if self.tol else "closed form"
 
 
 class KreiselRun:
@@ -44,12 +49,10 @@ class KreiselRun:
 
     def __init__(self, method, problem, end, setting):
         self.problem, self.scene, self.end = problem, problem.scene(), end
-        self.how = {"method": method} | {
-            word: value for word, value in vars(setting).items() if value is not None
-        }
+        self.words = {"method": method} | setting.words
 
     def solve(self):
-        path = kr.solve(self.scene, t=self.end, **self.how)
+        path = kr.solve(self.scene, t=self.end, **self.words)
         self.steps, self.evaluations = path.stats.steps, path.stats.evaluations
         return path.q[-1]
 
@@ -57,7 +60,7 @@ class KreiselRun:
         return self.problem.principal(self.solve())
 
     def record(self, times):
-        path = kr.solve(self.scene, t=times, **self.how)
+        path = kr.solve(self.scene, t=times, **self.words)
         return self.problem.principal(path.q), path.m
 
 
@@ -95,7 +98,7 @@ class HeyokaRun:
 
 
 class ScipyRun:
-    """DOP853 on the same seven equations, written as one would in Python."""
+    """DOP853 on the seven equations of heyoka's run, written as one would in Python."""
 
     setup = None
 
@@ -139,7 +142,8 @@ class ScipyRun:
 
 @cache
 def general_heyoka(tol):
-    """Compiled once for every top: slower than what is compiled for one, with the same errors."""
+    """Compiles one integrator for every top, which is slower than one for a single top, and errs
+    alike."""
     zeros = np.zeros(equations.COEFFICIENTS)
     return hy.taylor_adaptive(
         equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
@@ -147,7 +151,8 @@ def general_heyoka(tol):
 
 
 def series_order(tol):
-    """Of heyoka's Taylor series: as many terms as evaluations of the right-hand side."""
+    """Gives the order of heyoka's series, which is how often a step evaluates the right-hand
+    side."""
     return math.ceil(1 - math.log(tol) / 2)
 
 
@@ -173,7 +178,8 @@ def recorded_by_scipy(problem, times, tol):
     return q, m, run.evaluations // DOP853_STAGES, run.evaluations
 
 
-# (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody looks at the time
+# (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody
+# looks at the time
 RECORDERS = {"heyoka": recorded_by_heyoka, "scipy_dop853": recorded_by_scipy}
 
 
@@ -182,29 +188,29 @@ class Contender:
     name: str
     text: str
     steered: str  # by "step", "tol" or nothing
-    make: callable  # (problem, end, setting) -> run
+    make: Callable  # (problem, end, setting) -> run
     tightest: float = None  # of the tolerances
     order: object = "varies"
     peer: bool = False  # something to compare with, also where kreisel gives access to it (GSL)
 
 
 def steered(method):
-    """By what: a closed form has neither step nor tolerance."""
+    """Says by what a method is steered: a closed form has neither step nor tolerance."""
     return "" if method.exact else "tol" if method.adaptive else "step"
 
 
+def setting(method, step, tol):
+    """Gives the setting by which the method is steered, of a step and a tolerance."""
+    return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(steered(method), Setting())
+
+
 def ours(problem):
-    """Every method of kreisel that can move this top."""
+    """Gives every method of kreisel that can move this top."""
     scene = problem.scene()
     for name, method in kr.methods.items():
         if method.suits(scene):
-            yield Contender(
-                name,
-                method.text,
-                steered(method),
-                partial(KreiselRun, name),
-                peer=name.startswith("gsl_"),
-            )
+            make = partial(KreiselRun, name)
+            yield Contender(name, method.text, steered(method), make, peer=is_of_gsl(name))
 
 
 PEERS = (

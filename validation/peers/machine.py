@@ -1,4 +1,4 @@
-"""What a figure was measured with: machine, compiler, commit, versions."""
+"""What a figure was measured with: the machine, the compiler, the commit and the versions."""
 
 import hashlib
 import os
@@ -10,6 +10,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 import kreisel as kr
+
+from . import core
+
+GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
 
 
 def processor():
@@ -27,12 +31,8 @@ def cores():
 
 
 def compiler():
-    """What compiled the extension, as compilers write it into what they make."""
-    import kreisel._core as core
-
-    made = re.findall(
-        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", Path(core.__file__).read_bytes()
-    )
+    """Tells what compiled the extension, as compilers write it into what they make."""
+    made = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", core.FILE.read_bytes())
     names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
     return ", ".join(sorted(names)) or "not known"
 
@@ -46,12 +46,11 @@ def commit():
 
 
 def fingerprint(*more):
-    """Of all that findings depend on: the core as built, the Python code and truths, this machine, these versions."""
-    import kreisel._core as core
-
+    """Names all that findings depend on: the core as built, the Python code and the truths, the
+    machine, the versions, and what else is given."""
     here = Path(__file__).parents[1]
     files = [
-        Path(core.__file__),
+        core.FILE,
         *sorted(Path(kr.__file__).parent.rglob("*.py")),
         *sorted(here.rglob("*.py")),
         *sorted(here.rglob("*.json")),
@@ -73,8 +72,10 @@ def described():
     }
 
 
-GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
+def is_of_gsl(name):
+    """Says whether kreisel gives access to the method only to compare itself with it."""
+    return name.startswith("gsl_")
 
 
 def has_gsl():
-    return any(name.startswith("gsl_") for name in kr.methods)
+    return any(map(is_of_gsl, kr.methods))

@@ -1,4 +1,5 @@
-"""Timing that is fair on a noisy machine: every run once a round, in turn, so that what disturbs, disturbs all alike."""
+"""Timing that is fair on a noisy machine: each call runs once a round, in turn, so that what
+disturbs, disturbs all alike."""
 
 import gc
 import math
@@ -6,7 +7,7 @@ import statistics
 from contextlib import contextmanager
 from time import perf_counter
 
-SAMPLE = 2e-3  # a run shorter than this is repeated until it fills it [s]
+SAMPLE = 2e-3  # a call shorter than this is repeated until it fills it [s]
 
 
 @contextmanager
@@ -25,7 +26,7 @@ def once(call):
 
 
 def sample(call, seconds):
-    """Seconds of one call, where it is known to take about as long."""
+    """Measures the seconds of one call, where it is known to take about as long."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with undisturbed():
         begin = perf_counter()
@@ -35,11 +36,12 @@ def sample(call, seconds):
 
 
 def interleaved(calls, seconds, rounds, tick=lambda: None):
-    """Samples of each call, `rounds` of them, each with about the given seconds. On Ctrl-C those that there are."""
+    """Takes a sample of each call in each round; `seconds` says about how long each takes. Gives
+    the samples, and whether Ctrl-C ended it early."""
     samples = [[] for _ in calls]
     try:
         for _ in range(rounds):
-            for call, about, got in zip(calls, seconds, samples):
+            for call, about, got in zip(calls, seconds, samples, strict=True):
                 got.append(sample(call, about))
                 tick()
     except KeyboardInterrupt:
@@ -47,8 +49,17 @@ def interleaved(calls, seconds, rounds, tick=lambda: None):
     return samples, False
 
 
+def best_of(calls, rounds, trials=1):
+    """Gives the least seconds of each call over the rounds, for a disturbance only ever adds."""
+    about = [min(once(call) for _ in range(trials)) for call in calls]
+    samples, interrupted = interleaved(calls, about, rounds)
+    if interrupted:
+        raise KeyboardInterrupt
+    return [min(got) for got in samples]
+
+
 def spread(samples):
-    """Distance of the quartiles, as a part of the median."""
+    """Gives the distance of the quartiles, as a part of the median."""
     if len(samples) < 2:
         return 0.0
     low, middle, high = statistics.quantiles(samples, n=4, method="inclusive")

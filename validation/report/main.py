@@ -1,10 +1,9 @@
-"""The report: error against run time, truths, stability, ensembles and published problems: a page and its tables.
+"""Accuracy, speed and stability of every method: a page and its tables, made of the parts.
 
-kreisel report [scene.toml ...] [--quick | --full | --thesis] [--out report]   or   python -m validation.report
+python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
 
 import argparse
-import statistics
 import time
 from pathlib import Path
 
@@ -12,37 +11,28 @@ import kreisel as kr
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..parts import (
-    atlas,
-    atlas_cases,
-    ensemble,
-    left_out,
-    omissions,
-    published,
-    stiff,
-    workprecision,
-)
-from ..parts.budget import PLANS, Task, work_through
+from ..parts.budget import BUDGETS, work_through
+from ..parts.runs import turn_length
 from ..parts.store import Store
 from ..peers import machine
-from ..truth import reference as truth
 from ..truth.problems import HORIZONS, SHORT, described, load
-from . import page, tables
+from . import page
+from .contents import PARTS
 
-BUSY = 0.25  # from this spread of the times on they are not to be quoted
 TURNS = 16  # to which a user's own scene is run
-PARTS = ("workprecision", "atlas", "ensemble", "published", "left_out")
+OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.takes_own_scenes)
 
 
-def parts(words):
-    chosen = words.split(",")
-    for word in chosen:
-        if word not in PARTS:
-            raise argparse.ArgumentTypeError(f"{word!r} is none of {', '.join(PARTS)}")
-    return chosen
+def named_parts(names):
+    known = {part.name: part for part in PARTS}
+    for name in names.split(","):
+        if name not in known:
+            raise argparse.ArgumentTypeError(f"{name!r} is none of {', '.join(known)}")
+    return [known[name] for name in names.split(",")]
 
 
-def arguments(argv):
+def command_line():
+    """Gives the parser, and the group of options of which only one may be given."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",
@@ -54,30 +44,21 @@ def arguments(argv):
     parser.add_argument(
         "--out", type=Path, default=Path("report"), help="the folder to write to (default: report)"
     )
+    names = ", ".join(part.name for part in PARTS)
     parser.add_argument(
         "--only",
-        type=parts,
+        type=named_parts,
         metavar="PART[,...]",
-        help=f"of {', '.join(PARTS)} (default: all; for your own scenes workprecision)",
+        help=f"of {names} (default: all; for your own scenes {OF_OWN_SCENES})",
     )
     size = parser.add_mutually_exclusive_group()
-    size.add_argument(
-        "--quick",
-        action="store_const",
-        dest="plan",
-        const="quick",
-        default="default",
-        help=f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote",
-    )
-    size.add_argument(
-        "--full", action="store_const", dest="plan", const="full", help="as long as it takes"
-    )
-    size.add_argument(
-        "--thesis",
-        action="store_true",
-        help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata",
-    )
-    return parser.parse_args(argv)
+    for name, text in (
+        ("quick", f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote"),
+        ("full", "as long as it takes"),
+    ):
+        size.add_argument(f"--{name}", action="store_const", dest="budget", const=name, help=text)
+    parser.set_defaults(budget="default")
+    return parser, size
 
 
 def progress_bar(console):
@@ -90,152 +71,75 @@ def progress_bar(console):
     )
 
 
-def chosen_problems(files, plan):
-    """Each with where it ends."""
+def chosen_problems(files, budget):
+    """Gives each problem with where it ends: those of the files, or those of the report."""
     if not files:
-        return [(load(name), SHORT if plan.quick else end) for name, end in HORIZONS.items()]
-    found = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
-    for file, problem in zip(files, found):
+        return [(load(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()]
+    problems = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+    names = [problem.name for problem in problems]
+    for file, problem in zip(files, problems, strict=True):
         if not problem.rate:
             raise ValueError(
-                f"{file}: this top rests for ever: it has neither angular momentum nor weight; give it one of them"
+                f"{file}: this top rests for ever: it has neither angular momentum nor weight; "
+                "give it one of them"
             )
-        if [other.name for other in found].count(problem.name) > 1:
+        if names.count(problem.name) > 1:
             raise ValueError(
-                f"{file}: there are two scenes of the name {problem.name!r}; the report calls them by their files' names"
+                f"{file}: there are two scenes of the name {problem.name!r}; the report calls them "
+                "by their files' names"
             )
-    return [(problem, TURNS * workprecision.turn_length(problem)) for problem in found]
+    return [(problem, TURNS * turn_length(problem)) for problem in problems]
 
 
-def tasks(problems, only, plan, store):
-    """All that is to be found, in order."""
-    if "workprecision" in only:
-        for problem, end in problems:
-
-            def true(key=f"truth/{problem.name}"):
-                return store.known[key]
-
-            yield Task(
-                f"truth/{problem.name}",
-                lambda problem=problem, end=end: truth.of(problem, end),
-                0.2,
-            )
-            yield from workprecision.tasks(problem, end, true, plan, store)
-            yield Task(
-                f"ways/{problem.name}",
-                lambda problem=problem, end=end, true=true: list(truth.ways(problem, end, true())),
-                1.0,
-            )
-    if "atlas" in only:
-        yield from atlas.tasks(atlas_cases.cases(plan.quick))
-        yield from stiff.tasks(plan)
-    if "ensemble" in only:
-        yield from ensemble.tasks(plan)
-    if "published" in only:
-        yield from published.tasks(plan)
-    if "left_out" in only:
-        yield from left_out.tasks(plan)
-        yield from omissions.tasks(problems, plan)
+def find(out, problems, parts, budget, console):
+    """Makes the findings of the parts; gives the store that keeps them, and what is missing."""
+    own = [problem for problem, _ in problems if problem.user]
+    store = Store(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
+    tasks = [task for part in parts for task in part.tasks(problems, budget, store)]
+    with progress_bar(console) as bar:
+        return store, work_through(tasks, store, budget, bar)
 
 
-def timing(rows):
-    """How often the runs were timed, and how far that scattered."""
-    counts = sorted({len(row.samples) for row in rows if row.samples})
-    spreads = [row.spread for row in rows if row.samples]
-    middle = statistics.median(spreads) if spreads else 0.0
-    note = " (the machine was busy: do not quote these times)" if middle > BUSY else ""
-    return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
+def write(out, findings, about):
+    """Writes the page and the tables; gives the names of the files."""
+    texts = {"index.html": page.render(findings, about)}
+    for part, found in findings:
+        texts |= dict(part.files(found, about))
+    for name, text in texts.items():
+        (out / name).write_text(text, encoding="utf-8", newline="")
+    return list(texts)
 
 
-def collected(store, problems, about):
-    """All that was found so far, as the page and the tables take it."""
-    rows = workprecision.rows(store, [problem.name for problem, _ in problems])
-    ran = {row.scene for row in rows}
-    return {
-        "rows": rows,
-        "problems": [(problem, end) for problem, end in problems if problem.name in ran],
-        "about": about | timing(rows),
-        "truths": {
-            problem.name: store.known.get(f"truth/{problem.name}") for problem, _ in problems
-        },
-        "ways": {
-            problem.name: store.known.get(f"ways/{problem.name}", []) for problem, _ in problems
-        },
-        "cells": atlas.cells(store),
-        "stiff": stiff.lines(store),
-        "ensemble": ensemble.runs(store),
-        "published": published.rows(store),
-        "left_out": left_out.rows(store)
-        + [row for scene in omissions.scenes(store) for row in scene["rows"]],
-        "omissions": omissions.scenes(store),
-    }
-
-
-def write(out, found):
-    """The page, and a CSV file for each table; the names of the files."""
-    files = {
-        "stability.csv": (atlas.write_csv, found["cells"]),
-        "ensemble.csv": (ensemble.write_csv, found["ensemble"]),
-        "published.csv": (published.write_csv, found["published"]),
-        "left_out.csv": (left_out.write_csv, found["left_out"]),
-        "stiff.csv": (stiff.write_csv, found["stiff"]),
-        "truths.csv": (truth.write_csv, list(page.truth_part(found))),
-    }
-    written = [name for name, (_, rows) in files.items() if rows]
-    for name in written:
-        save, rows = files[name]
-        save(out / name, rows)
-    if found["rows"]:
-        tables.write_csv(out / "workprecision.csv", found["rows"], found["about"])
-        (out / "readme_table.md").write_text(
-            tables.markdown(found["rows"], [p.name for p, _ in found["problems"]])
-        )
-        written = ["workprecision.csv", "readme_table.md", *written]
-    (out / "index.html").write_text(page.render(found, written))
-    return ["index.html", *written]
-
-
-def show(console, found):
-    for problem, end in found["problems"]:
-        console.print(tables.terminal(found["rows"], problem.name, end))
-    silent = [cell for cell in found["cells"] if cell["verdict"] == "silent"]
-    if found["cells"]:
-        console.print(f"atlas: {len(found['cells'])} cells, wrong in silence: {len(silent)}")
-    for cell in silent:
-        console.print(
-            f"  {cell['method']}: {cell['family']}, {cell['case']}: {cell['attitude_error']:.0e} rad"
-        )
+def show(console, findings):
+    for part, found in findings:
+        for line in part.told(found):
+            console.print(line)
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
 
 
-def main(argv=None):
-    args = arguments(argv)
-    if args.thesis:
-        from ..thesis import chapter
-
-        return chapter.main(args.out)
-    console, begin, plan = Console(), time.perf_counter(), PLANS[args.plan]
+def make(asked):
+    """Makes the report that the command line asks for; the code to exit with."""
+    console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
-        problems = chosen_problems(args.scenes, plan)
+        problems = chosen_problems(asked.scenes, budget)
     except (OSError, TypeError, ValueError) as error:
         console.print(f"Error: {error}", markup=False)
         return 2
-    only = args.only or (["workprecision"] if args.scenes else PARTS)
-    with_scenes = machine.fingerprint(*(problem for problem, _ in problems if problem.user))
-    store = Store(args.out / f"findings-{plan.name}.jsonl", with_scenes)
-    with progress_bar(console) as bar:
-        missing = work_through(list(tasks(problems, only, plan, store)), store, plan, bar)
-    about = machine.described() | {"plan": "; ".join(filter(None, (plan.name, missing)))}
-    found = collected(store, problems, about)
-    written = write(args.out, found)
-    show(console, found)
-    console.print(
-        f"quartiles of the times apart by {found['about']['spread']}, median over the runs"
-    )
+    parts = asked.only or (named_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
+    store, missing = find(asked.out, problems, parts, budget, console)
+    about = machine.described() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
+    known = [(part, part.found(problems, store)) for part in PARTS]
+    findings = [(part, found) for part, found in known if found]
+    written = write(asked.out, findings, about)
+    show(console, findings)
     if missing:
         console.print(missing)
-    console.print(
-        f"{', '.join(str(args.out / name) for name in written)} in {time.perf_counter() - begin:.0f} s"
-    )
+    names = ", ".join(str(asked.out / name) for name in written)
+    console.print(f"{names} in {time.perf_counter() - begin:.0f} s")
     return 130 if missing.startswith("interrupted") else 0
+
+
+def main(argv=None):
+    parser, _ = command_line()
+    return make(parser.parse_args(argv))

@@ -1,1 +1,1 @@
-"""The thesis again, true: Bodack (2008), its figures, its sentences and its errata, as a chapter of the report."""
+"""The thesis again, true: Bodack (2008), its figures, its sentences and its errata."""

@@ -1,22 +1,52 @@
-"""The chapter: runs the experiments and writes thesis.html.
-
-kreisel report --thesis [--out report]
-"""
+"""The chapter on the thesis: runs the experiments and writes thesis.html."""
 
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
 
 from ..peers import machine
 from ..report import page
-from . import errata, experiments, figures5, figures6, integrals, sentences, sentences6
-from .charts import BLUE, ORANGE, scatter
-from .runs import IMPROVED, SCENE, Run, frame_error, truth
+from . import (
+    errata_maps,
+    errata_mechanics,
+    experiments,
+    figures_chapter5,
+    figures_chapter6,
+    integrals,
+    sentences_chapter6,
+    sentences_chapters3_to_5,
+    sentences_conclusions,
+)
+from .courses import HALF, IMPROVED, SCENE, Course, frame_error, truth
+from .line_charts import BLUE, ORANGE, scatter
 
-OUTPUT = "thesis.html"
+HERE = Path(__file__).parent
+TEMPLATE = OUTPUT = "thesis.html"
 INTERVALS = (0.2, 0.1, 0.01)  # for which a frame is frozen (3.4)
+FORMS = {
+    "extrap": ("rest frame (extrap)", BLUE, "o-"),
+    "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
+}
+ERRATA = (  # 1 .. 15
+    errata_maps.third_integral,
+    errata_maps.second_form,
+    errata_maps.which_rotation,
+    errata_maps.moments,
+    errata_maps.gravity,
+    errata_maps.unit_of_momentum,
+    errata_mechanics.rotation_matrix,
+    errata_mechanics.products,
+    errata_mechanics.curvature,
+    errata_mechanics.slips,
+    errata_mechanics.rods,
+    errata_mechanics.stationary,
+    errata_mechanics.kirchhoff,
+    errata_mechanics.integral_k,
+    errata_maps.first_order,
+)
 
 
 @dataclass(frozen=True)
@@ -60,66 +90,67 @@ def run_all(say):
     )
 
 
-def chapter5_figures(run):
-    end, four = run.four.t[-1], run.four
+def chapter5_figures(results):
+    four = results.four
+    end = four.t[-1]
     ends = f"{end:g} is {round(end / four.eps2)} times eps2 and {round(end / four.eps1)} times eps1"
     return [
-        *figures5.special(),
-        figures5.integral("kowalewski", run.k),
-        figures5.integral("goryachev_chaplygin", run.g),
-        *figures5.analogies(),
-        *figures5.comparing(run.four, ends),
+        *figures_chapter5.special(),
+        figures_chapter5.integral("kowalewski", results.k),
+        figures_chapter5.integral("goryachev_chaplygin", results.g),
+        *figures_chapter5.analogies(),
+        *figures_chapter5.comparing(four, ends),
     ]
 
 
-def chapter6_figures(run):
-    stills = list(figures6.stills(run.four))
+def chapter6_figures(results):
+    four = results.four
     return [
-        *stills,
-        figures6.first(),
-        *figures6.frames(run.four),
-        *figures6.integrals(run.four),
-        *figures6.cause(run.four),
-        *figures6.failing(run.failing, run.growth),
-        *figures6.timed(run.timed),
-        *figures6.equal_evaluations(run.by_step),
+        *figures_chapter6.stills(four),
+        figures_chapter6.geodesic(),
+        *figures_chapter6.frames(four),
+        *figures_chapter6.integrals(four),
+        *figures_chapter6.cause(four),
+        *figures_chapter6.failing(results.failing, results.growth),
+        *figures_chapter6.timed(results.timed),
+        *figures_chapter6.equal_evaluations(results.by_step),
     ]
 
 
-def all_sentences(run):
+def all_sentences(results):
+    four, timed = results.four, results.timed
     return [
-        *sentences.chapter3(run.forms, run.frozen),
-        *sentences.chapter4(run.four),
-        *sentences.chapter5(run.k, run.g, integrals.values_of_k()),
-        *sentences6.visual(run.four, run.loose),
-        *sentences6.integrals(run.four),
-        *sentences6.strong(run.failing, run.growth),
-        *sentences6.settings(run.timed, run.first_steps),
-        *sentences6.timed(run.timed, run.crossings),
-        *sentences6.runge_kutta(run.by_step),
-        *sentences6.conclusions(run.four, run.timed),
+        *sentences_chapters3_to_5.chapter3(results.forms, results.frozen),
+        *sentences_chapters3_to_5.chapter4(four),
+        *sentences_chapters3_to_5.chapter5(results.k, results.g, integrals.values_of_k()),
+        *sentences_chapter6.experiment1(four, results.loose),
+        *sentences_chapter6.strong(results.failing, results.growth),
+        *sentences_chapter6.settings(timed, results.first_steps),
+        *sentences_chapter6.experiment2(timed, results.crossings),
+        *sentences_conclusions.runge_kutta(results.by_step),
+        *sentences_conclusions.conclusions(four, timed),
     ]
+
+
+def all_errata():
+    """Computes the errata, by number."""
+    return [made() for made in ERRATA]
 
 
 def forms_chart(forms, scene):
-    looks = {
-        "extrap": ("rest frame (extrap)", BLUE, "o-"),
-        "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
-    }
     groups = []
-    for form, (label, colour, marker) in looks.items():
+    for form, (label, colour, marker) in FORMS.items():
         rows = [row for row in forms if row.scene == scene and row.form == form]
-        groups.append(
-            (label, [row.evaluations for row in rows], [row.error for row in rows], colour, marker)
-        )
+        costs, errors = [row.evaluations for row in rows], [row.error for row in rows]
+        groups.append((label, costs, errors, colour, marker))
     return scatter(groups, f"evaluations, {scene}", "attitude error at the end [rad]")
 
 
 def units_table():
-    """4.2.1 for the cuboid: text and truth."""
+    """Gives the units of 4.2.1 for the cuboid: text and truth."""
     units = kr.scaled_units(SCENE.body)
     scaled = units.into(SCENE)
-    n, _, t = figures5.HALF
+    n, _, t = HALF
     third = SCENE.body.mass / 3
     return [
         ("unit of length", f"{t:g}", f"{units.length:g}"),
@@ -135,40 +166,42 @@ def units_table():
     ]
 
 
-def about(run, seconds):
-    """With what: the machine, and how far the truth of experiment 6.2 is from extrap at its tightest."""
-    extrap = kr.solve(SCENE, run.timed.t, method="extrap", tol=1e-13)
+def about(results, seconds):
+    """Tells with what machine it was made, and how far the truth of experiment 6.2 is from extrap
+    at its tightest."""
+    timed = results.timed
+    extrap = Course(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.described() | {
         "seconds": f"{seconds:.0f}",
-        "truth": run.timed.true.path.method,
+        "truth": timed.true.path.method,
         "improved": IMPROVED,
-        "agreement": f"{frame_error(Run(extrap, 0), run.timed.true).max():.0e}",
+        "agreement": f"{frame_error(extrap, timed.true).max():.0e}",
     }
 
 
-def render(run, seconds):
-    said, wrong = all_sentences(run), errata.all_of_them()
-    return page.template("thesis.html").render(
-        about=about(run, seconds),
-        six=chapter6_figures(run),
-        five=chapter5_figures(run),
+def render(results, seconds):
+    said = all_sentences(results)
+    return page.template(TEMPLATE, HERE).render(
+        about=about(results, seconds),
+        six=chapter6_figures(results),
+        five=chapter5_figures(results),
         sentences=said,
-        errata=wrong,
+        errata=all_errata(),
         held=sum(sentence.holds for sentence in said),
-        forms=[forms_chart(run.forms, scene) for scene in ("thesis", "asymmetric")],
-        rows=run.forms,
-        frozen=run.frozen,
+        forms=[forms_chart(results.forms, scene) for scene in ("thesis", "asymmetric")],
+        rows=results.forms,
+        frozen=results.frozen,
         units=units_table(),
-        timed=run.timed,
-        meet=sentences6.overtaken(run.timed),
+        timed=results.timed,
+        meet=sentences_conclusions.overtaken(results.timed),
     )
 
 
 def main(out):
     begin = time.perf_counter()
-    run = run_all(lambda what: print(what, flush=True))
+    results = run_all(lambda what: print(what, flush=True))
     print("figures, sentences, errata", flush=True)
-    text = render(run, time.perf_counter() - begin)
+    text = render(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)
     (out / OUTPUT).write_text(text)
     print(f"{out / OUTPUT}: {len(text) / 1e6:.1f} MB in {time.perf_counter() - begin:.0f} s")

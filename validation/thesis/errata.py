@@ -1,4 +1,5 @@
-"""The errata of the thesis: what the text says, what is right, and by how much each is wrong, computed."""
+"""What an erratum of the thesis is: what the text says, what is right, and by how much each is
+wrong, computed."""
 
 from dataclasses import dataclass
 
@@ -16,25 +17,14 @@ class Erratum:
     right: float
 
 
-_FOUND = {}
-
-
 def erratum(number, where, says, is_right, measure):
-    """Of a function that gives (text's error, right one's)."""
+    """Makes an erratum of a function that computes (the text's error, the right one's)."""
 
-    def add(compute):
+    def of(compute):
         def made():
-            return Erratum(number, where, says, is_right, measure, *(float(x) for x in compute()))
+            text, right = map(float, compute())
+            return Erratum(number, where, says, is_right, measure, text, right)
 
-        _FOUND[number] = made
         return made
 
-    return add
-
-
-def all_of_them():
-    """By number."""
-    from . import errata_maps, errata_mechanics
-
-    assert errata_maps and errata_mechanics
-    return [_FOUND[number]() for number in sorted(_FOUND)]
+    return of

@@ -4,14 +4,13 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
+from .courses import HALF, SCENE, theorem42, truth
 from .errata import erratum
-from .runs import HALF, SCENE, theorem42, truth
 
 UNITS = kr.scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
-TILTED = SCALED.replace(
-    attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0)
-)  # by 0.6 rad: over an upright start no torque acts
+# It is tilted by 0.6 rad, for over an upright start no torque acts.
+TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))
 STEP, END = 0.02, 20.0
 
 
@@ -64,7 +63,8 @@ def which_rotation():
 
 
 def summed_alpha():
-    """I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss' rule, which is exact here."""
+    """Gives I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss'
+    rule, which is exact here."""
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
@@ -84,7 +84,7 @@ def moments():
 
 
 def scaled_by(i1, alpha, p):
-    """The scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
+    """Gives the scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p))
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
@@ -126,7 +126,7 @@ def unit_of_momentum():
 
 
 def order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Of the attitude error in the step."""
+    """Gives the order of the attitude error in the step."""
     errors = [off(theorem42(scene, h, end).path.q[-1], scene, end) for h in steps]
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 

@@ -4,9 +4,9 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
+from .courses import SCENE, truth
 from .errata import erratum
 from .integrals import adjusted, in_body
-from .runs import SCENE, truth
 
 
 @erratum(
@@ -50,7 +50,7 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Phi and its change, the frame and its change, along the thesis' top."""
+    """Gives Phi and its change, the frame and its change, along the thesis' top."""
     path = truth(SCENE, [t - h, t, t + h]).path
     before, now, after = (np.linalg.inv(su2.matrix(q)) for q in path.q)
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
@@ -64,7 +64,7 @@ def moving(h=1e-4, t=3.0):
     "difference of kappa1 = -2 tr((Phi^-1 e Phi)' N) from <T', N>",
 )
 def curvature():
-    Phi, change, (n, b, t), rates = moving()
+    Phi, change, (n, b, _), rates = moving()
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
     formula = su2.hat((rates[2] @ b, -kappa1, -rates[0] @ b))
@@ -114,7 +114,8 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Of the thesis' top that hangs at rest, swung out by angle sin(pi t / end), less that of rest; per size of its terms."""
+    """Gives the action of the thesis' top that hangs at rest, swung out by angle sin(pi t / end),
+    less that of rest, per size of its terms."""
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n
     speed = angle * np.pi / end * np.cos(phase)
@@ -127,7 +128,8 @@ def action(angle, end, n=400):
     "extremal, theorem 3.1; 6.2, 6.3",
     "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
     "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
-    "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first variation",
+    "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first "
+    "variation",
 )
 def stationary():
     slope = (action(1e-3, 10.0) * 1e-3 - action(-1e-3, 10.0) * 1e-3) / 2
@@ -169,8 +171,8 @@ def integral_k():
     path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)
     weight = body.mass * path.scene.gravity * np.linalg.norm(body.com) / i1
-    m3, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
-    p3, p2, p1 = (weight * path.frame[:, :, 2]).T
+    _, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
+    _, p2, p1 = (weight * path.frame[:, :, 2]).T
     values = [
         (m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)
     ]

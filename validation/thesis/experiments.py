@@ -7,11 +7,11 @@ import kreisel as kr
 import numpy as np
 
 from ..peers import measure
-from .runs import (
+from .courses import (
     FAILING,
     IMPROVED,
     SCENE,
-    Run,
+    Course,
     fixed,
     frame_error,
     largest,
@@ -30,17 +30,17 @@ def grid(step, end):
 
 @dataclass(frozen=True)
 class Four:
-    """The four tops (6.1.1), Bobenko-Suris red with eps1 and blue with eps2, Extrap yellow and green; and the true one.
-    All at multiples of eps2."""
+    """The four tops (6.1.1): Bobenko-Suris red with eps1 and blue with eps2, Extrap yellow and
+    green; and the true one. All are known at multiples of eps2."""
 
     scene: kr.Scene
     eps1: float
     eps2: float
-    red: Run
-    blue: Run
-    yellow: Run
-    green: Run
-    true: Run
+    red: Course
+    blue: Course
+    yellow: Course
+    green: Course
+    true: Course
     improved: dict = field(default_factory=dict)
 
     @property
@@ -58,19 +58,20 @@ class Four:
         }
 
     def until(self, name, t):
-        """The largest frame error up to t."""
+        """Gives the largest frame error up to t."""
         return largest(self.t, self.L[name], t)
 
     @cached_property
     def term(self):
-        """What 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in scaled units, less its start."""
+        """What 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in scaled
+        units, less its start."""
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
         return -(term - term[0])
 
 
 def four(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Experiment 6.1, and the failing one."""
+    """Makes experiment 6.1, or the failing one."""
     ratio = round(eps2 / eps1)
     return Four(
         scene,
@@ -86,7 +87,7 @@ def four(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
 
 
 def loose(tolerances=(1e-4, 1e-3), end=600.0):
-    """Extrap's largest frame error of experiment 6.1 with looser tolerances."""
+    """Gives Extrap's largest frame error of experiment 6.1 with looser tolerances."""
     true = truth(SCENE, grid(0.2, end))
     return {
         tol: float(frame_error(restarted(SCENE, 0.2, end, tol), true).max()) for tol in tolerances
@@ -94,12 +95,13 @@ def loose(tolerances=(1e-4, 1e-3), end=600.0):
 
 
 def failing():
-    """6.1.5: g = 10, m = (5, 0, 0)."""
+    """Makes the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
     return four(FAILING, 20.0)
 
 
 def growth(end=20.0, eps=0.2):
-    """How the error grows with the term (6.1.5): (gravity, size of m, largest |term|, largest L) over a range of both."""
+    """Measures how the error grows with the term (6.1.5): (gravity, size of m, largest |term|,
+    largest L) over a range of both."""
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
         for factor in (0.5, 1.0, 2.0, 4.0):
@@ -115,11 +117,11 @@ def growth(end=20.0, eps=0.2):
 class Timed:
     """Experiment 6.2: states every five units; all against the truth."""
 
-    red: Run
-    blue: Run
-    green: Run
-    equal: Run
-    true: Run
+    red: Course
+    blue: Course
+    green: Course
+    equal: Course
+    true: Course
     seconds: dict  # of five units, by Bobenko-Suris in 166 sub-steps and by Extrap
     substeps: int  # that Bobenko-Suris makes in the time of Extrap, here and today
     improved: dict = field(default_factory=dict)
@@ -137,16 +139,16 @@ class Timed:
             "BS 0.01": self.red,
             **self.improved,
         }
-        errors = {name: frame_error(run, self.true) for name, run in named.items()}
+        errors = {name: frame_error(course, self.true) for name, course in named.items()}
         return errors | {"BS text": frame_error(self.blue, self.red)}
 
     def until(self, name, t):
-        """The largest frame error up to t."""
+        """Gives the largest frame error up to t."""
         return largest(self.t, self.L[name], t)
 
 
 def in_periods(substeps, end, method=None):
-    """Theorem 4.2, or a method of kreisel."""
+    """Goes by theorem 4.2, or by a method of kreisel."""
     step = PERIOD / substeps
     return (
         fixed(SCENE, method, step, end, substeps)
@@ -156,19 +158,17 @@ def in_periods(substeps, end, method=None):
 
 
 def seconds_of_a_period(green, rounds=9, some=40):
-    """Of Bobenko-Suris in 166 sub-steps and of Extrap; what Python takes for a call left out; the best of the rounds."""
+    """Gives the seconds of Bobenko-Suris in 166 sub-steps and of Extrap, without what Python takes
+    for a call: the best of the rounds."""
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
-    how = {
-        "BS": {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS},
-        "Ext": {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST},
-    }
-    calls = [
-        lambda how=how, t=t: [kr.solve(scene, t, **how) for scene in starts]
-        for how in how.values()
-        for t in ([PERIOD], [0.0])
-    ]
-    samples, _ = measure.interleaved(calls, [measure.once(call) for call in calls], rounds)
-    best = [min(own) / some for own in samples]
+    bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
+    ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
+
+    def of_all(t, words):
+        return lambda: [kr.solve(scene, [t], **words) for scene in starts]
+
+    calls = [of_all(t, words) for words in (bs, ext) for t in (PERIOD, 0.0)]
+    best = [seconds / some for seconds in measure.best_of(calls, rounds)]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
 
 
@@ -189,7 +189,8 @@ def timed(end=3200.0):
 
 
 def crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """When Extrap's frame error first exceeds that of Bobenko-Suris, by tolerance; None for never, and its last error."""
+    """Says when Extrap's frame error first exceeds that of Bobenko-Suris, by tolerance; None for
+    never; and its last error."""
     end, rows = timed.t[-1], []
     for tol in tolerances:
         green = timed.green if tol == FINE_TOL else restarted(SCENE, PERIOD, end, tol, FINE_FIRST)
@@ -204,9 +205,9 @@ class Equal:
     """Experiment 6.3: as many evaluations, hence Bobenko-Suris with a quarter of the step."""
 
     eps2: float
-    rk4: Run
-    bs: Run
-    true: Run
+    rk4: Course
+    bs: Course
+    true: Course
 
     @property
     def t(self):
@@ -218,7 +219,7 @@ class Equal:
 
 
 def equal_evaluations(end=30.0):
-    """By eps2."""
+    """Makes experiment 6.3, by eps2."""
     return {
         h: Equal(
             h,
@@ -230,9 +231,10 @@ def equal_evaluations(end=30.0):
     }
 
 
-def other_first_steps(run, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Extrap's largest frame error of experiment 6.2 to t = 1000, by the first step in each interval (6.2.1)."""
-    times = run.t[run.t <= end]
+def other_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
+    """Gives Extrap's largest frame error of experiment 6.2 to t = 1000, by the first step in each
+    interval (6.2.1)."""
+    times = timed.t[timed.t <= end]
     true = truth(SCENE, times)
     return {
         h: float(frame_error(restarted(SCENE, PERIOD, end, FINE_TOL, h), true).max()) for h in first

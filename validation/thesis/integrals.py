@@ -1,29 +1,31 @@
-"""Chapter 5.6.6, the fourth integrals; and the claim of chapter 3.4, both forms of the equations in one integrator."""
+"""The fourth integrals of chapter 5.6.6; and the claim of chapter 3.4, with both forms of the
+equations in one integrator."""
 
 from dataclasses import dataclass
+from functools import partial
 
 import kreisel as kr
 import numpy as np
 
 from ..peers import measure
-from .runs import SCENE, restarted, truth
+from .courses import SCENE, restarted, truth
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 FORMS = ("extrap", "extrap_kirchhoff")
+STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_B (5.6.6)
 
 
 def adjusted(kind, half=0.8):
-    """The cuboid at startup, adjusted to C_B = half by the program's checkbox (5.6.6)."""
-    stretched = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}[kind]
-    body = kr.Body.cuboid((stretched * half, half, half / 2), (0.0, 0.0, -half / 2))
+    """Gives the cuboid at startup, adjusted to C_B = half by the program's checkbox (5.6.6)."""
+    body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
 
 
 @dataclass(frozen=True)
 class Fourth:
-    """An integral, and its change along Extrap's run."""
+    """An integral, and its change along Extrap's course."""
 
     t: np.ndarray
     start: float
@@ -31,14 +33,16 @@ class Fourth:
 
 
 def fourth(kind):
-    """Figure 5.5 and its like for G: Extrap, begun anew each 0.1, over 300 units."""
-    run = restarted(adjusted(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
-    values = getattr(run.path, kind)
-    return Fourth(run.t, float(values[0]), values - values[0])
+    """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300
+    units."""
+    course = restarted(adjusted(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
+    values = getattr(course.path, kind)
+    return Fourth(course.t, float(values[0]), values - values[0])
 
 
 def values_of_k():
-    """K at the start, {(C_B, units): K}: the text's H has I1 = 1, and a unit of time that it leaves open."""
+    """Gives K at the start by (C_B, units): the text's H has I1 = 1, and a unit of time that it
+    leaves open."""
     found = {}
     for half in (0.8, 1.0):
         scene = adjusted("kowalewski", half)
@@ -63,56 +67,40 @@ class Form:
 
 
 def forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Chapter 3.4: rest frame against body, both with the whole frame, twelve equations each."""
-    rows = []
-    for name, end in scenes:
-        scene = getattr(kr.scenes, name)
-        q = truth(scene, [end]).path.q[-1]
-        hows = [(form, tol) for form in FORMS for tol in TOLERANCES]
-        calls = [
-            lambda form=form, tol=tol: kr.solve(scene, [end], method=form, tol=tol)
-            for form, tol in hows
-        ]
-        samples, _ = measure.interleaved(calls, [measure.once(call) for call in calls], rounds)
-        for (form, tol), call, own in zip(hows, calls, samples):
-            path = call()
-            rows.append(
-                Form(
-                    name,
-                    form,
-                    tol,
-                    float(kr.attitude_error(path.q[-1], q)),
-                    path.stats.evaluations,
-                    min(own),
-                )
-            )
-    return rows
+    """Compares rest frame and body (chapter 3.4), both with the whole frame, twelve equations
+    each."""
+    return [form for name, end in scenes for form in forms_of(name, end, rounds)]
+
+
+def forms_of(name, end, rounds):
+    scene = getattr(kr.scenes, name)
+    q = truth(scene, [end]).path.q[-1]
+    settings = [(form, tol) for form in FORMS for tol in TOLERANCES]
+    calls = [partial(kr.solve, scene, [end], method=form, tol=tol) for form, tol in settings]
+    seconds = measure.best_of(calls, rounds)
+    for (form, tol), call, best in zip(settings, calls, seconds, strict=True):
+        path = call()
+        error = float(kr.attitude_error(path.q[-1], q))
+        yield Form(name, form, tol, error, path.stats.evaluations, best)
 
 
 def frozen_frame(interval, end=100.0, scene=SCENE):
-    """The disadvantage that the text sees: M and P exact, but the frame turned on by the angular velocity at the begin of
-    each interval. The attitude error at the end [rad]."""
+    """Gives the attitude error at the end [rad] that comes of the disadvantage that the text sees:
+    M and P are exact, but the frame is turned on by the angular velocity at the begin of each
+    interval."""
     exact = truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
-    for w, x, y, z in turns(in_body(exact)[:-1] * interval):
-        a, b, c, d = q
-        q = np.array(
-            [
-                a * w - b * x - c * y - d * z,
-                a * x + b * w + c * z - d * y,
-                a * y - b * z + c * w + d * x,
-                a * z + b * y - c * x + d * w,
-            ]
-        )
+    for turn in turns(in_body(exact)[:-1] * interval):
+        q = np.array(kr.quaternion.multiply(q, turn))
     return float(kr.attitude_error(q / np.linalg.norm(q), exact.q[-1]))
 
 
 def in_body(path):
-    """Angular velocity along N, B, T."""
+    """Gives the angular velocity along N, B, T."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 
 def turns(angles):
-    """Quaternions of rotation vectors in rows."""
+    """Gives the quaternions of rotation vectors in rows."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

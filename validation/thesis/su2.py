@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .runs import truth
+from .courses import truth
 
 ID = np.eye(2, dtype=complex)
 E1 = 0.5 * np.array([[0, -1j], [-1j, 0]])
@@ -27,7 +27,8 @@ def turned(Phi, x):
 
 
 def rotation(axis, angle):
-    """The Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi turns by -angle."""
+    """Gives the Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi
+    turns by -angle."""
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * hat(axis)
 
 
@@ -41,7 +42,8 @@ def matrix(q):
 
 
 def xi(form, m, a, b, c, alpha, eps, second=None):
-    """xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b; in the second form the text has 2/c for 2/eps."""
+    """Gives xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b; in the second form the text has
+    2/c for 2/eps."""
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
     return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (
@@ -57,9 +59,10 @@ def step_of(m, a, eps, g):
 
 
 def theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """The attitude at the end, by the theorem. c_of: 'a' or the text's 'p'; side: of w_k on the quaternion, 'inverse' for
-    g the rotation from rest to body frame; text: 2/c in the second form."""
-    i1, _, alpha = scaled.body.moments
+    """Gives the attitude at the end, by the theorem. c_of: 'a' or the text's 'p'; side: that of w_k
+    on the quaternion, 'inverse' for g the rotation from rest to body frame; text: 2/c in the second
+    form."""
+    alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
     G, m = matrix(np.array(scaled.attitude)), np.array(scaled.momentum)
     a = vec(G @ E3 @ np.linalg.inv(G))

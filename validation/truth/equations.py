@@ -1,10 +1,11 @@
 """The equations of motion as heyoka takes them, in any of its precisions, and where they start.
+With w the angular velocity seen from the body,
 
-    J w' = J w x w + (q* e3 q) x lever,    q' = q w / 2        w: angular velocity, seen from the body
+    J w' = J w x w + (q* e3 q) x lever,    q' = q w / 2
 
-Seven equations, for the attitude and the angular velocity (the fastest form for heyoka) or the angular momentum in the
-body. Their coefficients are computed in 40 digits and rounded once; they are folded in, or given as parameters, so that
-one compiled integrator serves every top.
+There are seven equations, for the attitude and the angular velocity (the fastest form for heyoka)
+or the angular momentum in the body. Their coefficients are computed in 40 digits and rounded once;
+they are folded in, or given as parameters, so that one compiled integrator serves every top.
 """
 
 import heyoka as hy
@@ -27,7 +28,8 @@ def product(p, q):
 
 
 def start(problem, form="velocity", digits=40):
-    """The unit attitude, and the angular velocity or momentum in the body, as mpmath numbers."""
+    """Gives the unit attitude, and the angular velocity or momentum in the body, as mpmath
+    numbers."""
     with mp.workdps(digits):
         q = [mp.mpf(x) for x in problem.attitude]
         norm = mp.sqrt(sum(x * x for x in q))
@@ -35,7 +37,9 @@ def start(problem, form="velocity", digits=40):
         back = [q[0]] + [-x for x in q[1:]]
         m = product(product(back, [0, *map(mp.mpf, problem.momentum)]), q)[1:]
         return q + (
-            [x / mp.mpf(J) for x, J in zip(m, problem.inertia)] if form == "velocity" else m
+            [x / mp.mpf(J) for x, J in zip(m, problem.inertia, strict=True)]
+            if form == "velocity"
+            else m
         )
 
 
@@ -44,7 +48,8 @@ def in_precision(numbers, fp):
 
 
 def coefficients(problem, form="velocity", digits=40):
-    """By which variables become velocities; of the products of two; of the torque: 3 + 3 + 6 mpmath numbers."""
+    """Gives by what variables become velocities, the coefficients of the products of two of them,
+    and those of the torque: 3 + 3 + 6 mpmath numbers."""
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
         velocity = form == "velocity"
@@ -55,7 +60,8 @@ def coefficients(problem, form="velocity", digits=40):
 
 
 def equations(numbers, fp):
-    """(variable, its derivative) of each of the seven, with these coefficients; what is zero is left out."""
+    """Gives (variable, its derivative) of each of the seven, with these coefficients; what is zero
+    is left out."""
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body
     up = [
@@ -80,16 +86,16 @@ def equations(numbers, fp):
         ]
         terms = [term for term in terms if term is not None]
         spinning.append(sum(terms[1:], terms[0]) if terms else hy.expression(fp(0.0)))
-    return list(zip(variables, turning + spinning))
+    return list(zip(variables, turning + spinning, strict=True))
 
 
 def system(problem, fp=float, form="velocity"):
-    """Equations and start for heyoka.taylor_adaptive, for this top alone."""
+    """Gives equations and start for heyoka.taylor_adaptive, for this top alone."""
     return equations(in_precision(coefficients(problem, form), fp), fp), in_precision(
         start(problem, form), fp
     )
 
 
 def general(fp):
-    """Equations for any top: its coefficients are the parameters."""
+    """Gives equations for any top: its coefficients are the parameters."""
     return equations([hy.par[i] for i in range(COEFFICIENTS)], fp)

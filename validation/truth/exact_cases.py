@@ -1,4 +1,5 @@
-"""Tops on which a closed form may fail: every degenerate case by name, and random ones over decades."""
+"""Tops on which a closed form may fail: every degenerate case by name, and random ones over
+decades."""
 
 import math
 
@@ -23,7 +24,7 @@ def axis_of(q):
 
 
 def precessing(angle, axial, sign):
-    """The momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
+    """Gives the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
     root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
     rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
     a = axis_of(tilt(angle))
@@ -112,7 +113,7 @@ def unit(q):
 
 
 def random_attitude(rng, near_pole):
-    """Anywhere; or 1e-9 .. 1 from a pole."""
+    """Gives an attitude anywhere, or 1e-9 .. 1 from a pole."""
     if not near_pole:
         return unit(rng.normal(size=4))
     half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
@@ -121,7 +122,8 @@ def random_attitude(rng, near_pole):
 
 
 def random_lagrange(rng, number):
-    """Moments, lever arm and momentum over decades, either sign of gravity; every second within 1e-9 .. 1 of a pole."""
+    """Draws moments, lever arm and momentum over decades, and either sign of gravity; every second
+    top begins within 1e-9 .. 1 of a pole."""
     i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
     i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
     return (
@@ -151,7 +153,7 @@ def random_time(rng):
 
 
 def scene(kr, case):
-    """As kreisel takes it."""
+    """Gives a case as kreisel takes it."""
     if len(case) == 5:
         i1, i3, lever, q, m = case
         body = kr.Body(mass=1.0, inertia=(i1, i1, i3), com=(0.0, 0.0, abs(lever)))
@@ -183,8 +185,8 @@ MAPS = [  # named tops, and steps of the Bobenko-Suris map
 
 
 def random_map(rng, number):
-    """A random top and a step of 0.003 .. 5 in its own time, either way."""
-    i1, i3, lever, q, m = case = random_lagrange(rng, number)
+    """Draws a top and a step of 0.003 .. 5 in its own time, either way."""
+    i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (
         case,

@@ -1,4 +1,5 @@
-"""The order of a method, as its error shows it: the slope of log error over log step, in q and in m."""
+"""The order of a method, as its error shows it: the slope of log error over log step, in q and in
+m."""
 
 import kreisel as kr
 import numpy as np
@@ -14,25 +15,28 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
 def tilted(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
-    """Over an upright start no torque acts, which hides an error of first order."""
+    """Makes a tilted scene: over an upright start no torque acts, which hides an error of first
+    order."""
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
 def slope(steps, errors, rounding):
-    """Of log error over log step, for the eight smallest steps whose error is not rounding; None for under three."""
+    """Gives the slope of log error over log step, for the eight smallest steps whose error is not
+    rounding; None for under three."""
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
 
 
 def errors_of(path, truth):
-    """In q and, relatively, in m; over several times, for at one of them an error may just change its sign."""
+    """Gives the errors in q and, relatively, in m; over several times, for at one of them an error
+    may just change its sign."""
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
 
 
 def measured(name, body):
-    """Slopes in q and, unless it is kept, in m. High orders show on a fast top only: on a slow one the leading term
-    drowns in rounding before it leads."""
+    """Gives the slopes in q and, unless it is kept, in m. High orders show on a fast top only: on a
+    slow one the leading term drowns in rounding before it leads."""
     high = kr.methods[name].order > 4
     top = tilted(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
     times = np.arange(3.0 if body == "asymmetric" else 6.0)

@@ -1,5 +1,5 @@
-"""The scenes of problems.json, and those of a user, down to the last bit: every method and every truth starts from the
-same doubles."""
+"""The scenes of problems.json, and those of a user, down to the last bit: every method and every
+truth starts from these doubles."""
 
 import json
 import math
@@ -32,10 +32,11 @@ class Problem:
     lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
     attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
     momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
-    user: kr.Scene = None  # as it was described, where that is not all
+    user: kr.Scene | None = None  # as it was described, where that is not all
 
     def scene(self):
-        """As kreisel takes it; mass and gravity are 1, so the centre of mass is the lever."""
+        """Gives the top as kreisel takes it; mass and gravity are 1, so that the centre of mass is
+        the lever."""
         if self.user:
             return self.user
         return kr.Scene(
@@ -43,7 +44,7 @@ class Problem:
         )
 
     def principal(self, q):
-        """Attitudes as kreisel gives them, referred to the principal axes."""
+        """Refers attitudes, as kreisel gives them, to the principal axes."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -52,19 +53,20 @@ class Problem:
 
     @property
     def symmetric(self):
-        """A Lagrange top, to the last bit."""
+        """Says whether it is a Lagrange top, to the last bit."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
     def rate(self):
-        """About how fast it turns: its angular velocity at the start, or its pendulum's frequency [T^-1]."""
+        """Says about how fast it turns: its angular velocity at the start, or its pendulum's
+        frequency [T^-1]."""
         q, m = np.array(self.attitude), np.array(self.momentum)
         spin = np.linalg.norm(turn_back(q, m) / self.inertia)
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def energies(self, q, m):
-        """Kinetic and potential energy of states in rows, in extended precision: what is reported as an energy error
-        is the state's own, not that of evaluating it."""
+        """Gives kinetic and potential energy of states in rows, in extended precision: what is
+        reported as an energy error is the state's own, not that of evaluating it."""
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         kinetic = (turn_back(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
@@ -72,7 +74,8 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """|E - E0| / max (T + mass gravity |com|) of each state; the first of them is the start."""
+        """Gives |E - E0| / max (T + mass gravity |com|) of each state; the first of them is the
+        start."""
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
         scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
@@ -83,8 +86,8 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def in_own_units(self):
-        """The same top in units in which its largest moment and its rate are about one, and these two units: powers of
-        two, so that nothing is rounded."""
+        """Gives the top in units in which its largest moment and its rate are about one, and these
+        two units: powers of two, so that nothing is rounded."""
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
         )
@@ -106,23 +109,21 @@ class Problem:
 
 
 def turn_back(q, v):
-    """q* v q: a vector of space, seen from the body."""
-    w, u = q[..., :1], q[..., 1:]
-    t = 2 * np.cross(v, u)
-    return v + w * t + np.cross(t, u)
+    """Sees vectors of space from the body: q* v q, in rows."""
+    return np.stack(kr.quaternion.turn_back(np.asarray(q).T, np.asarray(v).T), -1)
 
 
 def turn(q, v):
-    """q v q*: a vector of the body, seen from space."""
-    return turn_back(q * np.array([1, -1, -1, -1]), v)
+    """Sees vectors of the body from space: q v q*, in rows."""
+    return np.stack(kr.quaternion.turn(np.asarray(q).T, np.asarray(v).T), -1)
 
 
 def attitude_error(q, truth):
-    """Angle of the rotation between two attitudes, 0 .. pi [rad]; 2 acos |w| would lose half the digits."""
-    (a, *u), (b, *v) = np.array(q, np.longdouble), np.array(truth, np.longdouble)
-    u, v = np.array(u), np.array(v)
-    vec = a * v - b * u - np.cross(u, v)
-    return float(2 * np.arctan2(np.sqrt(vec @ vec), abs(a * b + u @ v)))
+    """Gives the angle of the rotation between two attitudes, 0 .. pi [rad]; 2 acos |w| would lose
+    half the digits."""
+    back = kr.quaternion.conjugate(np.array(q, np.longdouble))
+    w, *vec = kr.quaternion.multiply(back, np.array(truth, np.longdouble))
+    return float(2 * np.arctan2(np.sqrt(np.dot(vec, vec)), abs(w)))
 
 
 def load(name):
@@ -132,7 +133,7 @@ def load(name):
 
 
 def described(name, scene):
-    """A scene of kreisel in its principal axes."""
+    """Gives a scene of kreisel in its principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

@@ -1,7 +1,9 @@
-"""The Lagrange and the Euler top by quadrature: a truth that shares no formula with csrc/exact, which uses theta functions.
+"""The Lagrange and the Euler top by quadrature: a truth that shares no formula with csrc/exact,
+which uses theta functions.
 
-The height of the axis is an elliptic function of time (Jacobi's sn); the two angles of attitude are integrals of the third
-kind over it, by Carlson's R_F and R_J and whole periods. Everything in mpmath, with DIGITS to spare for near-double roots.
+The height of the axis is an elliptic function of time (Jacobi's sn); the two angles of attitude are
+integrals of the third kind over it, by Carlson's R_F and R_J and whole periods. All is computed in
+mpmath, with DIGITS to spare for near-double roots.
 """
 
 import mpmath as mp
@@ -25,12 +27,12 @@ def conj(q):
 
 
 def turn(q, v):
-    """q v q* of a unit quaternion."""
+    """Turns v by a unit quaternion: q v q*."""
     return product(product(q, [0, *v]), conj(q))[1:]
 
 
 def dot(a, b):
-    return sum(x * y for x, y in zip(a, b))
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def cross(a, b):
@@ -44,7 +46,7 @@ def unit(q):
 
 
 def frame(n, b, t):
-    """The attitude whose axes are these."""
+    """Gives the attitude whose axes are these."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -57,18 +59,19 @@ def frame(n, b, t):
         [t[0] - n[2], n[1] + b[0], sizes[2], b[2] + t[1]],
         [n[1] - b[0], n[2] + t[0], b[2] + t[1], sizes[3]],
     ]
-    return unit(max(zip(sizes, rows), key=lambda row: row[0])[1])
+    return unit(max(zip(sizes, rows, strict=True), key=lambda row: row[0])[1])
 
 
 def attitude_error(truth, q):
-    """Angle between a truth and a unit quaternion in doubles; more than 7 if the sign is the other one."""
+    """Gives the angle between a truth and a unit quaternion in doubles; more than 7 if the sign is
+    the other one."""
     with mp.workdps(DIGITS):
         d = product(conj(truth), [mp.mpf(float(x)) for x in q])
         return float(2 * mp.sqrt(dot(d[1:], d[1:]))) + (10 if d[0] < 0 else 0)
 
 
 def roots(c2, c1, c0):
-    """The three real roots of x^3 + c2 x^2 + c1 x + c0, ascending."""
+    """Gives the three real roots of x^3 + c2 x^2 + c1 x + c0, ascending."""
     with mp.workdps(3 * DIGITS):
         p, q = c1 - c2**2 / 3, c2 * (2 * c2**2 - 9 * c1) / 27 + c0
         size = 2 * mp.sqrt(max(-p / 3, 0))
@@ -77,14 +80,16 @@ def roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals over v = sn^2 from a start at sn^2 = v0, rising or not; x is measured in units where sn has period 4 K."""
+    """Integrals over v = sn^2 from a start at sn^2 = v0, rising or not; x is measured in units
+    where sn has period 4 K."""
 
     def __init__(self, k2, v0, rising):
         self.k2, self.quarter, self.nome, self.known = k2, mp.ellipk(k2), mp.qfrom(m=k2), {}
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """sn, cn, dn, whole half periods n, of the start + x = x' + 2 n K with |x'| <= K."""
+        """Gives sn, cn, dn and the whole half periods n, of the start + x = x' + 2 n K with |x'| <=
+        K."""
         x += self.start
         n = int(mp.nint(x / (2 * self.quarter)))
         rest, sign = x - 2 * n * self.quarter, -1 if n % 2 else 1
@@ -92,7 +97,7 @@ class Quadrature:
         return sign * sn, sign * cn, dn, n
 
     def third(self, x, a, b):
-        """The integral of dx / (a + b sn^2) from the start to x; a > 0, a + b > 0."""
+        """Integrates dx / (a + b sn^2) from the start to x, where a > 0 and a + b > 0."""
 
         def incomplete(s, c, d):
             s2 = s * s
@@ -122,8 +127,8 @@ class Quadrature:
 
 
 class Lagrange:
-    """At time t: (attitude, momentum). Axis of symmetry and centre of mass along T, lever = mass gravity com. For an axis
-    that is not at rest at a pole."""
+    """Gives (attitude, momentum) at time t. The axis of symmetry and the centre of mass lie along
+    T, lever = mass gravity com. It is for an axis that is not at rest at a pole."""
 
     def __init__(self, i1, i3, lever, q, m):
         with mp.workdps(DIGITS):
@@ -171,8 +176,8 @@ class Lagrange:
         ]
 
     def _turn(self, x, weight, a, b, at_bottom):
-        """The integral of weight / (a + b sn^2); where the weight is zero half a turn for each passage of that pole, one
-        at the start not counted."""
+        """Integrates weight / (a + b sn^2); where the weight is zero, it counts half a turn for
+        each passage of that pole, one at the start apart."""
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
         start, end = (
@@ -184,7 +189,7 @@ class Lagrange:
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
     def __call__(self, t):
-        """For t = 0 too, unless the axis then passes a pole."""
+        """Holds for t = 0 too, unless the axis then passes a pole."""
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
@@ -223,7 +228,8 @@ class Euler:
             self._integrals(turn(conj(self.relabel), body))
 
     def _order(self, inertia, body):
-        """Axes in the order 1, 2 (the middle moment), 3 (which circulates), with M3 > 0; relabel: these -> the body's."""
+        """Puts the axes in the order 1, 2 (the middle moment), 3 (which circulates), with M3 > 0;
+        `relabel` turns these into the body's."""
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
         first, third = (low, high) if excess < 0 else (high, low)
@@ -237,7 +243,7 @@ class Euler:
 
     def _integrals(self, body):
         one, two, three = self.inertia
-        twice = sum(x * x / i for x, i in zip(body, self.inertia))
+        twice = sum(x * x / i for x, i in zip(body, self.inertia, strict=True))
         d3, d1 = abs(twice * three - self.size**2), abs(self.size**2 - twice * one)
         self.most = [
             mp.sqrt(one * d3 / abs(three - one)),
@@ -257,7 +263,8 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """The attitude that has the momentum along e3, up to a first turn about e3; how far it precessed; M."""
+        """Gives the attitude that has the momentum along e3, up to a first turn about e3; how far
+        it precessed; and M."""
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)
         even = -1 if n % 2 else 1

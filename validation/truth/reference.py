@@ -1,12 +1,13 @@
-"""The truths: heyoka in 128 bit; those of the report's scenes are kept in reference.json by `python -m validation.truth.reference`.
+"""The truths, by heyoka in 128 bit; those of the report's scenes are kept in reference.json by
+`python -m validation.truth.reference`.
 
-Each is computed in several ways that share as little as can be: two forms of the equations, in 128 and in 80 bit; how far
-they part says how far to trust it. Beside it stands its conditioning: how far the attitude moves when all the data -
-momentum, attitude, moments, lever - move by one rounding of a double, which no method in doubles can be expected to beat.
+Each is computed in several ways that share as little as can be: two forms of the equations, in 128
+and in 80 bit; how far they part says how far to trust it. Beside it stands its conditioning: how
+far the attitude moves when all the data - momentum, attitude, moments, lever - move by one rounding
+of a double, which no method in doubles can be expected to beat.
 """
 
 import argparse
-import csv
 import json
 from dataclasses import replace
 from functools import cache
@@ -24,22 +25,19 @@ from .quadrature import Euler, Lagrange
 FILE = Path(__file__).with_name("reference.json")
 DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
-FINER = (
-    np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
-)  # for what need not be the truth itself
-NUDGES = {
-    FINER: 8,
-    float: 2**20,
-}  # roundings by which data are moved, so that each precision resolves what comes of it
+# For what need not be the truth itself.
+FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
+# By how many roundings data are moved, so that each precision resolves what comes of it.
+NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
 LOOKS = 16  # at the conditioning on the way: errors made there are carried on too
-FEW = 4  # the same, of a closed form
+FEW = 4  # looks at the conditioning on the way of a closed form
 LONG = 600.0  # beyond this angle 128 bit take longer than about a second [rad]
 
 
 @cache
 def compiled(fp):
-    """One integrator in each precision, for every top."""
+    """Compiles one integrator in each precision, for every top."""
     zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
     return hy.taylor_adaptive(
         equations.general(fp),
@@ -52,23 +50,30 @@ def compiled(fp):
 
 
 def spun(problem, form, t, q, s):
-    """Attitude and momentum from the variables at t; `symmetric` left out the turn about the axis, which is uniform."""
+    """Gives attitude and momentum from the variables at t; `symmetric` left out the turn about the
+    axis, which is uniform."""
     if form == "velocity":
-        return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia)]
+        return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
     if form == "momentum":
         return q + s
     equal, _, odd = (mp.mpf(x) for x in problem.inertia)
     angle = t * s[2] * equal * (1 / odd - 1 / equal)
     half, m = [mp.cos(angle / 2), 0, 0, mp.sin(angle / 2)], [x * equal for x in s]
     c, d = mp.cos(angle), mp.sin(angle)
-    return equations.product(q, half) + [c * m[0] + d * m[1], c * m[1] - d * m[0], m[2]]
+    turned_m = [c * m[0] + d * m[1], c * m[1] - d * m[0], m[2]]
+    return equations.product(q, half) + turned_m
+
+
+def sphere_of(problem):
+    """Gives the sphere under the torque of a Lagrange top, whose axis it moves alike."""
+    return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
 def states(problem, times, form="velocity", fp=hy.real128):
-    """Attitude and angular momentum in the body at the times, as mpmath numbers. Forms: velocity, momentum; symmetric
-    for Lagrange tops, a sphere under the same torque."""
+    """Gives attitude and angular momentum in the body at the times, as mpmath numbers. Forms:
+    velocity, momentum; symmetric for Lagrange tops, a sphere under the torque of the top."""
     own, moment, rate = problem.in_own_units()
-    model = replace(own, inertia=own.inertia[:1] * 3) if form == "symmetric" else own
+    model = sphere_of(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
     top = compiled(fp)
     top.pars[:] = equations.in_precision(equations.coefficients(model, variables), fp)
@@ -80,19 +85,15 @@ def states(problem, times, form="velocity", fp=hy.real128):
             raise ArithmeticError(f"heyoka stopped on {problem.name} before t = {t}: {outcome}")
         with mp.workdps(DIGITS):
             state = [mp.mpf(str(x)) for x in top.state]
-            q, m = (
-                part
-                for part in np.split(
-                    np.array(spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])), [4]
-                )
-            )
+            variables_at_t = spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])
+            q, m = variables_at_t[:4], variables_at_t[4:]
             norm = mp.sqrt(sum(x * x for x in q))
             found.append([x / norm for x in q] + [x * moment * rate for x in m])
     return found
 
 
 def angle(p, q):
-    """Angle of the rotation between two attitudes [rad], in many digits."""
+    """Gives the angle of the rotation between two attitudes [rad], in many digits."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
@@ -101,8 +102,8 @@ def angle(p, q):
 def energy(problem, state):
     w, x, y, z = state[:4]
     up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
-    kinetic = sum(m * m / mp.mpf(J) for m, J in zip(state[4:], problem.inertia)) / 2
-    return kinetic + sum(u * mp.mpf(c) for u, c in zip(up, problem.lever))
+    kinetic = sum(m * m / mp.mpf(J) for m, J in zip(state[4:], problem.inertia, strict=True)) / 2
+    return kinetic + sum(u * mp.mpf(c) for u, c in zip(up, problem.lever, strict=True))
 
 
 def energy_error(problem, state):
@@ -113,7 +114,8 @@ def energy_error(problem, state):
 
 
 def nudged(problem, nudge):
-    """The same top with its data moved by a few roundings, one after the other; a symmetric one stays symmetric."""
+    """Gives the top with its data moved by a few roundings, one after the other; a symmetric one
+    stays symmetric."""
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
         for word in ("momentum", "inertia", "lever"):
@@ -121,7 +123,7 @@ def nudged(problem, nudge):
             for i in range(3):
                 both = word == "inertia" and problem.symmetric and i < 2
                 moved = tuple(
-                    x * more if j == i or both and j < 2 else x for j, x in enumerate(numbers)
+                    x * more if j == i or (both and j < 2) else x for j, x in enumerate(numbers)
                 )
                 if numbers[i] and not (both and i):
                     yield replace(problem, **{word: moved})
@@ -134,7 +136,8 @@ def nudged(problem, nudge):
 
 
 def conditioning(problem, times, form, fp=FINER):
-    """By what angle one rounding of each of the data moves the attitude, at each time [rad]."""
+    """Says by what angle one rounding of each of the data moves the attitude, at each time
+    [rad]."""
     own, _, rate = problem.in_own_units()
     times = [t * rate for t in times]
     here = states(own, times, form, fp)
@@ -145,13 +148,9 @@ def conditioning(problem, times, form, fp=FINER):
 
 
 def on_the_way(problem, end):
-    """The truth of any scene in about a second: where 128 bit would take longer, in 80."""
+    """Gives the truth of any scene in about a second: where 128 bit would take longer, in 80."""
     form = "symmetric" if problem.symmetric else "velocity"
-    fast = (
-        problem.rate
-        if form == "velocity"
-        else replace(problem, inertia=problem.inertia[:1] * 3).rate
-    )
+    fast = sphere_of(problem).rate if problem.symmetric else problem.rate
     brief = fast * end < LONG
     (finer,) = states(problem, [end], form, FINER)
     state = states(problem, [end], form)[0] if brief else finer
@@ -169,7 +168,8 @@ def on_the_way(problem, end):
 
 
 def closed_form(problem, end):
-    """The truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how far its roundings move it."""
+    """Gives the truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how
+    far its roundings move it."""
 
     def state(top, t):
         start = equations.start(top, "momentum")
@@ -196,13 +196,13 @@ def closed_form(problem, end):
 
 
 def turned(q, v):
-    """q v q*, in many digits."""
+    """Turns v by a unit quaternion, q v q*, in many digits."""
     with mp.workdps(DIGITS):
         return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
 
 
 def ways(problem, end, kept):
-    """Angle [rad] between the truth and each other way to compute it."""
+    """Gives the angle [rad] between the truth and each other way to compute it."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield "heyoka, 128 bit, momentum", angle(true, states(problem, [end], "momentum")[0])
@@ -218,12 +218,12 @@ def ways(problem, end, kept):
             with mp.workdps(DIGITS):
                 yield (
                     f"{name}, 30 digits" if many else name,
-                    angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low)]),
+                    angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]),
                 )
 
 
 def compute(problem, times):
-    """Truth by time, with what shows how good it is."""
+    """Gives the truth by time, with what shows how good it is."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = states(problem, times), states(problem, times, "momentum")
     moved = conditioning(problem, times, form)
@@ -235,32 +235,21 @@ def compute(problem, times):
             "energy_error": energy_error(problem, state),
             "conditioning": condition,
         }
-        for t, state, other, condition in zip(times, found, again, moved)
+        for t, state, other, condition in zip(times, found, again, moved, strict=True)
     }
 
 
 def stored(name, t):
-    """The truth of a scene at a time that reference.json holds."""
+    """Gives the truth of a scene at a time that reference.json holds."""
     return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
 
 
 def of(problem, end):
-    """The truth of a scene of the report, as it is kept, or of any other, computed now."""
+    """Gives the truth of a scene of the report, as it is kept, or of any other, computed now."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
     )
-
-
-def write_csv(file, lines):
-    """How far each way to compute each truth is from it."""
-    with file.open("w", newline="") as out:
-        writer = csv.writer(out)
-        writer.writerow(("scene", "t", "conditioning", "computed_by", "away"))
-        for line in lines:
-            writer.writerows(
-                (line["scene"], line["end"], line["conditioning"], *way) for way in line["ways"]
-            )
 
 
 def main(argv=None):
@@ -282,7 +271,8 @@ def main(argv=None):
         for t, truth in found.items():
             print(
                 f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
-                f"{truth['energy_error']:.0e}; one rounding of the data moves it by {truth['conditioning']:.0e} rad"
+                f"{truth['energy_error']:.0e}; one rounding of the data moves it by "
+                f"{truth['conditioning']:.0e} rad"
             )
     return 0
 

@@ -151,30 +151,42 @@ def compare(
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
     """
     instance("scene", scene, Scene)
-    if isinstance(methods, str):
-        raise TypeError(f"methods must be a list of names, not {methods!r}")
-    names = (
-        list(methods) if methods is not None else [m.name for m in known.values() if m.suits(scene)]
-    )
     by_step = [positive("steps", step) for step in steps]
-    by_tol: list[float | None] = [positive("tols", tol) for tol in tols] or [None]
-    runs = []
-    for name in names:
-        method = fitting(name, scene)
-        if not method.adaptive and not by_step:
-            raise ValueError(
-                f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
-            )
-        if method.adaptive:
-            runs += [_Run(scene, t, name, tol=tol) for tol in ([None] if method.exact else by_tol)]
-        else:
-            runs += [_Run(scene, t, name, step=step) for step in by_step]
+    by_tol = [positive("tols", tol) for tol in tols]
+    runs = _runs(scene, t, methods, by_step, by_tol)
     rounds = whole("repeats", repeats, 1)
     reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
     for _ in range(rounds):
         for run in runs:
             run.repeat()
     return Table(tuple(run.row(name_of(scene), reference) for run in runs))
+
+
+def _runs(
+    scene: Scene,
+    t: ArrayLike,
+    methods: Iterable[str] | None,
+    by_step: list[float],
+    by_tol: list[float],
+) -> list[_Run]:
+    """Each method at each setting."""
+    if isinstance(methods, str):
+        raise TypeError(f"methods must be a list of names, not {methods!r}")
+    if methods is None:
+        methods = [method.name for method in known.values() if method.suits(scene)]
+    runs = []
+    for name in methods:
+        method = fitting(name, scene)
+        if not method.adaptive and not by_step:
+            raise ValueError(
+                f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
+            )
+        if method.adaptive:
+            tols = by_tol if by_tol and not method.exact else [None]
+            runs += [_Run(scene, t, name, tol=tol) for tol in tols]
+        else:
+            runs += [_Run(scene, t, name, step=step) for step in by_step]
+    return runs
 
 
 def _apart(path: Path, truth: Path) -> float:

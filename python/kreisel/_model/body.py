@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import combinations
+from struct import unpack
 from typing import Self
 
 import numpy as np
@@ -38,7 +39,7 @@ class Body:
     inertia: Vector | tuple[Vector, Vector, Vector]
     com: Vector
     # kr_body: mass, moments, com, axes
-    _block: tuple[float, ...] = field(init=False, repr=False, compare=False)
+    _block: bytes = field(init=False, repr=False, compare=False)
 
     def __init__(self, mass: float, inertia: ArrayLike, com: ArrayLike) -> None:
         tensor = _tensor("inertia", inertia)
@@ -47,7 +48,7 @@ class Body:
         if status != "OK":
             raise refusal(status, _violation(tensor))
         self.__dict__["mass"], self.__dict__["inertia"], self.__dict__["com"] = described
-        self.__dict__["_block"] = tuple(block.tolist())
+        self.__dict__["_block"] = block
 
     @classmethod
     def cuboid(cls, half: ArrayLike, pivot: ArrayLike, density: float = 1.0) -> Self:
@@ -88,7 +89,7 @@ class Body:
     @property
     def moments(self) -> Vector:
         """The principal moments at the fixed point [M L^2], along N, B, T."""
-        _, i1, i2, i3, *_ = self._block
+        _, i1, i2, i3, *_ = unpack("11d", self._block)
         return i1, i2, i3
 
     @property
@@ -99,13 +100,13 @@ class Body:
         A diagonal inertia is its own principal frame; else the principal axes nearest the described
         ones are taken, right-handed, T along the symmetry axis of a Lagrange top.
         """
-        *_, w, x, y, z = self._block
+        *_, w, x, y, z = unpack("11d", self._block)
         return w, x, y, z
 
     @property
     def principal_com(self) -> Vector:
         """The centre of mass along N, B, T [L]."""
-        x, y, z = self._block[4:7]
+        _, _, _, _, x, y, z, *_ = unpack("11d", self._block)
         return x, y, z
 
     @property

@@ -13,12 +13,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL, scene_check
-from .._ground.arguments import Array, Quaternion, Vector, number, row, vector
+from .._core import KIND_RTOL, scene
+from .._ground.arguments import Array, Quaternion, Vector, instance, number, row, vector
 from .._ground.refusals import refusal
 from ..quaternion import from_xyzw, multiply, turn, turn_back
 from .body import Body, body_of
 from .toml import lines, made, read, tables
+
+_COUNTABLE = 2.0**53  # whole radians are told apart up to here
 
 
 @dataclass(frozen=True, init=False)
@@ -42,7 +44,7 @@ class Scene:
     attitude: Quaternion
     gravity: float
     # kr_scene: body, gravity, t, q, m
-    _block: tuple[float, ...] = field(init=False, repr=False, compare=False)
+    _block: bytes = field(init=False, repr=False, compare=False)
 
     def __init__(
         self,
@@ -56,29 +58,20 @@ class Scene:
         body_velocity: ArrayLike | None = None,
         attitude_xyzw: ArrayLike | None = None,
     ) -> None:
-        if not isinstance(body, Body):
-            raise TypeError(f"body must be a kreisel.Body, not {body!r}")
-        g = number("gravity", gravity)
-        q = _attitude(attitude, attitude_xyzw)
-        if not abs(sum(c * c for c in q) - 1.0) <= KIND_RTOL:
-            norm = math.hypot(*q)
-            raise ValueError(
-                f"the attitude must be a unit quaternion; the norm of {q} is {norm!r}: divide by it"
-            )
-        in_space = {"momentum": momentum, "velocity": velocity}
-        in_body = {"body_momentum": body_momentum, "body_velocity": body_velocity}
-        m = _momentum(
-            body,
-            q,
-            {word: value for word, value in (in_space | in_body).items() if value is not None},
-        )
-        block = (*body._block, g, 0.0, *q, *m)
-        status = scene_check(block)
-        if status != "OK":
-            raise refusal(status, f"momentum {m}, attitude {q}, gravity {g!r}")
+        instance("body", body, Body)
+        words = {
+            "momentum": momentum,
+            "velocity": velocity,
+            "body_momentum": body_momentum,
+            "body_velocity": body_velocity,
+        }
+        given = {word: value for word, value in words.items() if value is not None}
+        made = None if attitude_xyzw is not None else _made(body, given, attitude, gravity)
+        if made is None:
+            made = _looked_at(body, given, attitude, attitude_xyzw, gravity)
         kept = self.__dict__
-        kept["body"], kept["momentum"], kept["attitude"], kept["gravity"] = body, m, q, g
-        kept["_block"] = block
+        kept["body"] = body
+        kept["momentum"], kept["attitude"], kept["gravity"], kept["_block"] = made
 
     @cached_property
     def _fastest(self) -> float:
@@ -86,6 +79,11 @@ class Scene:
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
+
+    @cached_property
+    def _within(self) -> float:
+        """Before this time the top certainly turns less often than a double can tell [T]."""
+        return 0.5 * _COUNTABLE / self._fastest if self._fastest > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
@@ -138,6 +136,52 @@ def parse(text: str) -> Scene:
     return made(Scene, "a scene", {**table, "body": body_of(table["body"])})
 
 
+_Made = tuple[Vector, Quaternion, float, bytes]  # momentum, attitude, gravity, and the block
+
+
+def _made(
+    body: Body, given: dict[str, ArrayLike], attitude: ArrayLike | None, gravity: float
+) -> _Made | None:
+    """What a scene keeps beside its body; None where the words are other than plain numbers or have
+    to be refused."""
+    if len(given) != 1:
+        return None
+    ((name, value),) = given.items()
+    made = scene(body._block, value, attitude, gravity)
+    if isinstance(made, tuple) and name != "momentum":
+        v, q, g, _ = made
+        made = scene(body._block, _momentum(body, q, name, v), q, g)
+    return made if isinstance(made, tuple) else None
+
+
+def _looked_at(
+    body: Body,
+    given: dict[str, ArrayLike],
+    attitude: ArrayLike | None,
+    attitude_xyzw: ArrayLike | None,
+    gravity: float,
+) -> _Made:
+    """What a scene keeps beside its body, of words that are looked at one by one."""
+    g = number("gravity", gravity)
+    q = _attitude(attitude, attitude_xyzw)
+    if not abs(sum(c * c for c in q) - 1.0) <= KIND_RTOL:
+        norm = math.hypot(*q)
+        raise ValueError(
+            f"the attitude must be a unit quaternion; the norm of {q} is {norm!r}: divide by it"
+        )
+    if len(given) != 1:
+        raise ValueError(
+            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
+            + (" and ".join(given) or "none")
+        )
+    ((name, value),) = given.items()
+    m = _momentum(body, q, name, vector(name, value))
+    made = scene(body._block, m, q, g)
+    if not isinstance(made, tuple):
+        raise refusal(made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}")
+    return made
+
+
 def _attitude(wxyz: ArrayLike | None, xyzw: ArrayLike | None) -> Quaternion:
     if xyzw is None:
         given = (1.0, 0.0, 0.0, 0.0) if wxyz is None else wxyz
@@ -148,15 +192,8 @@ def _attitude(wxyz: ArrayLike | None, xyzw: ArrayLike | None) -> Quaternion:
     return from_xyzw("attitude_xyzw", xyzw)
 
 
-def _momentum(body: Body, q: Quaternion, given: dict[str, ArrayLike]) -> Vector:
-    """The momentum in space, of the one thing that was given."""
-    if len(given) != 1:
-        raise ValueError(
-            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
-            + (" and ".join(given) or "none")
-        )
-    ((name, value),) = given.items()
-    v = vector(name, value)
+def _momentum(body: Body, q: Quaternion, name: str, v: Vector) -> Vector:
+    """The momentum in space, of the word in which it was given."""
     if name == "momentum":
         return v
     if name == "body_momentum":

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._core import modified_energy, modified_energy4, statuses
+from .._core import modified_energy, modified_energy4, statuses, values
 from .._ground.arguments import Array, number
-from .._ground.core_table import values
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
@@ -220,9 +219,8 @@ class Path:
     def _apart(self, method: str, digits: int | None) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        second = Request(self.scene, methods[method], None, None, digits, 0, None, method)
-        times = listed(self.t, None, None)
-        other = good(second, rows(second, times), float(times[-1]))
+        second = Request(methods[method], digits=digits, asked=method)
+        other = good(self.scene, second, rows(self.scene, second, listed(self.t, None, None)))
         dot = (self.q * other.q).sum(axis=1)
         sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
         d = (sign * other.q - self.q) + (sign * other.q_low - self.q_low)
@@ -237,7 +235,8 @@ class Path:
         """What was used for this path, and what was left out, and why."""
         step = None if self.step is None else abs(self.step)
         words = step, self.tol, self.digits, 0, self.want, self._asked
-        return plan_of(Request(self.scene, methods[self.method], *words), len(self), self._choice)
+        done = Request(methods[self.method], *words)
+        return plan_of(self.scene, done, len(self), self._choice)
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
@@ -272,13 +271,14 @@ def _quantity(quantity: Quantity) -> cached_property[Array]:
         return frozen(values(quantity.name, path.scene._block, path.states))
 
     shape = ", ".join(map(str, ("n", *quantity.shape))) + ("," if not quantity.shape else "")
-    of.__doc__ = f"({shape}) {quantity.text} [{quantity.dimension}]."
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
     attribute = cached_property(of)
     attribute.__set_name__(Path, quantity.name)
     return attribute
 
 
-for _name in QUANTITIES.keys() - vars(Path).keys():
+for _name in [name for name in QUANTITIES if name not in vars(Path)]:
     setattr(Path, _name, _quantity(QUANTITIES[_name]))
 
 
@@ -349,28 +349,22 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
     return refused(status, path.scene, path.method, path.step, path.tol)
 
 
-def path_of(done: Request, back: bool, came: Rows) -> Path:
+def path_of(scene: Scene, done: Request, came: Rows) -> Path:
     """The path of what the core has recorded, with all its states."""
-    return Path(
-        done.scene,
-        came.states,
-        done.method.name,
-        done.signed(back),
-        done.tol,
-        Stats(*came.counts),
-        done.digits,
-        _low=came.low,
-        _asked=done.asked,
-    )
+    _, states, low, counts, end = came
+    step = done.step if end >= 0.0 else done.signed(True)
+    name, stats, asked = done.method.name, Stats(*counts), done.asked
+    return Path(scene, states, name, step, done.tol, stats, done.digits, _low=low, _asked=asked)
 
 
-def good(done: Request, came: Rows, end: float) -> Path:
-    """The path to `end`, kept to what is wanted; raises what its status stands for."""
-    path = path_of(done, end < 0.0, came)
+def good(scene: Scene, done: Request, came: Rows) -> Path:
+    """The path of what the core has recorded, kept to what is wanted; raises what its status stands
+    for."""
+    path = path_of(scene, done, came)
     if done.want is not None:
         path = path.only(done.want)
-    if came.status != "OK":
-        raise stopped(came.status, path, way(path, end))
+    if came[0] != "OK":
+        raise stopped(came[0], path, way(path, came[-1]))
     return path
 
 

@@ -13,32 +13,44 @@ import numpy as np
 
 from .._core import record_events
 from .._ground.arguments import Array
+from .._model.scene import Scene
 from .._request.request import Progress, Request
 from .._request.times import PIECE
 from .path import NO_STATES, Events, Path, good, path_of, stopped, way
-from .rows import Rows, rows
+from .rows import rows, rows_at_once
 
 LookedFor = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 ]
 
 
-def recorded(done: Request, times: Array, progress: Progress | None) -> Path:
+def recorded(scene: Scene, done: Request, times: Array, progress: Progress | None) -> Path:
     """The path of a request at these times, which need no check."""
-    return good(done, rows(done, times, progress), float(times[-1]) if times.size else 0.0)
+    return good(scene, done, rows(scene, done, times, progress))
+
+
+def recorded_at_once(
+    scene: Scene, done: Request, t: object, progress: Progress | None
+) -> Path | None:
+    """The path of a request at times as a user gave them; None where they need a second look."""
+    came = rows_at_once(scene, done, t, progress)
+    return came and good(scene, done, came)
 
 
 def recorded_with_events(
-    done: Request, times: Array, looked_for: LookedFor, progress: Progress | None
+    scene: Scene,
+    done: Request,
+    times: Array,
+    looked_for: LookedFor,
+    progress: Progress | None,
 ) -> Path:
-    """The path of a request, with the events that it met."""
+    """The path of a request at these times, with the events that it met."""
     end = float(times[-1]) if times.size else 0.0
-    block, name, steering = done.scene._block, done.method.name, done.steering(end < 0.0)
     status, states, low, counts, met = record_events(
-        block, name, *steering, times, looked_for, progress
+        scene._block, *done.core[:5], times, looked_for, progress
     )
-    path = path_of(done, end < 0.0, Rows(status, states, low, counts))
-    at_events = path_of(done, end < 0.0, Rows(status, met[0], met[1], counts))
+    path = path_of(scene, done, (status, states, low, counts, end))
+    at_events = path_of(scene, done, (status, met[0], met[1], counts, end))
     path = path if done.want is None else path.only(done.want)
     path = replace(path, events=Events(at_events, met[2], met[3]))
     if status != "OK":

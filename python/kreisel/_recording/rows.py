@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
-
-from .._core import record
+from .._core import record, start
 from .._ground.arguments import Array
 from .._ground.refusals import refusal
 from .._model.scene import Scene
 from .._request.request import Progress, Request
 
-
-class Rows(NamedTuple):
-    """status  its name, 'OK' where all went well
-    states  (n, 8): t, q, m of the states that were reached; low: what their doubles leave out
-    counts  steps, rejected ones, evaluations, iterations
-    """
-
-    status: str
-    states: Array
-    low: Array | None
-    counts: tuple[int, int, int, int]
+# The name of the status, 'OK' where all went well; (n, 8) t, q, m of the states that were reached,
+# and what their doubles leave out; steps, rejected ones, evaluations, iterations; the
+# last time that was asked for.
+Rows = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-def rows(done: Request, times: Array, progress: Progress | None = None) -> Rows:
+def rows(scene: Scene, done: Request, times: Array, progress: Progress | None = None) -> Rows:
     """The states of a request at these times, which need no check."""
-    back = bool(times.size and times[-1] < 0.0)
-    block, name, steering = done.scene._block, done.method.name, done.steering(back)
-    return Rows(*record(block, name, *steering, times, done.leave_heading, progress))
+    came = record(scene._block, *done.core, times, progress=progress)
+    assert came is not None
+    return came
+
+
+def rows_at_once(
+    scene: Scene, done: Request, t: object, progress: Progress | None = None
+) -> Rows | None:
+    """The states of a request at times as a user gave them; None where they need a second look."""
+    most = min(scene._within, done.within)
+    return record(scene._block, *done.core, t, most, done.limit, progress)
 
 
 def refused(
@@ -38,8 +35,8 @@ def refused(
     """The exception for a top that the core did not make, with a step that would do."""
     would = ""
     if status == "ERR_STEP_SIZE" and step:
-        fits, none = step, np.empty(0)
-        while fits and record(scene._block, method, fits, 0.0, 0, 0, none)[0] == status:
+        fits = step
+        while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
             fits /= 2.0
         would = f", where {fits!r} would do"
     return refusal(status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}")

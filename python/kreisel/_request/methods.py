@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .._core import flags as FLAGS
 from .._core import method_applies, method_suits
 from .._core import methods as core_methods
-from .._ground.core_table import flags as FLAGS
 from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
 from .._model.scene import Scene
 
+# for some bodies only
+_SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
 EXACT, ELSE = "exact", "taylor"  # what 'auto' takes: the first where it suits
 
 
@@ -34,48 +36,53 @@ class Method:
 
     @property
     def symplectic(self) -> bool:
-        return bool(self.flags & FLAGS["SYMPLECTIC"])
+        return bool(self.flags & FLAGS["symplectic"])
 
     @property
     def reversible(self) -> bool:
-        return bool(self.flags & FLAGS["REVERSIBLE"])
+        return bool(self.flags & FLAGS["reversible"])
 
     @property
     def adaptive(self) -> bool:
-        return bool(self.flags & FLAGS["ADAPTIVE"])
+        return bool(self.flags & FLAGS["adaptive"])
 
     @property
     def implicit(self) -> bool:
-        return bool(self.flags & FLAGS["IMPLICIT"])
+        return bool(self.flags & FLAGS["implicit"])
 
     @property
     def algebraic(self) -> bool:
-        return bool(self.flags & FLAGS["ALGEBRAIC"])
+        return bool(self.flags & FLAGS["algebraic"])
 
     @property
     def digits(self) -> bool:
         """Can be asked for more digits than a double has."""
-        return bool(self.flags & FLAGS["DIGITS"])
+        return bool(self.flags & FLAGS["digits"])
+
+    @property
+    def splitting(self) -> bool:
+        """Kicks and drifts in turn; a drift is exact where two moments are equal."""
+        return bool(self.flags & FLAGS["splitting"])
 
     @property
     def headless(self) -> bool:
         """Can leave out the heading of the top, its turn about the vertical."""
-        return bool(self.flags & FLAGS["HEADLESS"])
+        return bool(self.flags & FLAGS["headless"])
 
     @property
     def exact(self) -> bool:
         """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
-        return bool(self.flags & FLAGS["INTEGRABLE"])
+        return bool(self.flags & FLAGS["integrable"])
 
     @property
     def tops(self) -> str:
         """Those that it is for, in words."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
-            FLAGS["LAGRANGE_ONLY"]: lagrange,
-            FLAGS["INTEGRABLE"]: lagrange + ", and for any body without torque",
-            FLAGS["SYMMETRIC_ONLY"]: "two equal moments",
-            FLAGS["EULER_ONLY"]: "the centre of mass at the fixed point",
+            FLAGS["lagrange_only"]: lagrange,
+            FLAGS["integrable"]: lagrange + ", and for any body without torque",
+            FLAGS["symmetric_only"]: "two equal moments",
+            FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
         return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
 
@@ -85,7 +92,7 @@ class Method:
 
     def suits(self, scene: Scene) -> bool:
         """Whether it can move this scene: without gravity more bodies have a closed form."""
-        return method_suits(self.name, scene._block)
+        return not self.flags & _SOME or method_suits(self.name, scene._block)
 
 
 class Methods(dict[str, Method]):
@@ -115,9 +122,7 @@ def fitting(name: object, scene: Scene) -> Method:
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
     if name == "auto":
-        if methods[EXACT].suits(scene):
-            return methods[EXACT]
-        name = ELSE
+        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
     method = methods.get(name)
     if method is None:
         raise ValueError(unknown(name))

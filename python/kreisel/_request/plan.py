@@ -15,7 +15,6 @@ from .request import Request, checked_every, request
 from .times import PIECE, listed
 
 Reasons = tuple[tuple[str, str], ...]
-_SPLIT = ("strang", "takahashi_imada4", "suzuki4", "blanes_moan6", "kahan_li6", "kahan_li8")
 
 
 @dataclass(frozen=True)
@@ -122,44 +121,45 @@ def plan(
     asked = request(scene, method, step, tol, digits, 0, want)
     number = checked_every(asked.method, every)
     states = None if t is None else listed(t, asked.step, number, asked.size).size
-    return plan_of(asked, states)
+    return plan_of(scene, asked, states)
 
 
-def plan_of(done: Request, states: int | None = None, choice: Choice | None = None) -> Plan:
-    """The plan of a request, for so many states."""
+def plan_of(
+    scene: Scene, done: Request, states: int | None = None, choice: Choice | None = None
+) -> Plan:
+    """The plan of a request for this scene, for so many states."""
     kernel, order = "", done.method.order
-    if done.method.suits(done.scene):
-        block, steering = done.scene._block, done.steering(False)
-        _, top = start(block, done.method.name, *steering, done.leave_heading)
+    if done.method.suits(scene):
+        _, top = start(scene._block, *done.core)
         kernel, order = top.kernel if top else (kernel, order)
     columns = ("t", "q", "m") if done.want is None else ("t", *done.want)
     if done.want is None and done.low:
         columns += "q_low", "m_low"
     return Plan(
         method=done.method.name,
-        why=_why(done, choice),
+        why=_why(scene, done, choice),
         step=done.step,
         order=order,
         form=_form(done),
         kernel=kernel,
         columns=columns,
         bytes=8 * sum(map(doubles, columns)),
-        left_out=_left_out(done, states),
-        kept=_kept(done),
+        left_out=_left_out(scene, done, states),
+        kept=_kept(scene, done),
         choice=choice,
     )
 
 
-def _why(done: Request, choice: Choice | None) -> str:
+def _why(scene: Scene, done: Request, choice: Choice | None) -> str:
     if choice:
         return "the cheapest that keeps the error allowed"
     if done.asked != "auto":
         return "asked for by name"
     if done.digits is not None:
         return f"asked for {done.digits} digits"
-    kind = f"this body of kind {done.scene.body.kind!r}"
+    kind = f"this body of kind {scene.body.kind!r}"
     if done.method.exact:
-        return f"{kind} has a closed form" + ("" if done.scene.gravity else " without gravity")
+        return f"{kind} has a closed form" + ("" if scene.gravity else " without gravity")
     return f"no closed form is known for {kind} under gravity"
 
 
@@ -175,7 +175,7 @@ def _no_torque(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _left_out(done: Request, states: int | None) -> Reasons:
+def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
     want, name = done.want, done.method.name
     rows = []
     if done.leave_heading:
@@ -185,9 +185,9 @@ def _left_out(done: Request, states: int | None) -> Reasons:
         rows.append(("momentum", "nor does it need m in space"))
     if name == EXACT:
         rows.append(("steps", "any state at once, by the closed form"))
-        if _no_torque(done.scene):
+        if _no_torque(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if name in _SPLIT and done.scene.body.is_symmetric:
+    if done.method.splitting and scene.body.is_symmetric:
         rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
     if states == 2 and want is None:
         rows.append(("states on the way", "only the start and the end are asked for"))
@@ -205,18 +205,18 @@ def _left_out(done: Request, states: int | None) -> Reasons:
     return tuple(rows)
 
 
-def _kept(done: Request) -> Reasons:
+def _kept(scene: Scene, done: Request) -> Reasons:
     rows = []
     if done.method.name == ELSE:
         if done.want is not None and not done.leave_heading and TURNING.isdisjoint(done.want):
             rows.append(
                 ("attitude", "the series with more digits than doubles has no form without it")
             )
-        if _no_torque(done.scene):
+        if _no_torque(scene):
             rows.append(
                 ("torque", "zero, and cheap: two products beside the sums of a whole order")
             )
-        if done.scene.body.is_symmetric:
+        if scene.body.is_symmetric:
             rows.append(
                 (
                     "general form",

@@ -1,54 +1,57 @@
-"""What a path can be asked for: the core's table of quantities, and what a recording has beside
-it."""
+"""What a path can be asked for: the core's table of quantities, and what a recording has beside."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-from .._ground.core_table import quantities
+from .._core import quantities
 
 
 class Quantity(NamedTuple):
     """A named function of the state.
 
-    doubles    how many it is; shape: its own, after the n of the states
-    turns      whether it changes when the top is turned about the vertical
-    dimension  in [M L T]; text: what it is
+    doubles     how many it is, and components their names
+    turns       whether it changes when the top is turned about the vertical
+    dimension   in [M L T], empty for a pure number; text: what it is
     """
 
     name: str
     doubles: int
+    components: list[str]
     turns: bool
     dimension: str
     text: str
 
     @property
     def shape(self) -> tuple[int, ...]:
+        """What follows the n of the states in the shape of its array."""
         return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
 
-    @property
-    def components(self) -> list[str]:
-        """The names of its numbers: itself, or apex_x, apex_y, apex_z; of q and m without the
-        line."""
-        if self.doubles == 1:
-            return [self.name]
-        link = "_" if len(self.name) > 1 else ""
-        return [f"{self.name}{link}{axis}" for axis in _AXES.get(self.doubles, range(self.doubles))]
 
-
-_AXES = {3: "xyz", 4: "wxyz", 9: [f"{axis}{x}" for axis in "NBT" for x in "xyz"]}
-_TABLE = [
-    Quantity(row["name"], row["doubles"], row["turns"], row["dimension"], row["text"])
+QUANTITIES = {  # functions of the state
+    row["name"]: Quantity(
+        row["name"],
+        row["doubles"],
+        row["components"],
+        row["turns"],
+        row["dimension"],
+        row["text"],
+    )
     for row in quantities
-]
-_LOW = [
-    Quantity("q_low", 4, True, "1", "what the doubles of q leave out; zero up to 16 digits"),
-    Quantity("m_low", 3, True, "M L^2 T^-1", "what the doubles of m leave out"),
-]
+}
 
-QUANTITIES = {quantity.name: quantity for quantity in _TABLE}  # functions of the state
-WANTED = {quantity.name: quantity for quantity in [*_TABLE, *_LOW]}  # what `want` can name
-TIME = Quantity("t", 1, False, "T", "times")
+
+def _low(name: str) -> Quantity:
+    """What the doubles of a quantity leave out."""
+    whole = QUANTITIES[name]
+    words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
+    text = f"what the doubles of {name} leave out; zero up to 16 digits"
+    return whole._replace(name=f"{name}_low", components=words, text=text)
+
+
+LOW = {low.name: low for low in map(_low, ("q", "m"))}
+WANTED = QUANTITIES | LOW  # what `want` can name
+TIME = Quantity("t", 1, ["t"], False, "T", "times")
 TURNING = frozenset(name for name, quantity in WANTED.items() if quantity.turns)
 
 

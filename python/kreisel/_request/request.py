@@ -3,40 +3,61 @@ runs."""
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 from .._ground.arguments import instance, positive, whole
 from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .methods import ELSE, Method, fitting
 from .quantities import TURNING, WANTED, doubles
+from .times import PIECE
 
 Progress = Callable[[float], object]
 
-_FIRST_STEP = (
-    -0.1
-)  # back in time, for a method that would choose its own: 0 means forward to the core
+
+_COUNTABLE = 2.0**53  # whole numbers, and with them steps, are told apart up to here
 
 
-class Request(NamedTuple):
-    """The checked words of a solve: step, tol, digits and want as used, None where there is none or
-    the method has its own."""
+@dataclass(frozen=True)
+class Request:
+    """The checked words of a solve, whatever the scene: step, tol, digits and want as used, None
+    where there is none or the method has its own; `asked` is the method in the user's words."""
 
-    scene: Scene
     method: Method
-    step: float | None
-    tol: float | None
-    digits: int | None
-    max_steps: int
-    want: tuple[str, ...] | None
-    asked: str = ""  # the method in the user's words
+    step: float | None = None
+    tol: float | None = None
+    digits: int | None = None
+    max_steps: int = 0
+    want: tuple[str, ...] | None = None
+    asked: str = ""
+
+    @cached_property
+    def core(self) -> tuple[str, float, float, int, int, bool]:
+        """Name, step, tol, digits, max_steps, and whether the states may be left undetermined up to
+        a turn about the vertical, as the core takes them."""
+        level = self.want is not None and TURNING.isdisjoint(self.want)
+        leave_heading = level and self.method.headless and not self.low
+        own = self.step or 0.0, self.tol or 0.0, self.digits or 0
+        return self.method.name, *own, self.max_steps, leave_heading
 
     @property
     def leave_heading(self) -> bool:
         """Whether the states may be left undetermined up to a turn about the vertical."""
-        level = self.want is not None and TURNING.isdisjoint(self.want)
-        return level and self.method.headless and (self.digits or 0) <= 16
+        return self.core[-1]
+
+    @cached_property
+    def within(self) -> float:
+        """Times below this are certainly of fewer steps than a double can count [T]."""
+        return math.inf if self.step is None else 0.5 * _COUNTABLE * self.step
+
+    @cached_property
+    def limit(self) -> int:
+        """How many states are recorded at once: of what is wanted in their place a piece."""
+        return sys.maxsize if self.want is None else PIECE
 
     @property
     def size(self) -> int:
@@ -52,12 +73,6 @@ class Request(NamedTuple):
         """The step, negative back in time."""
         return -self.step if back and self.step is not None else self.step
 
-    def steering(self, back: bool) -> tuple[float, float, int, int]:
-        """Step, tol, digits and max_steps as the core takes them."""
-        own = _FIRST_STEP if back else 0.0
-        step = self.signed(back)
-        return own if step is None else step, self.tol or 0.0, self.digits or 0, self.max_steps
-
 
 def request(
     scene: object,
@@ -69,19 +84,37 @@ def request(
     want: object = None,
     asked: object = None,
 ) -> Request:
-    """The request in these words; `asked` is the method in the user's, where that is another.
+    """The request in these words, for this scene; `asked` is the method in the user's, where that
+    is another.
 
     Raises TypeError or ValueError for what cannot be.
     """
     top = instance("scene", scene, Scene)
     chosen = fitting(ELSE if method == "auto" and digits is not None else method, top)
-    steering = (
-        checked_step(chosen, step),
-        checked_tol(chosen, tol),
-        checked_digits(chosen, digits, tol),
-    )
-    most, names = whole("max_steps", max_steps, 0), wanted(want)
-    return Request(top, chosen, *steering, most, names, str(method if asked is None else asked))
+    words = chosen, step, tol, digits, max_steps, method if asked is None else asked
+    if want is None or type(want) is tuple:
+        try:
+            return _known(*words, want)
+        except TypeError:  # a word without a hash, or one that is refused below
+            pass
+    return _checked(*words, want)
+
+
+def _checked(
+    method: Method,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    asked: object,
+    want: object,
+) -> Request:
+    steering = checked_step(method, step), checked_tol(method, tol)
+    number, most = checked_digits(method, digits, tol), whole("max_steps", max_steps, 0)
+    return Request(method, *steering, number, most, wanted(want), str(asked))
+
+
+_known = lru_cache(maxsize=256, typed=True)(_checked)
 
 
 def wanted(want: object) -> tuple[str, ...] | None:

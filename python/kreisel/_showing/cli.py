@@ -29,7 +29,7 @@ from .view import view as viewed
 
 _FILE = click.Path(dir_okay=False, allow_dash=True)
 _SEVERAL = "NUMBER[,...]"
-_REPORT = "validation.report.main"  # the module whose main(arguments) makes the report
+_REPORT = "validation.__main__"
 
 
 class _Words(TypedDict):
@@ -326,12 +326,12 @@ def view(scene: Scene, file: str | None) -> None:
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED)
 def report(arguments: tuple[str, ...]) -> None:
     """Accuracy, speed and stability of every method, on the report's scenes or on SCENE.toml files;
-    --help says more. Its machinery is validation/report/, in the source tree."""
+    --help says more. Its machinery is validation/, in the source tree."""
     here = File.cwd()
-    if not (here / "validation/report/main.py").is_file():
+    if not (here / "validation/__main__.py").is_file():
         raise click.ClickException(
-            "the report is made in the top folder of the source tree, which has "
-            f"validation/report/main.py; {here} has not. Get the source, and run `make report` there"
+            "the report is made in the top folder of the source tree, which has validation/; "
+            f"{here} has not. Get the source, and run `make report` there"
         )
     sys.path.insert(0, str(here))
     try:

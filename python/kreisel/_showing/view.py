@@ -119,24 +119,29 @@ def view(
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["eps"]
-    page = View(
-        {
-            "version": 1,
-            "name": name_of(scene) or "a scene from Python",
-            "about": about.get(name_of(scene), ""),
-            "body": _body(scene),
-            "attitude": scene.attitude,
-            "momentum": scene.momentum,
-            "gravity": scene.gravity,
-            "methods": _methods(methods, scene),
-            "eps": [_step(0.01 if step is None else step)],
-            "speed": positive("speed", speed),
-            "tracks": tracks,
-        }
-    )
+    page = View(_shown(scene, _methods(methods, scene), step, positive("speed", speed), tracks))
     if open and not _in_notebook():
         page.open()
     return page
+
+
+def _shown(
+    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
+) -> _Scene:
+    name = name_of(scene)
+    return {
+        "version": 1,
+        "name": name or "a scene from Python",
+        "about": about.get(name, ""),
+        "body": _body(scene),
+        "attitude": scene.attitude,
+        "momentum": scene.momentum,
+        "gravity": scene.gravity,
+        "methods": methods,
+        "eps": [_step(0.01 if step is None else step)],
+        "speed": speed,
+        "tracks": tracks,
+    }
 
 
 def _body(scene: Scene) -> _Body:

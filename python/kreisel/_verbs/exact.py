@@ -62,17 +62,11 @@ class Exact(_Rates):
     """
 
     def __call__(self, t: ArrayLike) -> Path:
-        states = exact_states(self._plan, t, self._most)
+        states = exact_states(self._plan, t, self.scene._within)
         if states is None:
             states = exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS)
-
-    @cached_property
-    def _most(self) -> float:
-        """Times below this need no second look."""
-        rate = self.scene._fastest
-        return 0.5 * _COUNTABLE / rate if rate > 0.0 else math.inf
 
     def _times(self, t: ArrayLike) -> Array:
         times = _row(t)
@@ -101,15 +95,15 @@ class ExactEnsemble:
     def __call__(self, t: ArrayLike) -> Array:
         times = _row(t)
         end = float(np.abs(times).max(initial=0.0))
-        if end * self._fastest >= 0.5 * _COUNTABLE:
+        if end >= self._within:
             for scene in self.scenes:
                 refuse_endless(scene, end, None)
         states = exact_plans_states(self._plans, times.reshape(-1))
         return states if times.ndim else states[:, 0]
 
     @cached_property
-    def _fastest(self) -> float:
-        return max((scene._fastest for scene in self.scenes), default=0.0)
+    def _within(self) -> float:
+        return min(scene._within for scene in self.scenes)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._core import values
 from .._ground.arguments import Array
-from .._ground.core_table import values
 from .._model.scene import Scene
 from .._recording.path import Path, Stats, stopped
 from .._recording.rows import rows
@@ -85,8 +85,8 @@ class _Search:
         sign = math.copysign(1.0, self.end)
         wanted = sign * np.unique(np.abs(np.concatenate([self.grid, times])))
         step, method = self.end / steps, methods[self.method]
-        request = Request(scene, method, abs(step), None, None, self.max_steps, None)
-        status, states, _, counts = rows(request, wanted, self.progress)
+        request = Request(method, abs(step), max_steps=self.max_steps)
+        status, states, _, counts, _ = rows(scene, request, wanted, self.progress)
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
         if status == "ERR_STEP_SIZE":
             return None

@@ -19,7 +19,6 @@ from .._ground.arguments import Array, whole
 from .._model.scene import Scene, parse
 from .._recording.path import Path, Stats, path_of, stopped, way
 from .._recording.recording import in_pieces
-from .._recording.rows import Rows
 from .._request.plan import Plan, plan_of
 from .._request.request import Progress, Request, checked_every, checked_progress, request
 from .._request.times import (
@@ -45,16 +44,16 @@ class Run:
     stats  what it has cost so far
     """
 
-    def __init__(self, request: Request, back: bool) -> None:
+    def __init__(self, scene: Scene, request: Request, back: bool) -> None:
         self._request, self._back, self._fresh = request, back, True
-        self.scene, self.method, self.want = request.scene, request.method.name, request.want
+        self.scene, self.method, self.want = scene, request.method.name, request.want
         self.step, self.tol, self.digits = request.step, request.tol, request.digits
         self.t = 0.0
         self.stats = Stats(0, 0, 0, 0)
-        block, steering = request.scene._block, request.steering(back)
-        status, top = start_top(block, self.method, *steering, request.leave_heading)
+        status, top = start_top(scene._block, *request.core, back)
         if top is None:
-            path = path_of(request, back, Rows(status, self.scene._start.copy(), None, self.stats))
+            rows = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
+            path = path_of(scene, request, rows)
             raise stopped(status, path, way(path, 0.0))
         self._top = top
 
@@ -122,16 +121,17 @@ class Run:
 
     def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         try:
-            came = Rows(*self._top.record(times, self._request.low, progress))
+            came = self._top.record(times, self._request.low, progress)
         finally:  # also where progress raised
             self.t, self._fresh = self._top.t, self._fresh and not times.size
-        self.stats = Stats(*came.counts)
-        return came.status, path_of(self._request, self._back, came)
+        path = path_of(self.scene, self._request, came)
+        self.stats = path.stats
+        return came[0], path
 
     @property
     def plan(self) -> Plan:
         """What is used, and what is left out."""
-        return plan_of(self._request)
+        return plan_of(self.scene, self._request)
 
     @property
     def checkpoint(self) -> bytes:
@@ -188,7 +188,7 @@ def start(
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {back!r}")
-    return Run(request(scene, method, step, tol, digits, max_steps, want), back)
+    return Run(scene, request(scene, method, step, tol, digits, max_steps, want), back)
 
 
 def stream(
@@ -222,7 +222,7 @@ def stream(
     number, size = checked_every(asked.method, every), whole("chunk", chunk, 1)
     back, t = direction(t, size)
     found = pieces(t, asked.step, number, size, None)
-    return Run(asked, back)._stream(found, checked_progress(progress))
+    return Run(scene, asked, back)._stream(found, checked_progress(progress))
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
@@ -243,7 +243,8 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
     words = method, step, tol, digits, limit, head["want"], head["asked"]
-    run = Run(request(parse(head["scene"]), *words), head["back"])
+    scene = parse(head["scene"])
+    run = Run(scene, request(scene, *words), head["back"])
     status = run._top.load(memory)
     if status != "OK":
         raise ValueError(f"{name} is {statuses[status][1]}")

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from .._ground.arguments import instance, positive, whole
 from .._model.scene import Scene
 from .._recording.path import Path
-from .._recording.recording import recorded, recorded_with_events
+from .._recording.recording import recorded, recorded_at_once, recorded_with_events
 from .._request.methods import ELSE
 from .._request.request import Progress, checked_every, checked_progress, request, wanted
-from .._request.times import PIECE, listed, refuse_endless
+from .._request.times import listed, refuse_endless
 from ..events import Event, checked_events
 from .geometric import best
 from .run import Run
@@ -72,15 +72,20 @@ def solve(
     name = ELSE if method == "auto" and events is not None else method
     asked = request(scene, name, step, tol, digits, max_steps, want, method)
     looked_for = None if events is None else checked_events(asked.method.name, events)
-    times = listed(t, asked.step, checked_every(asked.method, every), asked.size)
+    number = checked_every(asked.method, every)
+    if looked_for is None and number is None and (progress is None or callable(progress)):
+        path = recorded_at_once(scene, asked, t, progress)
+        if path is not None:
+            return path
+    times = listed(t, asked.step, number, asked.size)
     end = float(times[-1]) if times.size else 0.0
-    refuse_endless(asked.scene, end, asked.step)
+    refuse_endless(scene, end, asked.step)
     callback = checked_progress(progress)
     if looked_for is not None:
-        return recorded_with_events(asked, times, looked_for, callback)
-    if asked.want is not None and times.size > PIECE:
-        return Run(asked, end < 0.0).lead(times, callback)
-    return recorded(asked, times, callback)
+        return recorded_with_events(scene, asked, times, looked_for, callback)
+    if times.size > asked.limit:
+        return Run(scene, asked, end < 0.0).lead(times, callback)
+    return recorded(scene, asked, times, callback)
 
 
 def _geometric(

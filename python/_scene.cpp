@@ -1,0 +1,31 @@
+// Scenes: the words of a scene are checked and laid out in one crossing.
+#include "times.hpp"
+
+// Doubles from a tuple or list of numbers, or from an array of doubles; false for anything else.
+template <size_t n> static bool numbers_of(const py::handle &given, double (&to)[n])
+{
+    given_times row;
+    if (!row.take(given) || row.is_number || row.size() != n) return false;
+    std::memcpy(to, row.data(), sizeof to);
+    return true;
+}
+// The block of a scene, with momentum, attitude and gravity as Python keeps them; None where one of
+// them is not plainly numbers, and the name of the status where they are no scene.
+static py::object scene(const kr_body &body, const py::object &momentum, const py::object &attitude,
+                        const py::object &gravity)
+{
+    double m[3], q[4] = {1.0, 0.0, 0.0, 0.0}, g;
+    if (!plain_number(gravity.ptr(), g) || !numbers_of(momentum, m)) return py::none();
+    if (!attitude.is_none() && !numbers_of(attitude, q)) return py::none();
+    const kr_scene s = {body, g, {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}}};
+    const kr_status status = kr_scene_check(&s);
+    if (status != KR_OK) return py::str(name_of(status));
+    return py::make_tuple(py::make_tuple(m[0], m[1], m[2]), py::make_tuple(q[0], q[1], q[2], q[3]),
+                          g, block_of(s));
+}
+
+void bind_scene(py::module_ &m);
+void bind_scene(py::module_ &m)
+{
+    m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a);
+}

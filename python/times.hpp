@@ -1,0 +1,86 @@
+// Times as a user gave them, taken where they need no second look: what else they may be, and what
+// is wrong with them, is for Python to see and to say.
+#pragma once
+#include <cmath>
+#include <vector>
+#include "arrays.hpp"
+
+// A float or an int, and no subclass of them, as a double; false for anything else.
+inline bool plain_number(PyObject *given, double &number)
+{
+    if (PyFloat_CheckExact(given)) {
+        number = PyFloat_AS_DOUBLE(given);
+        return true;
+    }
+    if (!PyLong_CheckExact(given)) return false;
+    number = PyLong_AsDouble(given);
+    if (number != -1.0 || !PyErr_Occurred()) return true;
+    PyErr_Clear();
+    return false;
+}
+
+class given_times
+{
+    std::vector<double> own;
+    const double *first = nullptr;
+    size_t count = 0;
+
+    void take_own()
+    {
+        first = own.data();
+        count = own.size();
+    }
+
+  public:
+    bool is_number = false;
+
+    // A number, a list or tuple of numbers, or an array of doubles, which must outlive this.
+    bool take(const py::handle &t)
+    {
+        if (py::isinstance<doubles>(t)) {
+            const auto array = py::reinterpret_borrow<doubles>(t);
+            first = array.data();
+            count = size_t(array.size());
+            return array.ndim() == 1;
+        }
+        if (PyList_CheckExact(t.ptr()) || PyTuple_CheckExact(t.ptr())) {
+            const auto items = py::reinterpret_steal<py::tuple>(PySequence_Tuple(t.ptr()));
+            if (!items) throw py::error_already_set();
+            own.resize(items.size());
+            for (size_t i = 0; i < own.size(); i++)
+                if (!plain_number(PyTuple_GET_ITEM(items.ptr(), py::ssize_t(i)), own[i]))
+                    return false;
+        } else {
+            own.resize(1);
+            is_number = true;
+            if (!plain_number(t.ptr(), own[0])) return false;
+        }
+        take_own();
+        return true;
+    }
+    // A number stands for the start and itself.
+    void begin_at_start()
+    {
+        if (!is_number) return;
+        own.insert(own.begin(), 0.0);
+        take_own();
+    }
+    bool are_below(double most) const
+    {
+        for (size_t i = 0; i < count; i++)
+            if (!(std::fabs(first[i]) < most)) return false;
+        return true;
+    }
+    // From 0 in one direction.
+    bool lead_away() const
+    {
+        const double sign = end() < 0.0 ? -1.0 : 1.0;
+        double last = 0.0;
+        for (size_t i = 0; i < count; last = sign * first[i++])
+            if (!(sign * first[i] >= last)) return false;
+        return true;
+    }
+    const double *data() const { return first; }
+    size_t size() const { return count; }
+    double end() const { return count ? first[count - 1] : 0.0; }
+};

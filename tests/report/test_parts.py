@@ -1,0 +1,154 @@
+"""A part of the report is a file, its template and a line: all else takes it in unasked."""
+
+import csv
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import kreisel as kr
+import pytest
+from toolbox import ROOT
+
+from validation.report import page
+from validation.report.contents import PARTS
+
+FILE = '''"""How many methods there are."""
+
+import kreisel as kr
+
+from .budget import Task
+from .part import Part, csv_text
+
+
+def tasks(problems, budget, store):
+    yield Task("headcount", lambda: list(kr.methods))
+
+
+PART = Part(
+    "headcount",
+    "Heads counted",
+    "How many heads?",
+    tasks,
+    lambda problems, store: store.known.get("headcount"),
+    lambda names: {"names": names},
+    lambda names: f"There are {len(names)} heads.",
+    short="Heads",
+    files=lambda names, about: [("heads.csv", csv_text(["name"], ({"name": n} for n in names)))],
+    told=lambda names: [f"counted {len(names)} heads"],
+)
+'''
+TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
+"""
+
+
+def changed(one, other):
+    """The files that differ between two trees, by their names within them."""
+    names = {
+        file.relative_to(tree)
+        for tree in (one, other)
+        for file in tree.rglob("*")
+        if file.is_file() and "__pycache__" not in file.parts
+    }
+
+    def text(tree, name):
+        return (tree / name).read_bytes() if (tree / name).exists() else None
+
+    return {name.as_posix() for name in names if text(one, name) != text(other, name)}
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the tree to which a part was added."""
+    copy = tmp_path_factory.mktemp("tree")
+    shutil.copytree(
+        ROOT / "validation", copy / "validation", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    (copy / "validation/parts/headcount.py").write_text(FILE)
+    (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
+    contents = copy / "validation/report/contents.py"
+    text = contents.read_text()
+    text = text.replace("import atlas, ensemble, ", "import atlas, ensemble, headcount, ")
+    contents.write_text(
+        text.replace("    left_out.PART,\n", "    headcount.PART,\n    left_out.PART,\n")
+    )
+    return copy
+
+
+def report(tree, *words):
+    """What the report of the copy prints."""
+    command = [sys.executable, "-m", "validation", *words]
+    wide = os.environ | {"COLUMNS": "200"}
+    done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def made(tree):
+    said = report(tree, "--quick", "--only", "headcount", "--out", "made")
+    return said, tree / "made"
+
+
+def test_a_new_part_touches_three_files(tree):
+    assert changed(ROOT / "validation", tree / "validation") == {
+        "parts/headcount.py",
+        "parts/headcount.html",
+        "report/contents.py",
+    }
+
+
+def test_the_command_line_knows_a_new_part(tree):
+    assert "ensemble, published, headcount, left_out" in report(tree, "--help")
+
+
+def test_a_new_part_is_told_written_and_shown(made):
+    said, out = made
+    assert f"counted {len(kr.methods)} heads" in said
+    with (out / "heads.csv").open(newline="") as file:
+        assert [row["name"] for row in csv.DictReader(file)] == list(kr.methods)
+    text = re.sub(r"\s+", " ", (out / "index.html").read_text())
+    navigation = re.search(r"<nav>(.*?)</nav>", text)[1]
+    assert '<a href="#headcount">Heads counted</a>' in navigation
+    conclusion = f"There are {len(kr.methods)} heads."
+    assert f"<p><strong>Heads.</strong> {conclusion}</p>" in text, "in short"
+    section = text.split('<h2 id="headcount">How many heads?</h2>')[1]
+    assert section.startswith(f' <p class="conclusion">{conclusion}</p>')
+    assert all(f"<li>{name}</li>" in section for name in kr.methods)
+
+
+def test_parts_that_found_nothing_are_not_shown(made):
+    _, out = made
+    page = (out / "index.html").read_text()
+    others = [part for part in PARTS if f'id="{part.name}"' in page]
+    assert others == [] and {file.name for file in out.iterdir()} == {
+        "findings-quick.jsonl",
+        "heads.csv",
+        "index.html",
+    }
+
+
+def test_a_part_that_is_not_asked_for_does_not_run(tree, made):
+    _, out = made
+    shutil.copytree(out, tree / "again")
+    kept = (tree / "again/findings-quick.jsonl").read_text()
+    report(tree, "--quick", "--only", "headcount", "--out", "again")
+    assert (tree / "again/findings-quick.jsonl").read_text() == kept, "nothing is found again"
+
+
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: part.name)
+def test_every_part_has_a_template_beside_its_file(part):
+    folder = ROOT / "validation/parts"
+    assert (folder / f"{part.name}.py").is_file() and (folder / f"{part.name}.html").is_file()
+    assert Path(page.template(f"{part.name}.html").filename).parent == folder
+
+
+@pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
+def test_the_report_names_no_part(file):
+    """Neither their names nor their titles stand in what loops over them."""
+    text = (ROOT / "validation/report" / file).read_text()
+    words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
+    named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}
+    assert named <= {"Truth"}, "one of the words that the page explains"

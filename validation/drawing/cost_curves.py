@@ -1,0 +1,125 @@
+"""Errors against what they cost: a panel for each family of methods, or one panel for all."""
+
+from .look import COLOURS, FAINT, INK, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+
+COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
+LEAST = 1e-17  # what errors of zero are drawn at
+
+
+def lines_of(groups, quantity, cost):
+    """Gives cost and error of each run of each method, loose to tight, and the limits that hold
+    them all; no lines and no limits where nothing is known."""
+
+    def place(row):
+        return 1e3 * row.seconds if cost == "seconds" else row.evaluations
+
+    known = {
+        name: [
+            (place(row), max(getattr(row, quantity), LEAST))
+            for row in rows
+            if not row.failure and getattr(row, cost)
+        ]
+        for name, rows in groups.items()
+    }
+    lines = {name: tuple(zip(*points, strict=True)) for name, points in known.items() if points}
+    if not lines:
+        return lines, None
+    x, y = ([value for points in lines.values() for value in points[i]] for i in (0, 1))
+    return lines, ((min(x) / 1.5, max(x) * 1.5), (min(y) / 3, min(10.0, max(y) * 3)))
+
+
+def lowest(points):
+    """Gives the point where a line's error is smallest."""
+    return min(zip(*points, strict=True), key=lambda point: point[1])
+
+
+def frame(axes, label, floor, limits, cost, ticks=8):
+    if floor:
+        axes.axhline(floor, color=FAINT, linewidth=0.8)
+        axes.annotate(
+            "one rounding of the data",
+            (0, floor),
+            xycoords=("axes fraction", "data"),
+            xytext=(3, 0),
+            textcoords="offset points",
+            ha="left",
+            va="top",
+            fontsize=7,
+            color=FAINT,
+        )
+    axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
+    powers(axes.xaxis, ticks)
+    powers(axes.yaxis, 9)
+    axes.grid(True)
+
+
+def family_panel(lines, family, peers, label, floor, limits, cost):
+    """Draws one family in colours with its names, the peers in ink, and all others grey behind."""
+    with plt.rc_context(STYLE):
+        figure, axes = panel()
+        styles = line_styles(family, peers)
+        for name, points in lines.items():
+            if name not in styles:
+                axes.loglog(*points, color=FAINT, linewidth=0.8, alpha=0.45)
+        shown = {name: style for name, style in styles.items() if name in lines}
+        for name, style in shown.items():
+            axes.loglog(*lines[name], markersize=4, linewidth=1.4, **style)
+        frame(axes, label, floor, limits, cost)
+        label_ends(
+            axes, [(name, lowest(lines[name]), style["color"]) for name, style in shown.items()]
+        )
+        return as_svg(figure)
+
+
+def by_family(groups, families, quantity, label, cost, floor=None):
+    """Draws a panel a family. `families`: {title: (its methods, peers to show with them)}."""
+    lines, limits = lines_of(groups, quantity, cost)
+    for title, (family, peers) in families.items():
+        if any(name in lines for name in family):
+            yield title, family_panel(lines, family, peers, label, floor, limits, cost)
+
+
+def leaders(lines):
+    """Gives the methods that reach some error before all others."""
+    errors = {y for points in lines.values() for y in points[1]}
+    return {
+        min(
+            (x, name)
+            for name, points in lines.items()
+            for x, y in zip(*points, strict=True)
+            if y <= target
+        )[1]
+        for target in errors
+    }
+
+
+def overview(groups, families, quantity, label, cost, floor=None):
+    """Draws all in one panel, a colour a family; named are those that lead at some error, closed
+    forms apart."""
+    lines, limits = lines_of(groups, quantity, cost)
+    if not lines:
+        return ""
+    colours = {
+        name: COLOURS[i] for i, (family, _) in enumerate(families.values()) for name in family
+    }
+    leading = leaders(
+        {name: points for name, points in lines.items() if name in colours and len(points[0]) > 1}
+    )
+    with plt.rc_context(STYLE):
+        figure, axes = panel(2.9, 3.9)
+        for name, points in lines.items():
+            ahead = name in leading
+            axes.loglog(
+                *points,
+                color=colours.get(name, INK),
+                linewidth=1.8 if ahead else 0.8,
+                alpha=1 if ahead else 0.6,
+                linestyle="-" if name in colours else (0, (4, 2)),
+                marker="o" if len(points[0]) == 1 else None,
+                markersize=4,
+            )
+        frame(axes, label, floor, limits, cost, 4)
+        named = [name for name in lines if name in leading or name == "heyoka"]
+        ends = [(name, lowest(lines[name]), colours.get(name, INK)) for name in named]
+        label_ends(axes, ends)
+        return as_svg(figure)

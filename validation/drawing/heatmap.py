@@ -1,0 +1,105 @@
+"""Heat maps of errors: cases by methods, each square with its colour, its decade and its mark."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .look import FAINT, INK, STYLE, as_svg, plt
+
+COLOURS = plt.get_cmap("RdYlBu_r")
+GREY = (0.6, 0.6, 0.6, 0.35)
+LEAST, MOST = -16.0, 0.5  # decades of the error
+ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide as the page
+
+
+@dataclass(frozen=True)
+class Square:
+    """What one square shows: the decade of its error, or nothing but a mark where there is none."""
+
+    row: str
+    column: str
+    error: float | None  # [rad]
+    mark: str
+    is_framed: bool
+
+    @property
+    def decade(self):
+        return float(np.log10(np.clip(self.error, 10**LEAST, 10**MOST)))
+
+    @property
+    def colour(self):
+        return GREY if self.error is None else COLOURS((self.decade - LEAST) / (MOST - LEAST))
+
+    @property
+    def text(self):
+        minus = "\N{MINUS SIGN}"
+        number = "" if self.error is None else f"{round(self.decade)}".replace("-", minus)
+        return number + self.mark
+
+    @property
+    def ink(self):
+        if self.error is None:
+            return INK
+        return "white" if np.dot(self.colour[:3], (0.3, 0.6, 0.1)) < 0.5 else "#111111"
+
+
+def paint(axes, square, column, row):
+    axes.add_patch(
+        plt.Rectangle(
+            (column, row),
+            1,
+            1,
+            facecolor=square.colour,
+            edgecolor=INK if square.is_framed else "white",
+            linewidth=2 if square.is_framed else 0.8,
+        )
+    )
+    axes.text(
+        column + 0.5,
+        row + 0.52,
+        square.text,
+        ha="center",
+        va="center",
+        fontsize=7.5,
+        color=square.ink,
+    )
+
+
+def label(axes, columns, rows):
+    axes.set(xlim=(0, len(columns)), ylim=(len(rows), 0))
+    axes.set_yticks(np.arange(len(rows)) + 0.5, rows, fontsize=8.5)
+    slanted = {"rotation": 45, "ha": "left", "rotation_mode": "anchor"}
+    axes.set_xticks(np.arange(len(columns)) + 0.5, columns, fontsize=8.5, **slanted)
+    axes.tick_params(length=0, top=False, labeltop=True, labelbottom=False)
+    for side in axes.spines.values():
+        side.set_visible(False)
+
+
+def heatmap(squares, columns):
+    """Draws the squares under the columns named; where there is no square it stays empty."""
+    rows = list(dict.fromkeys(square.row for square in squares))
+    height = TOP + ROW * len(rows) + 0.05
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(WIDTH, height))
+        axes = figure.add_axes(
+            (NAMES / WIDTH, 0.05 / height, 1 - (NAMES + RIGHT) / WIDTH, ROW * len(rows) / height)
+        )
+        for square in squares:
+            paint(axes, square, columns.index(square.column), rows.index(square.row))
+        label(axes, columns, rows)
+        return as_svg(figure)
+
+
+def key():
+    """Draws what the colours stand for."""
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(5.2, 0.62))
+        axes = figure.add_axes((0.04, 0.62, 0.92, 0.34))
+        axes.imshow(
+            np.linspace(0, 1, 32)[None], aspect="auto", cmap=COLOURS, extent=(LEAST, MOST, 0, 1)
+        )
+        axes.set_yticks([])
+        axes.set_xticks(range(-15, 1, 3), [f"1e{x}" if x else "1" for x in range(-15, 1, 3)])
+        axes.set_xlabel("attitude error [rad]", fontsize=9)
+        axes.tick_params(labelsize=8, color=FAINT)
+        return as_svg(figure)

@@ -1,0 +1,127 @@
+"""The look that all pictures share: SVG that takes its ink from the page around it, light or
+dark."""
+
+import io
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+INK = "#010203"  # stands for the page's own colour of text
+FAINT = "#8c8c8c"
+COLOURS = ("#2f7de1", "#e8710a", "#1a9e55", "#d9304f", "#9b59d0", "#12a5a8", "#b5850b", "#e05fb0")
+MARKERS = "os^vDPX<"
+STROKES = (
+    ((0, (4, 2)), "o"),
+    ((0, (1, 1.5)), "s"),
+    ((0, (5, 1.5, 1, 1.5)), "D"),
+    ((0, (2, 1)), "^"),
+)
+STYLE = {
+    "svg.fonttype": "none",
+    "font.size": 10,
+    "font.family": "sans-serif",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "grid.color": FAINT,
+    "grid.alpha": 0.25,
+    "savefig.transparent": True,
+    "legend.frameon": False,
+}
+
+
+def as_svg(figure, **options):
+    page = io.StringIO()
+    figure.savefig(page, format="svg", metadata={"Date": None}, **options)
+    plt.close(figure)
+    svg = page.getvalue()
+    return svg[svg.index("<svg") :].replace(INK, "currentColor")
+
+
+def panel(height=3.1, width=4.9):
+    """Makes axes with room for labels at their right [inch]."""
+    left, right, top, below = 0.72, 1.35, 0.1, 0.5
+    figure = plt.figure(figsize=(width, height))
+    return figure, figure.add_axes(
+        (left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height)
+    )
+
+
+def power_of_ten(x, _=None):
+    """Writes a tick as the tables have it: 1e-9."""
+    if 0.001 < x < 1e4:
+        return f"{x:g}"
+    return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
+
+
+def powers(axis, ticks=12):
+    """Puts ticks at powers of ten, which is quick to draw."""
+    axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
+    axis.set_major_formatter(power_of_ten)
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+
+
+def height_of(axes, y):
+    """Gives the height of a value within the axes, 0 .. 1."""
+    low, high = axes.get_ylim()
+    is_log = axes.get_yscale() == "log"
+    return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
+
+
+def pushed_apart(heights, gap):
+    """Moves labels, given from low to high, so that none overlaps and none leaves the axes."""
+    heights = list(heights)
+    for i in range(1, len(heights)):
+        heights[i] = max(heights[i], heights[i - 1] + gap)
+    over = max(0.0, heights[-1] - 1) if heights else 0.0
+    for i in reversed(range(len(heights))):
+        is_last = i == len(heights) - 1
+        most = 1 if is_last else heights[i + 1] - gap
+        heights[i] = min(heights[i] - (over if is_last else 0.0), most)
+    return heights
+
+
+def label_ends(axes, ends):
+    """Puts names at the right of the axes, each led to the end of its line. `ends`: (name, place of
+    the end, colour) of each."""
+    gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())
+    placed = sorted((height_of(axes, y), x, y, name, colour) for name, (x, y), colour in ends)
+    heights = pushed_apart((place[0] for place in placed), gap)
+    for height, (_, x, y, name, colour) in zip(heights, placed, strict=True):
+        axes.annotate(
+            name,
+            (x, np.clip(y, *axes.get_ylim())),
+            xytext=(1.03, height),
+            textcoords="axes fraction",
+            color=colour,
+            fontsize=9,
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.5},
+        )
+
+
+def line_styles(family, peers):
+    """Gives colour and marker of each line of a panel; what is only compared with is in ink, broken
+    and hollow."""
+    own = [name for name in family if name not in peers]
+    found = {
+        name: {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+            "linestyle": "-",
+        }
+        for i, name in enumerate(own)
+    }
+    hollow = {"color": INK, "markerfacecolor": "none"}
+    return found | {
+        name: {**hollow, "linestyle": stroke, "marker": marker}
+        for name, (stroke, marker) in zip(peers, STROKES, strict=False)
+    }

@@ -1,0 +1,40 @@
+"""Errors in the course of one run, with a colour for each kind of method."""
+
+import numpy as np
+
+from .look import COLOURS, STYLE, as_svg, label_ends, panel, plt, powers
+
+LEAST = 1e-17  # what errors of zero are drawn at
+
+
+def colours_of(kinds):
+    """Gives a colour for each kind, in the order in which they come."""
+    return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
+
+
+def time_courses(lines, quantity, label, colours):
+    """Draws a quantity of each line over its times. A line has `method`, `kind`, `t` and the
+    quantity, each a list."""
+    with plt.rc_context(STYLE):
+        figure, axes = panel(4.2)
+        known = [line for line in lines if len(line["t"]) > 1]
+        for line in known:
+            axes.semilogy(
+                line["t"][1:],
+                np.maximum(line[quantity][1:], LEAST),
+                color=colours[line["kind"]],
+                linewidth=1.2,
+            )
+        axes.set(xlabel="time; a turn of the precession is 2 pi", ylabel=label)
+        axes.set_ylim(LEAST, 10)
+        powers(axes.yaxis, 9)
+        axes.grid(True)
+        ends = [(line["t"][-1], max(line[quantity][-1], LEAST)) for line in known]
+        label_ends(
+            axes,
+            [
+                (line["method"], end, colours[line["kind"]])
+                for line, end in zip(known, ends, strict=True)
+            ],
+        )
+        return as_svg(figure)

@@ -1,0 +1,122 @@
+"""Who reaches an error first: the targets, and the fastest run of each method that meets them."""
+
+from rich.table import Table
+
+from .runs import by_method
+from .words import digits, milliseconds, power
+
+# Whom the tables compare with, and what they call them.
+REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the attitude error [rad]
+# A method reaches a target where attitude and energy error are within it and the next tighter run
+# is not much worse: errors at one moment change sign with the setting, and a lucky zero must not
+# win.
+LUCK = 3.0
+
+
+def reaching(rows, target):
+    """Gives the fastest of one method's rows, from loose to tight, that reaches the target; None if
+    none does."""
+    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has but one
+    good = [
+        row
+        for row, following in zip(rows, tighter, strict=False)
+        if not row.failure
+        and row.seconds
+        and not following.failure
+        and max(row.attitude_error, row.energy_error) <= target
+        and following.attitude_error <= LUCK * target
+    ]
+    return min(good, key=lambda row: row.seconds, default=None)
+
+
+def fastest_of(rows, scene, target, wanted):
+    """Gives the fastest row that reaches the target, of the methods of which `wanted` holds."""
+    hits = [
+        hit
+        for own in by_method(rows, scene).values()
+        if wanted(own[0]) and (hit := reaching(own, target))
+    ]
+    return min(hits, key=lambda row: row.seconds, default=None)
+
+
+def races(rows, scenes):
+    """For each scene and target: the fastest row of kreisel, and the fastest of a peer."""
+    for scene in scenes:
+        for target in TARGETS:
+            own = fastest_of(rows, scene, target, lambda row: not row.peer)
+            yield scene, target, own, fastest_of(rows, scene, target, lambda row: row.peer)
+
+
+def times(rows, scene):
+    """For each method of a scene: milliseconds to each target, the fastest marked, and its smallest
+    error."""
+    groups = by_method(rows, scene)
+    seconds = {
+        name: [hit and hit.seconds for hit in (reaching(own, target) for target in TARGETS)]
+        for name, own in groups.items()
+    }
+    columns = zip(*seconds.values(), strict=True)
+    fastest = [min((s for s in column if s), default=None) for column in columns]
+    for name, own in groups.items():
+        errors = [row.attitude_error for row in own if not row.failure]
+        yield {
+            "method": name,
+            "smallest": digits(min(errors, default=None)),
+            "cells": [
+                {"text": milliseconds(s), "fastest": s is not None and s == least}
+                for s, least in zip(seconds[name], fastest, strict=True)
+            ],
+        }
+
+
+def references(methods):
+    """Gives whom the tables compare with, of the methods that ran: name and title."""
+    return {name: title for name, title in REFERENCES.items() if name in methods}
+
+
+def summary(rows, scenes):
+    """For each scene and target: the fastest method of kreisel, beside those to compare with."""
+    known = references({row.method for row in rows})
+
+    def seconds(scene, target, name):
+        hit = fastest_of(rows, scene, target, lambda row: row.method == name)
+        return milliseconds(hit and hit.seconds)
+
+    for scene, target, own, _ in races(rows, scenes):
+        yield {
+            "scene": scene,
+            "target": power(target),
+            "own": milliseconds(own and own.seconds),
+            "method": own.method if own else "",
+            "others": [seconds(scene, target, name) for name in known],
+        }
+
+
+def terminal(rows, scene, end):
+    table = Table(
+        title=f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of",
+        title_justify="left",
+    )
+    table.add_column("method")
+    for target in TARGETS:
+        table.add_column(f"{power(target)} rad", justify="right")
+    table.add_column("smallest", justify="right")
+    for line in times(rows, scene):
+        cells = [
+            f"[bold]{cell['text']}[/]" if cell["fastest"] else cell["text"]
+            for cell in line["cells"]
+        ]
+        table.add_row(line["method"], *cells, line["smallest"])
+    return table
+
+
+def markdown(rows, scenes):
+    """Writes the table of README.md."""
+    titles = references({row.method for row in rows}).values()
+    head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1)]
+    for line in summary(rows, scenes):
+        own = f"{line['own']} ({line['method']})" if line["method"] else line["own"]
+        lines.append([line["scene"], line["target"], own, *line["others"]])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

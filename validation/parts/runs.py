@@ -1,0 +1,190 @@
+"""Which runs are compared on a scene, and what is known of each: its errors and its times."""
+
+import math
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from statistics import median
+
+import kreisel as kr
+import numpy as np
+
+from ..peers import contenders, measure
+from ..peers.contenders import Setting
+from ..truth import reference
+from ..truth.problems import attitude_error
+from .budget import Task
+
+TIGHTER = range(2, 17)  # steps are a turn by 2 ** k
+TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
+QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
+CHAOS = 1e-6  # only below this do errors that no longer fall mean that rounding is reached [rad]
+ROUNDS_UNTIL = 0.5  # of the budget: further rounds of timing are left out for what comes after them
+LOOKS = 100  # about as many states are recorded for the energy
+
+
+@dataclass
+class Measurement:
+    """What is known of one run: a method at one setting on one scene."""
+
+    scene: str
+    t: float
+    method: str
+    peer: bool
+    step: float | None = None
+    tol: float | None = None
+    attitude_error: float | None = None
+    energy_error: float | None = None
+    steps: int | None = None
+    evaluations: int | None = None
+    setup_seconds: float | None = None
+    failure: str = ""
+    about: float | None = None  # seconds of the first runs
+    samples: list = field(default_factory=list)  # seconds of a run, one a round
+
+    @property
+    def setting(self):
+        return Setting(self.step, self.tol)
+
+    @property
+    def key(self):
+        return f"{self.method} {self.step} {self.tol}"
+
+    @property
+    def seconds(self):
+        """The best of all rounds: a disturbance only ever adds."""
+        return min(self.samples, default=self.about)
+
+    @property
+    def middle(self):
+        return median(self.samples) if self.samples else self.about
+
+    @property
+    def spread(self):
+        return measure.spread(self.samples) if self.samples else None
+
+
+def turn_length(problem):
+    """Gives a power of two near the time of a turn, so that steps end where runs do."""
+    return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
+
+
+def looks(end, step):
+    """Gives times to look at the energy: on the grid of every step, and about as many for every
+    run."""
+    every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
+    return every * np.arange(int(end / every) + 1)
+
+
+class Bench:
+    """One scene with its truth, and the runs made so far: the times need them again."""
+
+    def __init__(self, problem, end, truth, budget):
+        self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
+        self.contenders = {who.name: who for who in (*contenders.ours(problem), *contenders.PEERS)}
+        self.runs = {}
+
+    def run(self, row):
+        if row.key not in self.runs:
+            who = self.contenders[row.method]
+            self.runs[row.key] = who.make(self.problem, self.end, row.setting)
+        return self.runs[row.key]
+
+    def try_out(self, who, setting):
+        """Makes a run and looks at its errors; its time it measures only roughly."""
+        row = Measurement(
+            self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
+        )
+        try:
+            run = self.run(row)
+            q, m = run.record(looks(self.end, setting.step))
+            row.about = min(measure.once(run.solve) for _ in range(2))
+            row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
+            row.energy_error = self.problem.energy_error(q, m)
+            row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
+        except (kr.Error, ValueError, ArithmeticError) as error:
+            row.failure = str(error)
+        return row
+
+    def settings(self, who):
+        powers, tolerances = QUICK if self.budget.quick else (TIGHTER, TOLERANCES)
+        if who.steered != "tol":
+            turn = turn_length(self.problem)
+            return [Setting(step=turn / 2.0**k) for k in powers] if who.steered else [Setting()]
+        tightest = who.tightest or 0.0
+        kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
+        return [*kept, Setting(tol=tightest)] if tightest else kept
+
+    def explore(self, who):
+        """Makes the runs of one method, from loose to tight, with their errors."""
+        rows = []
+        for setting in self.settings(who):
+            rows.append(self.try_out(who, setting))
+            if enough(rows, self.budget.longest):
+                break
+        return [asdict(row) for row in rows]
+
+    def times(self, rows):
+        """Measures the seconds of each run that came to an end, one after the other."""
+        return {
+            row.key: measure.sample(self.run(row).solve, row.about)
+            for row in rows
+            if not row.failure
+        }
+
+
+def enough(rows, longest):
+    """Says whether tighter settings would take too long, or gain nothing any more."""
+    errors = [row.attitude_error for row in rows if not row.failure]
+    if not errors:
+        return False
+    slow = rows[-1].about is not None and rows[-1].about > longest
+    at_the_floor = min(errors) < CHAOS and len(errors) - 1 - int(np.argmin(errors)) > 2
+    return slow or at_the_floor
+
+
+def truth_task(problem, end):
+    """The finding that all errors on a scene are measured against."""
+    return Task(truth_key(problem), partial(reference.of, problem, end), 0.2)
+
+
+def truth_key(problem):
+    return f"truth/{problem.name}"
+
+
+def tasks(problem, end, budget, store):
+    """The findings to make on one scene: its truth, the errors of each method, then rounds of
+    times, all in turn."""
+    yield truth_task(problem, end)
+    bench = Bench(problem, end, lambda: store.known[truth_key(problem)], budget)
+    for who in bench.contenders.values():
+        key = f"runs/{problem.name}/{who.name}"
+        yield Task(key, partial(bench.explore, who), 0.1 if budget.quick else 0.6)
+    for i in range(budget.rounds):
+        yield Task(
+            f"times/{problem.name}/{i}",
+            lambda: bench.times(explored(store, problem.name)),
+            0.1 if budget.quick else 1.5,
+            None if i < budget.least_rounds else ROUNDS_UNTIL,
+        )
+    yield Task(None, bench.runs.clear)
+
+
+def explored(store, scene):
+    return [Measurement(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
+
+
+def measured(store, scene):
+    """Gives all that is known so far of the runs on a scene."""
+    rounds, found = store.under(f"times/{scene}/"), explored(store, scene)
+    for row in found:
+        row.samples = [times[row.key] for times in rounds if row.key in times]
+    return found
+
+
+def by_method(rows, scene):
+    """Gives the rows of one scene, method by method."""
+    groups = {}
+    for row in rows:
+        if row.scene == scene:
+            groups.setdefault(row.method, []).append(row)
+    return groups

@@ -1,0 +1,63 @@
+"""How numbers and lists are put into words, on the page and in its tables."""
+
+from collections import Counter
+
+NUMBERS = (
+    *("no", "one", "two", "three", "four", "five", "six"),
+    *("seven", "eight", "nine", "ten", "eleven", "twelve"),
+)
+
+
+def number(n):
+    return NUMBERS[n] if n < len(NUMBERS) else str(n)
+
+
+def count(n):
+    """Writes a number that a sentence begins with: none, one, two."""
+    return number(n) if n else "none"
+
+
+def is_or_are(n):
+    return "are" if n > 1 else "is"
+
+
+def brief(x):
+    """Writes two digits, without an exponent."""
+    return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
+
+
+def power(x):
+    """Writes a power of ten as 1e-9."""
+    return f"{x:.0e}".replace("e-0", "e-")
+
+
+def digits(value, form=".0e"):
+    """Writes a number, or a dash where it is not known."""
+    return "\N{EN DASH}" if value is None else format(value, form)
+
+
+def milliseconds(seconds):
+    """Writes three digits, or a dash where it is not known."""
+    if seconds is None:
+        return digits(None)
+    ms = 1e3 * seconds
+    places = 0 if ms >= 100 else 1 if ms >= 10 else 2 if ms >= 1 else 3
+    return f"{ms:.{places}f}"
+
+
+def listed(words):
+    """Writes 'a, b and c'."""
+    words = list(words)
+    if not words:
+        return "none"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def counted(names):
+    """Writes names by how often they come: 'exact (12) and taylor (8)'."""
+    return listed(f"{name} ({often})" for name, often in Counter(names).most_common())
+
+
+def in_a_row(*sentences):
+    """Joins the sentences that there are."""
+    return " ".join(filter(None, sentences))

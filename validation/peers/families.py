@@ -1,0 +1,27 @@
+"""Methods in families for the figures, by what their tables say of them, so that a later method
+finds its place unasked."""
+
+import kreisel as kr
+
+from .contenders import PEERS, steered
+from .machine import is_of_gsl
+
+TITLES = {
+    "series, closed form and other adaptive": lambda m: steered(m) != "step",
+    "fixed step, order 1 and 2": lambda m: steered(m) == "step" and m.order <= 2,
+    "fixed step, order 3 and 4": lambda m: steered(m) == "step" and 2 < m.order <= 4,
+    "fixed step, higher order": lambda m: steered(m) == "step" and m.order > 4,
+}
+
+
+def families():
+    """Gives {title: (the methods of the family, the peers to show beside them)}."""
+    others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
+    yardstick = [PEERS[0].name]
+    return {
+        title: (
+            [name for name, method in kr.methods.items() if within(method) and name not in others],
+            others if i == 0 else yardstick,
+        )
+        for i, (title, within) in enumerate(TITLES.items())
+    }

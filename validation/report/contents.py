@@ -1,0 +1,12 @@
+"""The parts of the report, in the order of the page."""
+
+from ..parts import atlas, ensemble, left_out, published, truth, workprecision
+
+PARTS = (
+    workprecision.PART,
+    truth.PART,
+    atlas.PART,
+    ensemble.PART,
+    published.PART,
+    left_out.PART,
+)

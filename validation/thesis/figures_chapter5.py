@@ -1,0 +1,142 @@
+"""The figures of chapter 5, drawn again."""
+
+import kreisel as kr
+import numpy as np
+
+from . import line_charts, stills
+from .courses import HALF, PIVOT, SCENE, truth
+from .figure import Figure
+from .integrals import STRETCHED, adjusted
+from .line_charts import BLUE, GREEN, OCHRE, ORANGE, RED
+
+NAMES = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
+INTEGRALS = {"kowalewski": ("K", "5.5"), "goryachev_chaplygin": ("G", "5.5, for G")}
+ROD_END, ROD_STATES = 30.0, 300
+TOPS = ("red", "blue", "yellow", "green")
+
+
+def cuboid_of(kind, half=0.8):
+    """Gives the quader coordinates, and the fixed point seen from the centre."""
+    return (STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2)
+
+
+def rod_of(scene):
+    return kr.rod(truth(scene, np.linspace(0, ROD_END, ROD_STATES)).path)
+
+
+def special():
+    for letter, (kind, name) in zip("ab", NAMES.items(), strict=True):
+        scene = adjusted(kind)
+        yield Figure(
+            f"5.4({letter})",
+            f"A {name} top",
+            [stills.one_top(scene, *cuboid_of(kind), ORANGE)],
+            f"Kind by its moments: {scene.body.kind}. Momentum green, angular velocity blue.",
+        )
+
+
+def integral(kind, fourth):
+    letter, number = INTEGRALS[kind]
+    series = [("Extrap, tolerance 1e-5", fourth.t, fourth.change, GREEN, "-")]
+    return Figure(
+        number,
+        f"Error of the {NAMES[kind]} integral",
+        [line_charts.lines(series, f"{letter}(t) - {letter}(0)")],
+        f"{letter}(0) = {fourth.start:.4g} in units with I1 = 1; it changes by "
+        f"{fourth.change.min():.1e} .. {fourth.change.max():.1e}.",
+    )
+
+
+def analogies():
+    lagrange = truth(SCENE, np.linspace(0, 60, 1500)).path
+    rod = rod_of(SCENE)
+    yield Figure(
+        "5.6",
+        "What the tab Rod & Apex Trace offered",
+        [stills.rod(rod, OCHRE), stills.trace(lagrange)],
+        "Here it is typed: kr.rod(path).plot() and path.plot().",
+    )
+    yield Figure(
+        "5.7",
+        "A Lagrange top with its isotropic elastic rod",
+        [stills.rod(rod, ORANGE), stills.one_top(SCENE, HALF, PIVOT, ORANGE)],
+        f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} towards every "
+        f"side, against twist {rod.stiffness[2]:.4g}.",
+    )
+    yield from anisotropic_rods()
+    nutation = kr.apex(lagrange).nutation()
+    yield Figure(
+        "5.9",
+        "The apex trace of a Lagrange top",
+        [stills.trace(lagrange)],
+        f"From height {nutation.highest:.4f} to {nutation.lowest:.4f} and back in "
+        f"{nutation.period:.4f}. It begins upright, so it comes back through the vertical each "
+        "time.",
+    )
+
+
+def anisotropic_rods():
+    for letter, (kind, name) in zip("ab", NAMES.items(), strict=True):
+        rod = rod_of(adjusted(kind))
+        yield Figure(
+            f"5.8({letter})",
+            f"The anisotropic rod of the {name} top",
+            [stills.rod(rod, ORANGE)],
+            f"Stiffness {rod.stiffness[0]:.4g} towards N and {rod.stiffness[1]:.4g} towards B, "
+            f"hence {rod.section[1]:.3g} times as thick towards B.",
+        )
+
+
+def comparing(four, equal_ends):
+    yield Figure(
+        "5.10",
+        "A top with its duplicate",
+        [stills.two_tops(SCENE, HALF, PIVOT, (RED, OCHRE))],
+        "Left by Bobenko-Suris, right by Extrap; at the start.",
+    )
+    yield Figure(
+        "5.11",
+        "The Lagrange top mode with eps2",
+        [picture(four, 120.0)],
+        f"At t = 120: frame errors {four.until('BS', 120):.2g} and {four.until('Ext', 120):.1g} "
+        "rad so far.",
+    )
+    yield Figure("5.12", "The timer", [line_charts.timer()], f"A common end: {equal_ends}.")
+    yield Figure(
+        "5.13",
+        "The tab Eps2: the integrals of motion",
+        [],
+        f"At t = {four.t[-1]:g}; in brackets the change since the start.",
+        tuple(integrals_of(four)),
+    )
+    yield diagrams(four)
+
+
+def diagrams(four):
+    shown = four.t <= 50
+    t = four.t[shown]
+
+    def both(bs, ext, label):
+        series = [
+            ("Bobenko-Suris, eps 0.2", t, bs[shown], BLUE, "-"),
+            ("Extrap", t, ext[shown], GREEN, "-"),
+        ]
+        return line_charts.lines(series, label)
+
+    energy = both(four.blue.energy_error, four.green.energy_error, "E - E0")
+    frame = both(four.L["BS text"], four.L["Ext text"], "frame error L [rad]")
+    return Figure("5.14", "The tab Diagrams", [energy, frame], "To t = 50.")
+
+
+def picture(four, t):
+    return stills.four_tops({name: getattr(four, name) for name in TOPS}, t, HALF, PIVOT)
+
+
+def integrals_of(four):
+    """Gives what the tab showed: the values at the end, and how far they have gone."""
+    yield "top", "<m, p>", "<m, a>", "E"
+    for name in TOPS:
+        top = getattr(four, name)
+        weighed = top.vertical_momentum * top.path.scene.gravity
+        values = weighed, top.axial_momentum, top.path.energy
+        yield name, *(f"{value[-1]:.6f} ({value[-1] - value[0]:+.0e})" for value in values)

@@ -1,0 +1,350 @@
+"""The quantitative sentences of chapters 6.1 and 6.2, each beside what is true."""
+
+import numpy as np
+
+from .courses import exponent
+from .sentence import Sentence
+
+EPS, PI = "\N{GREEK SMALL LETTER EPSILON}", "\N{GREEK SMALL LETTER PI}"
+TIMES = "\N{MULTIPLICATION SIGN}"
+SEEN = 0.05  # a frame error that can be seen in the pictures [rad]
+
+
+def pair(experiment, t, names=("BS", "Ext")):
+    return [experiment.until(name, t) for name in names]
+
+
+def both(experiment, t):
+    bs, ext = pair(experiment, t)
+    return f"Bobenko-Suris {bs:.2g}, Extrap {ext:.1g} rad"
+
+
+def why_first(loose):
+    """Says what a looser tolerance would have shown in 6.1."""
+    tol, error = max(loose.items())
+    return (
+        f"Extrap keeps its tolerance; with {tol:.0e} it would be off by {error:.1g} rad. The "
+        "program's own is not to be had"
+    )
+
+
+def why_timed(crossed, wanted=900.0):
+    """Says between which tolerances the lines of 6.2 would cross where the text has them."""
+    late = [tol for tol, t, _ in crossed if t is None or t > wanted]
+    early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
+    return (
+        f"it would be so for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
+        "program's Extrap is not to be had"
+    )
+
+
+def experiment1(four, loose):
+    yield from seen_errors(four, loose)
+    yield from frame_errors(four, loose)
+    yield from momenta(four)
+    yield from energies(four)
+
+
+def seen_errors(four, loose):
+    worse = why_first(loose)
+    yield Sentence(
+        "6.2",
+        "After 50 time units the numerical discretization shows no visible errors",
+        both(four, 50),
+        four.until("Ext", 50) < SEEN,
+    )
+    bs, ext = pair(four, 300)
+    yield Sentence(
+        "6.3",
+        "After 300 both discretizations show more or less comparable errors",
+        both(four, 300),
+        ext > bs / 3,
+        worse,
+    )
+    bs, ext = pair(four, 600)
+    yield Sentence(
+        "6.4, 6.1.2",
+        "After 600 both show big errors, the integrable one is somewhat closer",
+        both(four, 600),
+        ext > bs > SEEN,
+        worse,
+    )
+
+
+def frame_errors(four, loose):
+    worse = why_first(loose)
+    bs, ext = pair(four, 50)
+    yield Sentence(
+        "6.6",
+        "To 50: the numerical error is negligible compared to the integrable one",
+        both(four, 50),
+        ext < bs / 100,
+    )
+    slopes = [slope_from_200_to_300(four, name) for name in ("BS", "Ext")]
+    yield Sentence(
+        "6.7",
+        "To 300: the numerical error is lower but already has a comparable trend",
+        f"{slopes[0]:.1e} and {slopes[1]:.1e} rad per unit from 200 to 300",
+        slopes[1] > slopes[0] / 3,
+        worse,
+    )
+    yield Sentence(
+        "6.8",
+        f"By 600 both have reached the maximum {PI}/2",
+        both(four, 600),
+        min(pair(four, 600)) > 1.3,
+        "Bobenko-Suris has, Extrap has not; " + worse,
+    )
+    growth = [exponent(four.t, four.L[name], 20) for name in ("BS", "Ext")]
+    yield Sentence(
+        "6.1.3",
+        "The trend of Bobenko-Suris is almost linear, of the numerical one more or less quadratic",
+        f"powers of t: {growth[0]:.2f} and {growth[1]:.2f}",
+        abs(growth[0] - 1) < 0.15 and abs(growth[1] - 2) < 0.3,
+    )
+
+
+def slope_from_200_to_300(four, name):
+    kept = (four.t >= 200) & (four.t <= 300)
+    return np.polyfit(four.t[kept], np.maximum.accumulate(four.L[name])[kept], 1)[0]
+
+
+def momenta(four):
+    bs, ext = (np.ptp(course.vertical_momentum) for course in (four.blue, four.green))
+    yield Sentence(
+        "6.1.4",
+        "<m, p> stays constant in both",
+        f"Bobenko-Suris moves by {bs:.0e}, Extrap by {ext:.0e}",
+        max(bs, ext) < 1e-10,
+        "Extrap keeps no integral: its own error shows, of the size of its tolerance",
+    )
+    exact, drift = abs(four.blue.axial_error).max(), four.green.axial_error
+    yield Sentence(
+        "6.9",
+        "<m, a>: Bobenko-Suris no error, Extrap small but constantly increasing",
+        f"{exact:.0e}; {drift[-1]:.1e} at 600",
+        exact < 1e-10 and abs(drift[-1]) > 0.8 * abs(drift).max() and abs(drift[-1]) < 1e-2,
+    )
+
+
+def energies(four):
+    blue, red, green = (top.energy_error for top in (four.blue, four.red, four.green))
+    ratio, eps = np.ptp(blue) / np.ptp(red), four.eps2 / four.eps1
+    yield Sentence(
+        "6.10",
+        f"The energy error is a periodic oscillation proportional to {EPS}",
+        f"range {ratio:.2f} times as large for {eps:g} times the step",
+        abs(ratio / eps - 1) < 0.02,
+    )
+    small, large = abs(green).max(), abs(blue).max()
+    yield Sentence(
+        "6.11",
+        "The numerical energy error is small at first, later increases fast, while the integrable "
+        "stays oscillating",
+        f"{small:.0e} against {large:.2f} by 600",
+        small > large / 10,
+        "it grows, but by 600 it is nothing beside the oscillation",
+    )
+    off = abs(four.term - blue).max()
+    yield Sentence(
+        "6.1.4",
+        f"H_{EPS} stays constant: the energy error is {EPS}/2 <a {TIMES} m, p>",
+        f"it is -I1 times that, less its start, to {off:.0e}",
+        off < 1e-11,
+    )
+    at_once, best, delay = correlation(four)
+    yield Sentence(
+        "6.12",
+        "The oscillating energy error is correlated to the oscillating part of the frame error",
+        f"they have one period; coefficient {at_once:.2f} at the same time, {best:.2f} with the "
+        f"energy taken {delay:.1f} later",
+        best > 0.7,
+    )
+
+
+def correlation(four, end=200.0):
+    """Correlates the energy error with the oscillating part of the frame error, L / t: at one time;
+    and the largest for delays of the energy by less than half a nutation, with that delay."""
+    kept = (four.t > 20) & (four.t <= end)
+    swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]
+    first = int(np.argmax(kept))
+    later = [four.blue.energy_error[first + k : first + k + len(swing)] for k in range(21)]
+    found = [np.corrcoef(energy, swing)[0, 1] for energy in later]
+    best = int(np.argmax(found))
+    return float(found[0]), float(found[best]), best * four.eps2
+
+
+def strong(four, rows):
+    yield settings_that_matter(rows)
+    bs, ext = four.L["BS"][-1], four.L["Ext"][-1]
+    yield Sentence(
+        "6.13",
+        "g = 10, m = (5, 0, 0): the position is already very wrong at t = 20",
+        f"{bs:.2f} rad, a turn by {np.degrees(2 * bs):.0f}\N{DEGREE SIGN}; Extrap {ext:.0e}",
+        bs > 0.3,
+    )
+    error = four.blue.energy_error
+    yield Sentence(
+        "6.14",
+        "The oscillating error in the energy is of very high magnitude",
+        f"{error.min():.1f} .. {error.max():+.1f} on {four.blue.path.energy[0]:.1f}",
+        np.ptp(error) > 10,
+    )
+
+
+def settings_that_matter(rows):
+    by_g = {g: rows[rows[:, 0] == g] for g in sorted(set(rows[:, 0]))}
+    weak, usual, heavy = (by_g[g][:, 3] for g in (0.5, 1.0, 10.0))
+    term = by_g[1.0][:, 2]
+    more_g = bool((heavy > weak).all())
+    more_m = all(own[-1, 3] > own[0, 3] for own in by_g.values())
+    return Sentence(
+        "6.1.5",
+        f"Settings that increase {EPS}/2 <a {TIMES} m, p>, a longer m or a higher g, decrease the "
+        "exactness",
+        f"L at most: {weak[1]:.2g} .. {heavy[1]:.2g} rad for g = 0.5 .. 10; {usual[0]:.2g} .. "
+        f"{usual[-1]:.2g} for m times 0.5 .. 4, though that changes the term by "
+        f"{term[-1] / term[0] - 1:.0%} only",
+        more_g and more_m,
+    )
+
+
+def settings(timed, tested):
+    yield Sentence(
+        "6.2.1",
+        "The step 0.01 resembles the continuous motion",
+        f"{timed.until('BS 0.01', 3200):.2g} rad by 3200, {timed.until('BS 0.01', 600):.1g} by 600",
+        timed.until("BS 0.01", 3200) < SEEN,
+    )
+    yield Sentence(
+        "6.2",
+        "The numerical discretization is a multi-step method",
+        "a one-step method; each step evaluates many times",
+        False,
+        "erratum 12",
+    )
+    yield from execution(timed)
+    low, high = min(tested.values()), max(tested.values())
+    yield Sentence(
+        "6.2.1",
+        "Changing h = 1.5 within its order of magnitude shows practically no change",
+        f"L at 1000 for h = {', '.join(f'{h:g}' for h in tested)}: {low:.1e} .. {high:.1e} rad",
+        high < 3 * low,
+        "the errors stay of one size, but h decides where the steps lie",
+    )
+
+
+def execution(timed):
+    yield Sentence(
+        "6.2.1",
+        "m = 166 yields an effective step of 0.03",
+        f"{5 / 166:.4f}",
+        abs(5 / 166 - 0.03) < 5e-4,
+    )
+    bs, ext = timed.seconds["BS"], timed.seconds["Ext"]
+    yield Sentence(
+        "6.2.1",
+        "Both use the same amount of execution time, 0.8 ms for five units",
+        f"here {1e6 * bs:.1f} and {1e6 * ext:.1f} \N{MICRO SIGN}s: equal for {timed.substeps} "
+        "sub-steps",
+        abs(ext / bs - 1) < 0.25,
+        "in Java they were equal; here Extrap costs more, so at equal time Bobenko-Suris may have "
+        "finer steps",
+    )
+    intervals = len(timed.t) - 1
+    steps, lost = timed.green.steps / intervals, timed.green.rejected / intervals
+    yield Sentence(
+        "6.2.1",
+        "An average of 7 steps are calculated for an interval",
+        f"{steps:.1f} accepted and {lost:.1f} rejected",
+        abs(steps + lost - 7) < 1,
+    )
+
+
+def experiment2(timed, crossed):
+    yield from seen_in_time(timed, crossed)
+    yield from crossing(timed, crossed)
+    yield from timed_energies(timed, crossed)
+
+
+def seen_in_time(timed, crossed):
+    worse = why_timed(crossed)
+    yield Sentence(
+        "6.15",
+        "At 200 there are almost no errors recognizable",
+        both(timed, 200),
+        max(pair(timed, 200)) < SEEN,
+    )
+    bs, ext = pair(timed, 600)
+    yield Sentence(
+        "6.16",
+        "At 600 both start to show errors, Bobenko-Suris a little higher",
+        both(timed, 600),
+        bs > ext > bs / 5,
+        worse,
+    )
+    growth = [exponent(timed.t, timed.L[name], 100) for name in ("BS", "Ext")]
+    yield Sentence(
+        "6.17",
+        "At 1000 the errors in the numerical discretization increase faster",
+        f"powers of t: {growth[0]:.2f} and {growth[1]:.2f}",
+        growth[1] > growth[0] + 0.4,
+    )
+    bs, ext = pair(timed, 3200)
+    yield Sentence(
+        "6.18",
+        "At 3200 the integrable errors are still somewhat acceptable",
+        f"{bs:.2g} rad",
+        bs < 0.3,
+    )
+    yield Sentence(
+        "6.18", "At 3200 the numerical ones have gotten very big", f"{ext:.2g} rad", ext > bs, worse
+    )
+
+
+def crossing(timed, crossed):
+    worse = why_timed(crossed)
+    bs, ext = pair(timed, 400)
+    yield Sentence(
+        "6.19",
+        "To 400 Bobenko-Suris is higher, the numerical error low",
+        both(timed, 400),
+        ext < bs / 10,
+    )
+    met = "; ".join(
+        f"tolerance {tol:.0e}: {'never' if t is None else f'{t:g}'}" for tol, t, _ in crossed
+    )
+    yield Sentence(
+        "6.20",
+        "After about 900 time units the numerical error equals the integrable one",
+        f"first above it: {met}",
+        crossed[0][1] is not None and 600 < crossed[0][1] < 1200,
+        worse,
+    )
+    loosest, _, error = crossed[-1]
+    yield Sentence(
+        "6.21",
+        f"By 3200 the numerical error has reached {PI}/2",
+        f"{timed.until('Ext', 3200):.2g} rad; at tolerance {loosest:.0e} {error:.2g}",
+        timed.until("Ext", 3200) > 1.5,
+        worse,
+    )
+
+
+def timed_energies(timed, crossed):
+    energy, half = abs(timed.green.energy_error), len(timed.t) // 2
+    later = energy[half:].max() / energy[:half].max()
+    yield Sentence(
+        "6.22",
+        "The numerical error in the energy is small but steadily increasing",
+        f"{energy.max():.0e}; second half {later:.1f} times the first",
+        energy.max() < 1e-3 and later > 1.3,
+    )
+    oscillation = abs(timed.blue.energy_error).max()
+    yield Sentence(
+        "6.23",
+        "By 3200 it reaches the magnitude of the integrable error",
+        f"{energy.max():.0e} against {oscillation:.2f}",
+        energy.max() > oscillation / 3,
+        why_timed(crossed),
+    )

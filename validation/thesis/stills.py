@@ -1,0 +1,172 @@
+"""Stills: cuboids with their momentum and velocity, rods and traces, as the program Top
+Visualization showed them."""
+
+from dataclasses import dataclass
+
+import kreisel as kr
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+
+from ..drawing import sphere
+from ..drawing.look import FAINT, STYLE, as_svg
+from .line_charts import BLUE, GREEN, TOPS
+
+ELEVATION, AZIMUTH = 16.0, 25.0
+APART, REACH = 4.6, 2.3  # of the two origins; of the longest vectors [length]
+THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; how much of what is behind a thin one hides
+LIGHT = np.array((-0.4, -0.5, 0.77))
+
+
+@dataclass(frozen=True)
+class Top:
+    """A cuboid at one state of a path, and how it is drawn."""
+
+    path: kr.Path
+    i: int
+    colour: str
+    width: float = THICK
+    opacity: float = 1.0
+
+
+def seen(points):
+    return sphere.seen(points, ELEVATION, AZIMUTH)
+
+
+def on_paper(points):
+    return np.stack(seen(points)[:2], axis=-1)
+
+
+def bare(axes):
+    """Takes frame and ticks away, and makes lengths the same across and up."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def faces(half, centre):
+    """Gives (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
+    found = np.zeros((6, 4, 3))
+    for i, face in enumerate(found):
+        axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
+        face[:, axis] = sign
+        face[:, (axis + 1) % 3] = np.array((-1, 1, 1, -1)) * sign
+        face[:, (axis + 2) % 3] = (-1, -1, 1, 1)
+    return found * half + centre
+
+
+def cuboid(axes, corners, top):
+    """Draws its faces; of a cuboid of glass also those behind."""
+    base = np.array(to_rgb(top.colour))
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    towards = seen(normals)[2]
+    for i in np.argsort(towards):
+        if top.opacity == 1.0 and towards[i] <= 0.0:
+            continue
+        shade = 0.5 + 0.5 * np.clip(0.5 + 0.6 * normals[i] @ LIGHT, 0, 1)
+        fill = (*(shade * base), top.opacity if towards[i] > 0.0 else 0.0)
+        axes.add_collection(
+            PolyCollection(
+                [on_paper(corners[i])],
+                facecolors=[fill],
+                edgecolors=[0.45 * base + 0.1],
+                linewidths=top.width,
+                joinstyle="round",
+            )
+        )
+
+
+def vectors(axes, top, origin, behind):
+    """Draws momentum in green and velocity in blue, the longest of the path of one length: those
+    that point away, or the others."""
+    for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
+        tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
+        if (seen(tip)[2] < 0.0) == behind:
+            x, y = on_paper(np.array((origin, origin + tip))).T
+            line = {"linewidth": 0.7 * top.width + 0.8, "solid_capstyle": "round"}
+            axes.plot(x, y, color=colour, **line)
+            axes.plot(x[1:], y[1:], "o", color=colour, markersize=top.width + 2.5)
+
+
+def at_one_place(axes, tops, half, pivot, origin):
+    """Draws several tops about one origin."""
+    body = faces(np.array(half), -np.array(pivot))
+    for top in tops:
+        vectors(axes, top, origin, behind=True)
+    for top in tops:
+        cuboid(axes, body @ top.path.frame[top.i] + origin, top)
+    for top in tops:
+        vectors(axes, top, origin, behind=False)
+
+
+def place(side):
+    """Gives the origin of the tops on a side, -0.5 or 0.5."""
+    angle = np.radians(AZIMUTH)
+    return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
+
+
+def at_time(course, t, colour, width, opacity):
+    return Top(course.path, int(np.argmin(np.abs(course.t - t))), colour, width, opacity)
+
+
+def four_tops(courses, t, half, pivot):
+    """Draws figures 6.1 to 6.4 and their like. `courses`: red, blue, yellow, green by name; the two
+    of eps2 are of glass."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")
+        for side, method, solid, glass in (
+            (-0.5, "Bobenko-Suris", "red", "blue"),
+            (0.5, "Extrap", "yellow", "green"),
+        ):
+            tops = [
+                at_time(courses[solid], t, TOPS[solid], THICK, 1.0),
+                at_time(courses[glass], t, TOPS[glass], THIN, GLASS),
+            ]
+            at_one_place(axes, tops, half, pivot, place(side))
+            axes.annotate(method, (side * APART, -2.6), ha="center", color=FAINT)
+        bare(axes)
+        axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
+        return as_svg(figure)
+
+
+def at_start(scene, colour):
+    return [Top(kr.solve(scene, [0.0]), 0, colour)]
+
+
+def one_top(scene, half, pivot, colour):
+    """Draws the body at the start, with its vectors."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
+        at_one_place(axes, at_start(scene, colour), half, pivot, np.zeros(3))
+        bare(axes)
+        return as_svg(figure)
+
+
+def two_tops(scene, half, pivot, colours):
+    """Draws figure 5.10: a top and its duplicate."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
+        for side, colour in zip((-0.5, 0.5), colours, strict=True):
+            at_one_place(axes, at_start(scene, colour), half, pivot, place(side))
+        bare(axes)
+        return as_svg(figure)
+
+
+def rod(rod, colour, azimuth=AZIMUTH):
+    """Draws a rod as thick as the moments say."""
+    thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
+        rod.plot(axes, thickness=thickness, colour=colour, azimuth=azimuth)
+        return as_svg(figure)
+
+
+def trace(path):
+    """Draws the path of the axis."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
+        sphere.globe(axes)
+        sphere.trace(axes, path.apex, BLUE)
+        return as_svg(figure)
