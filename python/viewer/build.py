@@ -25,7 +25,8 @@ ZIG = Path(ziglang.__file__).parent
 # shadows, environments and skins, and so is the table by which metals reflect an environment.
 SHADERS = re.compile(
     "meshbasic|meshphong|begin|bsdfs|color|common|default|fog"
-    "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)|opaque|project_|specularmap_fragment|worldpos"
+    "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)"
+    "|opaque|project_|specularmap_fragment|worldpos"
 )
 
 
