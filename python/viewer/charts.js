@@ -7,15 +7,14 @@ import { measureOf, stage } from "./core.js";
 const SYMBOLS = {
   energy: "E",
   vertical_momentum: "⟨m, e₃⟩",
-  axial_momentum: "⟨m, apex⟩",
+  axial_momentum: "⟨m, a⟩",
   kowalewski: "K",
   goryachev_chaplygin: "G",
 };
 const inWords = (name) => name.replaceAll("_", " ");
 export const symbol = ({ name }) => SYMBOLS[name] ?? inWords(name);
 // Integrals are drawn as a change, for only that is to be seen of them.
-export const title = ({ name, kept }) =>
-  `${kept ? "Change of " : ""}${inWords(name)} ${SYMBOLS[name] ?? ""}`.trim();
+export const title = ({ name, kept }) => (kept ? "Change of " : "") + inWords(name);
 
 const style = (id) => getComputedStyle(document.getElementById(id));
 function short(x) {

@@ -74,7 +74,7 @@ def test_zoom_of_both_charts_stays_while_time_goes_on(page):
     run_to(page, 30)
     spans = "kreisel.charts.plots.map(({scales: {x}}) => [x.min, x.max])"
     whole = page.evaluate(spans)
-    chart = page.get_by_role("img", name="Change of energy E over time").locator(".u-over")
+    chart = page.get_by_role("img", name="Change of energy over time").locator(".u-over")
     chart.scroll_into_view_if_needed()
     box = chart.bounding_box()
     left, right, y = box["x"] + 0.25 * box["width"], box["x"] + 0.75 * box["width"], box["y"] + 40
