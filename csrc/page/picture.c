@@ -3,8 +3,8 @@
 #include "picture.h"
 #include "numbers/su2.h"
 
-/* The cuboid of this mass with the body's inertia and mass times lever: its volume, 0 if there is
- * none. */
+/* Finds the cuboid of this mass that has the body's inertia and mass times lever. Returns its
+ * volume, 0 if there is none. */
 static double cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -28,9 +28,9 @@ static double cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Of any mass: the largest, which is found by thirds, for the logarithm of the volume is concave in
- * 1 / mass. With more mass it is denser: the one of density 1, if that is on the way. The thesis'
- * cuboid is the largest, and of density 1: hence a little margin. */
+/* Finds the largest cuboid of any mass, by thirds, for the logarithm of the volume is concave in
+ * 1 / mass; with more mass a cuboid is denser, and if one of density 1 is on the way that one is
+ * taken. The thesis' cuboid is both the largest and of density 1, hence a little margin. */
 static void cuboid_of_any_mass(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -95,9 +95,9 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
     return n;
 }
 
-/* Half axes of the rod's section in the body: across the principal axis nearest the apex. As stiff
- * towards a side as that side is thick, squared; and stiff against bending towards one of them as
- * the body turns about the other. */
+/* The half axes of the rod's section in the body lie across the principal axis nearest the apex.
+ * The rod is as stiff towards a side as that side is thick, squared; and it is as stiff against
+ * bending towards one side as the body is against turning about the other. */
 static void section(const kr_body *body, kr_vec3 apex, double radius, kr_vec3 side[2])
 {
     const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -115,7 +115,7 @@ int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, dou
 {
     const double round = 6.28318530717958648;
     const kr_vec3 apex = apex_in_body(body);
-    const int64_t stride = (int64_t)fmax(1.0, 0.05 / trail->eps + 0.5),
+    const int64_t stride = (int64_t)fmax(1.0, 0.05 / trail->step + 0.5),
                   oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
@@ -128,7 +128,7 @@ int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, dou
             const kr_vec3 out = v_axpy(cosine, side[0], v_scale(sine, side[1]));
             put(point[n * KR_PICTURE_SIDES + s], v_add(at, q_turn(q, out)));
         }
-        at = v_axpy(-scale * trail->eps * (double)stride, q_turn(q, apex), at);
+        at = v_axpy(-scale * trail->step * (double)stride, q_turn(q, apex), at);
     }
     return n;
 }

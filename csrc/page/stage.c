@@ -2,7 +2,8 @@
 #include <math.h>
 #include "stage.h"
 
-enum { LARGEST = INT32_MAX }; /* ticks to a step: then a product of two fits */
+/* The largest step in ticks. A product of two steps fits in 64 bits. */
+enum { LARGEST = INT32_MAX };
 
 static int64_t greatest_common_divisor(int64_t a, int64_t b)
 {
@@ -19,68 +20,94 @@ static int64_t common_multiple(int64_t a, int64_t b)
     return a <= INT64_MAX / share ? a * share : 0;
 }
 
-kr_measure kr_stage_measure(const kr_stage *stage, int i)
+const kr_quantity *kr_stage_quantity(int k)
+{
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        const int turns = (kr_quantity_flags(quantity) & KR_TURNS) != 0;
+        if (kr_quantity_doubles(quantity) == 1 && !turns && k-- == 0) return quantity;
+    }
+    return NULL;
+}
+static int is_kept(const kr_quantity *quantity)
+{
+    return (kr_quantity_flags(quantity) & KR_KEPT) != 0;
+}
+/* Measures top i: all of it, or integrals and error alone. */
+static void look(const kr_stage *stage, int i, int all, double measure[])
 {
     const kr_actor *a = &stage->actor[i], *b = a->against >= 0 ? &stage->actor[a->against] : NULL;
-    kr_measure m = {NAN, NAN, NAN, NAN, NAN};
-    if (a->status != KR_OK) return m;
-    m.energy = kr_state_kinetic(&a->scene, &a->now) + kr_state_potential(&a->scene, &a->now);
-    m.vertical = kr_state_vertical_momentum(&a->scene, &a->now);
-    m.axial = kr_state_axial_momentum(&a->scene, &a->now);
-    m.fourth = kr_state_kowalewski(&a->scene, &a->now);
-    if (isnan(m.fourth)) m.fourth = kr_state_goryachev_chaplygin(&a->scene, &a->now);
-    if (b && b->status == KR_OK && a->steps * a->eps == b->steps * b->eps)
-        m.error = 0.5 * kr_attitude_error(a->now.q, b->now.q);
-    return m;
+    for (int k = 0; k < KR_STAGE_MEASURES; k++) measure[k] = NAN;
+    if (a->status != KR_OK) return;
+    for (int k = 0; k < KR_STAGE_ERROR; k++)
+        if (a->quantity[k] && (all || is_kept(a->quantity[k])))
+            kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
+    if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
+        measure[KR_STAGE_ERROR] = 0.5 * kr_attitude_error(a->now.q, b->now.q);
 }
-/* fmin and fmax leave out what is not a number */
-static kr_measure least(kr_measure a, kr_measure b)
+void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES])
 {
-    const kr_measure m = {fmin(a.energy, b.energy), fmin(a.vertical, b.vertical),
-                          fmin(a.axial, b.axial), fmin(a.fourth, b.fourth), fmin(a.error, b.error)};
-    return m;
+    look(stage, i, 1, measure);
 }
-static kr_measure greatest(kr_measure a, kr_measure b)
+/* Finds out what can be measured of a top: what is NaN at the start belongs to other bodies. */
+static void choose_quantities(kr_actor *a)
 {
-    const kr_measure m = {fmax(a.energy, b.energy), fmax(a.vertical, b.vertical),
-                          fmax(a.axial, b.axial), fmax(a.fourth, b.fourth), fmax(a.error, b.error)};
-    return m;
-}
-static void widen(kr_row *row, const kr_measure low[], const kr_measure high[])
-{
-    for (int i = 0; i < KR_STAGE_TOPS; i++) {
-        row->low[i] = least(row->low[i], low[i]);
-        row->high[i] = greatest(row->high[i], high[i]);
+    for (int k = 0; k < KR_STAGE_ERROR; k++) {
+        double value;
+        a->quantity[k] = kr_stage_quantity(k);
+        kr_quantity_values(a->quantity[k], &a->scene, 1, &a->scene.start, &value);
+        if (isnan(value)) a->quantity[k] = NULL;
     }
 }
-static void begin_row(kr_row *row)
+
+/* Lets the extremes of top i take up others. What is NaN is left out. */
+static void widen(kr_row *row, int i, const double low[], const double high[])
 {
-    const kr_measure none = {NAN, NAN, NAN, NAN, NAN};
-    for (int i = 0; i < KR_STAGE_TOPS; i++) row->at[i] = row->low[i] = row->high[i] = none;
+    for (int k = 0; k < KR_STAGE_MEASURES; k++) {
+        if (low[k] < row->low[i][k] || isnan(row->low[i][k])) row->low[i][k] = low[k];
+        if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
+    }
 }
-/* Each row takes up the one before it: the last, which begins its span, goes to the row that is to
- * come. */
+static void begin_row(kr_stage *stage)
+{
+    kr_row *row = &stage->row[stage->rows];
+    for (int i = 0; i < stage->tops; i++)
+        for (int k = 0; k < KR_STAGE_MEASURES; k++)
+            row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
+}
+/* Joins each row with the one before it. The last row begins the span of the row that is to come,
+ * and goes there. */
 static void halve_record(kr_stage *stage)
 {
     for (int64_t k = 1; 2 * k <= stage->rows; k++) {
         stage->row[k] = stage->row[2 * k];
-        widen(&stage->row[k], stage->row[2 * k - 1].low, stage->row[2 * k - 1].high);
+        const kr_row *before = &stage->row[2 * k - 1];
+        for (int i = 0; i < stage->tops; i++)
+            widen(&stage->row[k], i, before->low[i], before->high[i]);
     }
     stage->rows /= 2;
     stage->stride *= 2;
 }
+/* Whether the clock stands where something is to be done so many times from row to row. */
+static int is_time(const kr_stage *stage, int times)
+{
+    const int64_t part = stage->stride / times;
+    return stage->clock % (part > stage->common ? part : stage->common) == 0;
+}
 static void record(kr_stage *stage)
 {
-    const int64_t often = stage->stride / KR_STAGE_LOOKS;
-    if (!stage->common || stage->clock % (often > stage->common ? often : stage->common)) return;
+    if (!stage->common || !is_time(stage, KR_STAGE_LOOKS)) return;
     if (stage->rows == KR_STAGE_ROWS) halve_record(stage);
     kr_row *row = &stage->row[stage->rows];
-    for (int i = 0; i < stage->tops; i++) row->at[i] = kr_stage_measure(stage, i);
-    widen(row, row->at, row->at);
+    const int all = is_time(stage, KR_STAGE_GLANCES);
+    for (int i = 0; i < stage->tops; i++) {
+        look(stage, i, all, row->at[i]);
+        widen(row, i, row->at[i], row->at[i]);
+    }
     if (stage->clock % stage->stride) return;
     row->time = (double)stage->clock / KR_STAGE_TICKS;
     stage->rows++;
-    begin_row(&stage->row[stage->rows]);
+    begin_row(stage);
 }
 
 void kr_stage_clear(kr_stage *stage)
@@ -89,12 +116,12 @@ void kr_stage_clear(kr_stage *stage)
     stage->tops = 0;
     stage->clock = stage->common = stage->rows = 0;
 }
-/* A place for one more, if it can have one. */
-static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t eps, int against)
+/* Makes a place for one more top, behind the others, if it can have one. */
+static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int against)
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    if (stage->tops == KR_STAGE_TOPS || stage->clock || eps < 1 || eps > LARGEST)
+    if (stage->tops == KR_STAGE_TOPS || stage->clock || step < 1 || step > LARGEST)
         return KR_ERR_ARGUMENT;
     if (against < -1 || against >= stage->tops || scene->start.t != 0.0) return KR_ERR_ARGUMENT;
     kr_actor *a = &stage->actor[stage->tops];
@@ -104,43 +131,46 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t eps, int 
     a->track = NULL;
     a->length = a->steps = 0;
     a->restarts = 0;
-    a->eps = eps;
+    a->step = step;
     a->against = against;
     a->status = KR_OK;
     a->trace[0] = scene->start.q;
+    choose_quantities(a);
     return KR_OK;
 }
+/* The top that has its place comes in. */
 static void enter(kr_stage *stage)
 {
-    const int64_t eps = stage->actor[stage->tops].eps;
-    stage->common = stage->tops == 0 ? eps
-                    : stage->common  ? common_multiple(stage->common, eps)
-                                     : 0;
+    const int64_t step = stage->actor[stage->tops].step;
+    if (stage->tops == 0)
+        stage->common = step;
+    else if (stage->common)
+        stage->common = common_multiple(stage->common, step);
     stage->stride = stage->common;
     stage->tops++;
     stage->rows = 0;
-    begin_row(&stage->row[0]);
+    begin_row(stage);
     record(stage);
 }
-kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method, int64_t eps,
-                       double tol, int against)
+kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method,
+                       int64_t step, double tol, int against)
 {
     kr_config config = {.tol = tol};
-    kr_status status = place(stage, scene, eps, against);
+    kr_status status = place(stage, scene, step, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_ARGUMENT;
     const unsigned flags = kr_method_flags(method);
     kr_actor *a = &stage->actor[stage->tops];
     a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
-    if (!(flags & KR_ADAPTIVE)) config.step = (double)eps / KR_STAGE_TICKS;
+    if (!(flags & KR_ADAPTIVE)) config.step = (double)step / KR_STAGE_TICKS;
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) enter(stage);
     return status;
 }
 kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[],
-                             int64_t length, int64_t eps, int against)
+                             int64_t length, int64_t step, int against)
 {
-    const kr_status status = place(stage, scene, eps, against);
+    const kr_status status = place(stage, scene, step, against);
     if (status != KR_OK) return status;
     if (!track || length < 1) return KR_ERR_ARGUMENT;
     stage->actor[stage->tops].track = track;
@@ -149,14 +179,14 @@ kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_st
     return KR_OK;
 }
 
-static void step(kr_actor *a)
+static void take_step(kr_actor *a)
 {
     const int64_t k = a->steps + 1;
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
     } else {
-        a->status = kr_top_advance(a->top, (double)k * ((double)a->eps / KR_STAGE_TICKS));
+        a->status = kr_top_advance(a->top, (double)k * ((double)a->step / KR_STAGE_TICKS));
         a->now = kr_top_state(a->top);
         if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
     }
@@ -164,13 +194,13 @@ static void step(kr_actor *a)
     a->steps = k;
     a->trace[k % KR_STAGE_TRACE] = a->now.q;
 }
-/* The time of the next step, and whose it is; INT64_MAX if no top can go on. */
+/* Finds the time of the next step, and whose it is; INT64_MAX if no top can go on. */
 static int64_t next_step(kr_stage *stage, kr_actor **next)
 {
     int64_t first = INT64_MAX;
     for (int i = 0; i < stage->tops; i++) {
         kr_actor *a = &stage->actor[i];
-        const int64_t tick = (a->steps + 1) * a->eps;
+        const int64_t tick = (a->steps + 1) * a->step;
         if (a->status != KR_OK || tick >= first) continue;
         first = tick;
         *next = a;
@@ -183,7 +213,7 @@ int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most)
     int64_t tick = next_step(stage, &next);
     while (tick <= target && most-- > 0) {
         const int64_t reached = tick;
-        step(next);
+        take_step(next);
         tick = next_step(stage, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* others step to the same time */
         stage->clock = reached;

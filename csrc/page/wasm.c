@@ -1,44 +1,87 @@
-/* What the page calls: one stage, and what it shows, as numbers and places of numbers; and of
- * kreisel.h. Built for WebAssembly only, hence one stage to a page: the only global state
- * there is. */
-#include "picture.h"
-#include "stage.h"
+/* What the page calls beside kreisel.h: one stage, what is to be seen on it, and the numbers of the
+ * core by which the page is made. It is built for WebAssembly only. A page has one stage, hence the
+ * only global state there is. */
+#include <stddef.h>
+#include "page/picture.h"
+#include "page/stage.h"
 #include "taylor/taylor.h"
 
-/* The stage asks for no more digits than a double has: the page does without the kernels for 20 and
- * 30. */
+/* The driver knows a kernel for 20 and 30 digits, which is large. The stage asks for no more digits
+ * than a double has, so the page is built without it: this empty table, which nothing reads, stands
+ * where the driver looks for it. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 #endif
 
+/* Begins a function that the page calls. No header declares it, for nothing in C calls it; so the
+ * declaration that compilers want before a definition is written here. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
+/* The page reads and writes these structures as rows of doubles, each part at its place in the row.
+ * An array of a negative size does not compile. */
+#define PLACE(type, part, place)                                                                   \
+    typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
+#define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
+PLACE(kr_body, mass, 0);
+PLACE(kr_body, inertia, 1);
+PLACE(kr_body, com, 4);
+PLACE(kr_body, axes, 7);
+SIZE(kr_body, 11);
+PLACE(kr_state, t, 0);
+PLACE(kr_state, q, 1);
+PLACE(kr_state, m, 5);
+SIZE(kr_state, 8);
+PLACE(kr_scene, body, 0);
+PLACE(kr_scene, gravity, 11);
+PLACE(kr_scene, start, 12);
+SIZE(kr_scene, 20);
+PLACE(kr_box, half, 0);
+PLACE(kr_box, centre, 3);
+PLACE(kr_box, turn, 6);
+PLACE(kr_box, density, 10);
+SIZE(kr_box, 11);
+
 static kr_stage stage;
-static kr_measure measured;
+static double measured[KR_STAGE_MEASURES];
 static kr_vec3 velocity;
 static double reach[2];
 static kr_box box;
 static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
+/* Numbers and names */
+EXPORT(int, kr_page_ticks, (void)) { return KR_STAGE_TICKS; }
+EXPORT(int, kr_page_tops, (void)) { return KR_STAGE_TOPS; }
+EXPORT(int, kr_page_way_points, (void)) { return KR_PICTURE_POINTS; }
+EXPORT(int, kr_page_rod_rings, (void)) { return KR_PICTURE_RINGS; }
+EXPORT(int, kr_page_rod_sides, (void)) { return KR_PICTURE_SIDES; }
+EXPORT(int, kr_page_adaptive, (const kr_method *method))
+{
+    return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+}
+EXPORT(const char *, kr_page_kind, (const kr_body *body))
+{
+    return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
+}
+
+/* The stage */
 EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
 EXPORT(kr_status, kr_page_add,
-       (const kr_scene *scene, const kr_method *method, double eps, double tol, int against))
+       (const kr_scene *scene, const kr_method *method, double step, double tol, int against))
 {
-    return kr_stage_add(&stage, scene, method, (int64_t)eps, tol, against);
+    return kr_stage_add(&stage, scene, method, (int64_t)step, tol, against);
 }
 EXPORT(kr_status, kr_page_add_track,
-       (const kr_scene *scene, const kr_state *track, int length, double eps, int against))
+       (const kr_scene *scene, const kr_state *track, int length, double step, int against))
 {
-    return kr_stage_add_track(&stage, scene, track, length, (int64_t)eps, against);
+    return kr_stage_add_track(&stage, scene, track, length, (int64_t)step, against);
 }
 EXPORT(double, kr_page_advance, (double target, int most))
 {
     return (double)kr_stage_advance(&stage, (int64_t)target, most);
 }
 EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
-
 EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
 EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
 EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
@@ -46,14 +89,39 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
     velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
     return &velocity;
 }
-EXPORT(const kr_measure *, kr_page_measure, (int i))
+
+/* Measures and their record */
+EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
+EXPORT(const char *, kr_page_measure_name, (int k))
 {
-    measured = kr_stage_measure(&stage, i);
-    return &measured;
+    return k == KR_STAGE_ERROR ? "error" : kr_quantity_name(kr_stage_quantity(k));
+}
+EXPORT(const char *, kr_page_measure_text, (int k))
+{
+    return k == KR_STAGE_ERROR ? "half the attitude error against another top, in radians"
+                               : kr_quantity_text(kr_stage_quantity(k));
+}
+EXPORT(int, kr_page_measure_kept, (int k))
+{
+    return k != KR_STAGE_ERROR && (kr_quantity_flags(kr_stage_quantity(k)) & KR_KEPT);
+}
+EXPORT(const double *, kr_page_measure, (int i))
+{
+    kr_stage_measure(&stage, i, measured);
+    return measured;
 }
 EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
-EXPORT(const kr_row *, kr_page_row, (int k)) { return &stage.row[k]; }
+EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_row) / sizeof(double); }
+EXPORT(const double *, kr_page_times, (void)) { return &stage.row[0].time; }
+/* Where a measure of top i stands in the first row: its value, or if `side` is -1 or 1 the least or
+ * the greatest since the row before. */
+EXPORT(const double *, kr_page_record, (int i, int measure, int side))
+{
+    const kr_row *row = &stage.row[0];
+    return &(side < 0 ? row->low : side ? row->high : row->at)[i][measure];
+}
 
+/* What is to be seen */
 EXPORT(const double *, kr_page_reach, (int i))
 {
     kr_picture_reach(&stage.actor[i].scene, &reach[0], &reach[1]);
@@ -66,7 +134,7 @@ EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 }
 static kr_trail trail(const kr_actor *a)
 {
-    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->eps / KR_STAGE_TICKS};
+    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->step / KR_STAGE_TICKS};
     return t;
 }
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }

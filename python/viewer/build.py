@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
-"""Builds the page, one HTML file that needs nothing else: the core as WebAssembly (zig), the scripts and libraries
-(esbuild), the licences of all that is inside. Usage: build.py FOLDER_FOR_WORK PAGE"""
+"""Builds the page, one HTML file that needs nothing else.
+
+Inside are the core as WebAssembly (by zig), the scripts and libraries (by esbuild), and the
+licences of all that. Usage: build.py FOLDER_FOR_WORK PAGE
+"""
 
 import html
 import os
@@ -18,21 +21,27 @@ ROOT = HERE.parent.parent
 ZIG = Path(ziglang.__file__).parent
 
 
-# Of three.js's shaders what the page's materials have use for. The rest is for textures, shadows, environments, skins.
+# The page's materials have use for these of three.js's shaders. The others are for textures,
+# shadows, environments and skins, and so is the table by which metals reflect an environment.
 SHADERS = re.compile(
-    "meshbasic|meshphong|begin|bsdfs|color|common|default|fog|lights_(fragment_(begin|end)|pars|phong)"
-    "|normal_(fragment_begin|pars|vertex)|opaque|project_|specularmap_fragment|worldpos"
+    "meshbasic|meshphong|begin|bsdfs|color|common|default|fog"
+    "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)"
+    "|opaque|project_|specularmap_fragment|worldpos"
 )
 
 
 def core(wasm: Path) -> None:
-    """What core.js calls. The same operations in the same order as everywhere: nothing fused. Compressed, for it travels
-    as text. Small before fast; 20 and 30 digits are left out, see wasm.c."""
+    """Compile what core.js calls, compressed, for it travels as text.
+
+    The operations and their order are those of every other build: nothing is fused. Small goes
+    before fast. The kernels for 20 and 30 digits are left out, as wasm.c explains.
+    """
     target = [
         "-target",
         "wasm32-wasi",
         "-mexec-model=reactor",
         "-msimd128",
+        "-flto",
         "-std=c99",
         "-ffp-contract=off",
         "-s",
@@ -67,7 +76,10 @@ def core(wasm: Path) -> None:
 
 
 def libraries(work: Path) -> Path:
-    """What package-lock.json names, without the shaders that nothing here uses; nothing of it is run but esbuild."""
+    """Fetch what package-lock.json names, without what of three.js nothing here uses.
+
+    Nothing of it is run but esbuild.
+    """
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
     quiet = [
@@ -78,11 +90,14 @@ def libraries(work: Path) -> Path:
         "--loglevel=error",
     ]
     subprocess.run(["npm", "ci", *quiet], cwd=work, check=True, stdout=subprocess.DEVNULL)
-    for file in (work / "node_modules/three/src/renderers/shaders").glob("*/*.glsl.js"):
+    shaders = work / "node_modules/three/src/renderers/shaders"
+    for file in shaders.glob("*/*.glsl.js"):
         if not SHADERS.match(file.name):
             file.write_text(
                 'export default ""; export const vertex = "", fragment = "";', encoding="utf-8"
             )
+    table = "export const getDFGLUT = () => null;"
+    (shaders / "DFGLUTData.js").write_text(table, encoding="utf-8")
     return work / "node_modules"
 
 

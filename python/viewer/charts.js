@@ -1,44 +1,55 @@
-// Two charts of the record, and what the table of integrals says.
+// Two charts of the record, of a measure that is chosen and of the frame error, and what the table
+// of integrals says.
 import uPlot from "uplot";
-import { stage } from "./core.js";
+import { measureOf, stage } from "./core.js";
 
-export const QUANTITIES = {
-  energy: "Energy error E − E₀",
-  vertical: "Change of ⟨m, p⟩",
-  axial: "Change of ⟨m, a⟩",
-  fourth: "Change of K or G",
+// What has no symbol goes by its name.
+const SYMBOLS = {
+  energy: "E",
+  vertical_momentum: "⟨m, e₃⟩",
+  axial_momentum: "⟨m, a⟩",
+  kowalewski: "K",
+  goryachev_chaplygin: "G",
 };
-const NAMES = [...Object.keys(QUANTITIES), "error"];
+const inWords = (name) => name.replaceAll("_", " ");
+export const symbol = ({ name }) => SYMBOLS[name] ?? inWords(name);
+// Integrals are drawn as a change, for only that is to be seen of them.
+export const title = ({ name, kept }) => (kept ? "Change of " : "") + inWords(name);
+
 const style = (id) => getComputedStyle(document.getElementById(id));
-const short = (x) =>
-  x === 0 ? "0" : Math.abs(x) >= 0.01 && Math.abs(x) < 1000 ? String(+x.toPrecision(3)) : x.toExponential(0);
+function short(x) {
+  if (x === 0) return "0";
+  const plain = Math.abs(x) >= 0.01 && Math.abs(x) < 1000;
+  return plain ? String(+x.toPrecision(3)) : x.toExponential(0);
+}
 // At most four powers of ten.
 function decades(low, high) {
   const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
   const step = Math.ceil((to - from + 1) / 4);
-  return Array.from({ length: Math.floor((to - from) / step) + 1 }, (_, i) => 10 ** (from + i * step));
+  const count = Math.floor((to - from) / step) + 1;
+  return Array.from({ length: count }, (_, i) => 10 ** (from + i * step));
 }
+// A line that does not move has this height.
+const LEVEL = 1e-16;
+const range = (_, low, high) =>
+  high > low ? uPlot.rangeNum(low, high, 0.1, true) : [low - LEVEL, high + LEVEL];
 
 export class Charts {
   constructor(page) {
     this.page = page;
   }
-  // Anew for other tops, another quantity or scale.
+  // Makes the charts anew for other tops, another measure or scale.
   build() {
     const { tops, scene } = this.page;
     const width = document.getElementById("panel").clientWidth - 28;
-    const looks = JSON.stringify([
-      scene.chart,
-      scene.log,
-      scene.shown,
-      width,
-      matchMedia("(prefers-color-scheme: dark)").matches,
-    ]);
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const looks = JSON.stringify([scene.chart, scene.log, scene.shown, width, dark]);
     if (width < 0 || (this.tops === tops && this.looks === looks)) return;
     Object.assign(this, { tops, looks, width });
     this.plots?.forEach((plot) => plot.destroy());
     const places = [...document.querySelectorAll(".chart")];
-    this.plots = places.map((place, second) => new uPlot(this.options(second), this.data(second), place));
+    const plot = (place, second) => new uPlot(this.options(second), this.data(second), place);
+    this.plots = places.map(plot);
   }
   options(second) {
     const { log, shown } = this.page.scene;
@@ -51,11 +62,11 @@ export class Charts {
       spanGaps: true,
     }));
     const grid = { stroke: style("preset").borderTopColor, width: 1 };
-    const ink = { stroke: style("about").color, grid, ticks: { show: false }, font: "11px system-ui" };
-    const words = (_, all) => all.map((x) => (x === null ? "" : short(x)));
-    const kept = 1e-16; // the height of a line that does not move
-    const range = (_, low, high) => (high > low ? uPlot.rangeNum(low, high, 0.1, true) : [low - kept, high + kept]);
-    const powers = log && { splits: (_, axis, low, high) => decades(low, high), filter: (_, all) => all };
+    const font = "11px system-ui";
+    const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
+    const values = (_, all) => all.map((x) => (x === null ? "" : short(x)));
+    const splits = (_, axis, low, high) => decades(low, high);
+    const powers = log && { splits, filter: (_, all) => all };
     return {
       width: this.width,
       height: 118,
@@ -64,21 +75,23 @@ export class Charts {
       scales: { x: { time: false }, y: log ? { distr: 3 } : { range } },
       axes: [
         { ...ink, size: 22 },
-        { ...ink, size: 48, space: 16, values: words, ...powers },
+        { ...ink, size: 48, space: 16, values, ...powers },
       ],
       series: [{}, ...series],
     };
   }
   data(second) {
     const { log, chart } = this.page.scene;
-    const what = second ? 4 : NAMES.indexOf(chart);
+    const { name, kept } = measureOf(second ? "error" : chart);
     const pairs = (one, other) => one.flatMap((x, row) => [x, other[row]]);
-    const rows = this.tops.map((_, i) => {
-      const [start] = second ? [0] : stage.record(i, what);
-      const change = pairs(stage.record(i, what, 1), stage.record(i, what, 2)).map((x) => x - start);
-      return change.map((x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x));
+    const drawn = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
+    const lines = this.tops.map((_, i) => {
+      const start = kept ? stage.record(i, name)[0] : 0;
+      const ends = pairs(stage.record(i, name, -1), stage.record(i, name, 1));
+      return ends.map((x) => drawn(x - start));
     });
-    return [pairs(stage.time(), stage.time()), ...rows]; // up and down between the extremes that a row holds
+    const times = stage.time();
+    return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
   }
   update() {
     if (stage.rows() < 2) return;
@@ -89,20 +102,22 @@ export class Charts {
       if (zoomed) plot.redraw();
     });
   }
-  // <m, p>, <m, a>, E, and K or G: the value now, and its change since the start.
+  // The integrals of top i: the value now, and its change since the start.
   integrals(i) {
     const now = stage.measure(i);
-    return [1, 2, 0, 3].map((what) => {
-      const scale = what === 1 ? this.page.scene.gravity : 1; // <m, p>, not <m, e3>
-      const change = scale * (now[what] - stage.record(i, what)[0]);
-      return Number.isNaN(now[what]) ? "–" : `${(scale * now[what]).toPrecision(6)}\n${change.toExponential(1)}`;
+    return this.page.integrals.map(({ name }) => {
+      const change = now[name] - stage.record(i, name)[0];
+      if (Number.isNaN(now[name])) return "–";
+      return `${now[name].toPrecision(6)}\n${change.toExponential(1)}`;
     });
   }
   csv() {
-    const { tops } = this.page;
-    const heads = tops.flatMap((top, i) => NAMES.map((name) => `${name} ${i}:${top.method}:${top.eps}`));
-    const columns = [stage.time(), ...tops.flatMap((_, i) => NAMES.map((_, what) => stage.record(i, what)))];
-    const rows = columns[0].map((_, row) => columns.map((column) => column[row]).join(","));
-    return [["t", ...heads].join(","), ...rows, ""].join("\n");
+    const { tops, measures } = this.page;
+    const names = [...measures.map(({ name }) => name), "error"];
+    const heads = (top, i) => names.map((name) => `${name} ${i}:${top.method}:${top.step}`);
+    const columns = (_, i) => names.map((name) => stage.record(i, name));
+    const all = [stage.time(), ...tops.flatMap(columns)];
+    const rows = all[0].map((_, row) => all.map((column) => column[row]).join(","));
+    return [["t", ...tops.flatMap(heads)].join(","), ...rows, ""].join("\n");
   }
 }

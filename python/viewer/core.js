@@ -1,4 +1,5 @@
-// The C core. Structures go through its memory: a kr_scene is 20 doubles (body 11, gravity, state 8), see kreisel.h.
+// The C core as WebAssembly. Structures of kreisel.h go through its memory as rows of doubles: a
+// body has 11, a state 8 (t, q, m), a scene 20 (body, gravity, start). csrc/page/wasm.c asserts it.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -6,13 +7,13 @@ const { instance } = await WebAssembly.instantiate(await new Response(unpacked).
 const C = instance.exports;
 C._initialize();
 
-export const TICKS = 1e6;
 const scratch = C.malloc(8 * 64); // fixed places for what goes in and out
 const [SCENE, IN, IN2, IN3] = [0, 20, 32, 36].map((offset) => scratch + 8 * offset);
 
 const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
 const putScene = (block, gravity, q, m) => put(SCENE, [...block, gravity, 0, ...q, ...m]);
+const list = (length, made) => Array.from({ length }, (_, i) => made(i));
 
 function text(pointer) {
   const bytes = new Uint8Array(C.memory.buffer, pointer);
@@ -22,57 +23,83 @@ function check(status) {
   if (status) throw new Error(text(C.kr_status_text(status)));
 }
 
+export const TICKS = C.kr_page_ticks(); // to the unit of time
+export const TOPS = C.kr_page_tops(); // that a stage has room for
+export const WAY_POINTS = C.kr_page_way_points();
+export const [ROD_RINGS, ROD_SIDES] = [C.kr_page_rod_rings(), C.kr_page_rod_sides()];
+
 export const methods = new Map(
-  Array.from({ length: C.kr_method_count() }, (_, i) => {
+  list(C.kr_method_count(), (i) => {
     const pointer = C.kr_method_at(i);
-    const suits = (block, gravity) => !!C.kr_method_suits(pointer, putScene(block, gravity, [1, 0, 0, 0], [0, 0, 0]));
-    const what = { adaptive: !!(C.kr_method_flags(pointer) & 4), text: text(C.kr_method_text(pointer)) };
-    return [text(C.kr_method_name(pointer)), { pointer, suits, ...what }];
+    const name = text(C.kr_method_name(pointer));
+    const adaptive = !!C.kr_page_adaptive(pointer);
+    const suits = (block, gravity) =>
+      !!C.kr_method_suits(pointer, putScene(block, gravity, [1, 0, 0, 0], [0, 0, 0]));
+    return [name, { pointer, adaptive, suits, text: text(C.kr_method_text(pointer)) }];
   }),
 );
 
-// A body as its user describes it -> kr_body: mass, moments (3), centre of mass (3), principal axes (w, x, y, z).
+// What is measured of a top: quantities of its state, integrals among them (`kept`), and the frame
+// error against another top, "error".
+export const measures = list(C.kr_page_measures(), (number) => ({
+  number,
+  name: text(C.kr_page_measure_name(number)),
+  text: text(C.kr_page_measure_text(number)),
+  kept: !!C.kr_page_measure_kept(number),
+}));
+export const measureOf = (name) => measures.find((measure) => measure.name === name);
+
+// A body as its user describes it becomes a block of doubles: mass, moments (3), centre of mass
+// (3), principal axes (w, x, y, z).
 export function makeBody(body) {
-  if (body.half) check(C.kr_body_cuboid(body.density ?? 1, put(IN, body.half), put(IN2, body.pivot), SCENE));
-  else check(C.kr_body_from_tensor(body.mass, put(IN, body.inertia), put(IN3, body.com), SCENE));
+  const { half, pivot, density = 1, mass, inertia, com } = body;
+  if (half) check(C.kr_body_cuboid(density, put(IN, half), put(IN2, pivot), SCENE));
+  else check(C.kr_body_from_tensor(mass, put(IN, inertia), put(IN3, com), SCENE));
   return Array.from(doubles(SCENE, 11));
 }
-export const kind = (block) =>
-  ["general", "euler", "lagrange", "kowalewski", "goryachev_chaplygin"][C.kr_body_kind(put(SCENE, block), 1e-12)];
+export const kind = (block) => text(C.kr_page_kind(put(SCENE, block)));
 
-export const fourth = (kind) => ({ kowalewski: "K", goryachev_chaplygin: "G" })[kind]; // the integral of that name
-
-// How a body is drawn: a cuboid with half edges, its centre seen from the fixed point, its turn in the body's frame.
+// A body is drawn as a cuboid: its half edges, its centre seen from the fixed point, its turn in
+// the frame in which the body was described.
 export function cuboidOf(body) {
-  const { half, pivot, density } = body;
-  if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density: density ?? 1 };
-  const [a, b, c, x, y, z, ...rest] = doubles(C.kr_page_box(put(SCENE, makeBody(body))), 11);
-  return { half: [a, b, c], centre: [x, y, z], turn: rest.slice(0, 4), density: rest[4] };
+  const { half, pivot, density = 1 } = body;
+  if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density };
+  const row = Array.from(doubles(C.kr_page_box(put(SCENE, makeBody(body))), 11));
+  return {
+    half: row.slice(0, 3),
+    centre: row.slice(3, 6),
+    turn: row.slice(6, 10),
+    density: row[10],
+  };
 }
 
-// Of the record: of each row (time, measures of 8 tops, and their extremes twice) one number.
-function column(k) {
-  const first = C.kr_page_row(0);
-  const width = (C.kr_page_row(1) - first) / 8;
-  const all = doubles(first, width * C.kr_page_rows());
-  return Array.from({ length: C.kr_page_rows() }, (_, row) => all[width * row + k]);
+// One number of each row of the record, from its place in the first row.
+function column(first) {
+  const [rows, width] = [C.kr_page_rows(), C.kr_page_row_doubles()];
+  const all = doubles(first, rows && width * (rows - 1) + 1);
+  return list(rows, (row) => all[width * row]);
 }
 
 const tracks = [];
-const points = (n, into) => (into.set(new Float32Array(C.memory.buffer, C.kr_page_points(), 3 * n)), n);
+function points(n, into) {
+  into.set(new Float32Array(C.memory.buffer, C.kr_page_points(), 3 * n));
+  return n;
+}
 export const stage = {
   clear() {
     C.kr_page_clear();
     for (const pointer of tracks.splice(0)) C.free(pointer);
   },
-  add(block, gravity, q, m, { pointer, adaptive }, eps, tol, against) {
-    check(C.kr_page_add(putScene(block, gravity, q, m), pointer, eps, adaptive ? tol : 0, against));
+  add(block, gravity, q, m, { pointer, adaptive }, step, tol, against) {
+    const scene = putScene(block, gravity, q, m);
+    check(C.kr_page_add(scene, pointer, step, adaptive ? tol : 0, against));
   },
-  addTrack(block, gravity, states, eps, against) {
+  addTrack(block, gravity, states, step, against) {
     const room = put(C.malloc(8 * states.length), states);
     tracks.push(room);
     const [, w, x, y, z, ...m] = states.subarray(0, 8);
-    check(C.kr_page_add_track(putScene(block, gravity, [w, x, y, z], m), room, states.length / 8, eps, against));
+    const scene = putScene(block, gravity, [w, x, y, z], m);
+    check(C.kr_page_add_track(scene, room, states.length / 8, step, against));
   },
   advance: (target, most) => C.kr_page_advance(target, most),
   common: () => C.kr_page_common(),
@@ -82,8 +109,13 @@ export const stage = {
   failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
   way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
   rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),
-  measure: (i) => Array.from(doubles(C.kr_page_measure(i), 5)), // energy, <m,p>/g, <m,a>/|a|, K or G, frame error
+  // By name; NaN is not to be had.
+  measure(i) {
+    const now = doubles(C.kr_page_measure(i), measures.length);
+    return Object.fromEntries(measures.map(({ name, number }) => [name, now[number]]));
+  },
   rows: () => C.kr_page_rows(),
-  time: () => column(0),
-  record: (i, what, kind = 0) => column(1 + 40 * kind + 5 * i + what), // 1, 2: least and greatest since the row before
+  time: () => column(C.kr_page_times()),
+  // `side` -1 and 1: the least and the greatest since the row before.
+  record: (i, name, side = 0) => column(C.kr_page_record(i, measureOf(name).number, side)),
 };

@@ -1,5 +1,5 @@
-// What can be taken along: files, and a link.
-import { toToml } from "./scene.js";
+// What a visitor can take along: files, and a link.
+import { toToml } from "./words.js";
 
 function save(name, ...content) {
   const a = document.createElement("a");
@@ -8,14 +8,15 @@ function save(name, ...content) {
   a.click();
   setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 }
-// The page as it came, with another scene inside. What would end the script element early is written as an escape.
+// The page as it came, with another scene inside. Each "<" is written as an escape, for one might
+// end the script element early.
 const pageWith = (source, scene) =>
   source.replace(
     /(<script type="application\/json" id="scene">)[^]*?(<\/script>)/,
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
-// Each by its name: what it does, and its key.
+// Each button by its name: what it does, and its key.
 export function fileButtons(page, view, charts, source) {
   const link = () => {
     try {
@@ -43,12 +44,15 @@ export function fileButtons(page, view, charts, source) {
 
 function video(view) {
   const { canvas } = view;
-  const type = ["video/mp4", "video/webm"].find((kind) => globalThis.MediaRecorder?.isTypeSupported(kind));
+  const type = ["video/mp4", "video/webm"].find((kind) =>
+    globalThis.MediaRecorder?.isTypeSupported(kind),
+  );
   let recorder = null;
   const click = ({ target }) => {
     if (recorder) return recorder.stop();
     recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type });
-    recorder.ondataavailable = ({ data }) => save(`kreisel.${type.slice(6)}`, data); // one piece, at the end
+    // It comes in one piece, at the end.
+    recorder.ondataavailable = ({ data }) => save(`kreisel.${type.slice(6)}`, data);
     recorder.onstop = () => {
       recorder = null;
       view.recording = false;

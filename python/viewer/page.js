@@ -1,11 +1,13 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here.
-import { fourth, kind, makeBody, methods, stage, TICKS } from "./core.js";
-import { bytes, cast, complete, take } from "./scene.js";
+import { kind, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
+import { assign, bytes, chartOf, complete, topsOf } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
-const [LEAST, MOST] = [8, 2000]; // steps between two looks at the watch; all tops step at least once
+// Steps between two looks at the watch; at the least, all tops step at least once.
+const [LEAST, MOST] = [8, 2000];
 const MOVES = /^(body|shape|attitude|momentum|second|gravity)/; // what a track cannot follow
-const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/; // what is set without beginning anew
+// What is set without beginning anew.
+const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/;
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
 export class Page {
@@ -19,7 +21,7 @@ export class Page {
     document.getElementById("words").textContent = words;
   }
 
-  // Whether it could be.
+  // Shows another scene, and says whether that could be; else the one before stays.
   load(given, fit = true) {
     const before = this.scene;
     try {
@@ -34,47 +36,76 @@ export class Page {
     this.tell();
     return this.scene !== before;
   }
-  // The stage anew, at t = 0.
+  // Fills the stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
-    const { gravity } = scene;
     this.block = makeBody(scene.body);
     this.kind = kind(this.block);
-    if (scene.chart === "fourth" && !fourth(this.kind)) scene.chart = "energy";
+    this.suit();
+    stage.clear();
+    this.tops = topsOf(scene, this.block).map((top) => ({
+      ...top,
+      ticks: Math.max(1, Math.round(top.step * TICKS)),
+    }));
+    this.tops.forEach((top) => this.enter(top));
+    this.offer();
+    Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: "" });
+    this.asked = this.gone = 0;
+    this.view.build(this, fit);
+  }
+  // Methods that are not for this body give way to strang, which is for all.
+  suit() {
+    const { scene, block } = this;
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
-      if (methods.get(name).suits(this.block, gravity)) return;
+      if (methods.get(name).suits(block, scene.gravity)) return;
       scene.methods[i] = "strang";
       this.say(`${name} is not for this body: strang instead`);
     });
-    stage.clear();
-    this.tops = cast(scene, this.block).map((top) => ({ ...top, ticks: Math.max(1, Math.round(top.eps * TICKS)) }));
-    for (const { track, method, side, role, ticks, against } of this.tops) {
-      const [w, x, y, z, ...m] = (side && scene.second) || [...scene.attitude, ...scene.momentum];
-      const tol = role === "ghost" ? 1e-13 : scene.tol;
-      if (track) stage.addTrack(this.block, gravity, new Float64Array(bytes(track.states).buffer), ticks, against);
-      else stage.add(this.block, gravity, [w, x, y, z], m, methods.get(method), ticks, tol, against);
-    }
-    Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: "", asked: 0, gone: 0 });
-    this.view.build(this, fit);
+  }
+  enter({ track, method, side, role, ticks, against }) {
+    const { scene, block } = this;
+    const start = (side && scene.second) || [...scene.attitude, ...scene.momentum];
+    const [q, m] = [start.slice(0, 4), start.slice(4)];
+    const tol = role === "ghost" ? 1e-13 : scene.tol;
+    const states = track && new Float64Array(bytes(track.states).buffer);
+    if (track) stage.addTrack(block, scene.gravity, states, ticks, against);
+    else stage.add(block, scene.gravity, q, m, methods.get(method), ticks, tol, against);
+  }
+  // Measures that this body has not, as K of most, are NaN from the start: they are not offered.
+  offer() {
+    const now = stage.measure(0);
+    this.measures = measures.filter(({ name }) => !Number.isNaN(now[name]));
+    this.integrals = this.measures.filter(({ kept }) => kept);
+    this.chart();
+  }
+  // A chart of what is not offered gives way to that of the energy.
+  chart() {
+    const name = chartOf(this.scene.chart, this.kind);
+    this.scene.chart = this.measures.includes(measureOf(name)) ? name : "energy";
   }
 
-  // Before a change: scene and time are kept for undo,
+  // Keeps scene and time for undo, before a change.
   keep(how) {
     this.past.push({ scene: structuredClone(this.scene), clock: this.goal ?? this.clock, ...how });
     if (this.past.length > 200) this.past.shift();
     this.say("");
   }
-  // and the state of the moment becomes the new start; not where a track stays, which begins where it begins.
+  // Begins a change: the state of the moment becomes the new start. Where a track stays it does
+  // not, for the track begins where it begins.
   begin({ top, moves = true, ...how } = {}) {
     this.keep(how);
     if (!this.clock || (this.scene.tracks.length && !moves)) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.leader(second && top?.side ? null : top);
     const beside = second && this.leader(this.tops.find((each) => each.side));
-    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside && beside.slice(1) });
+    Object.assign(this.scene, {
+      attitude: [w, x, y, z],
+      momentum,
+      second: beside && beside.slice(1),
+    });
   }
-  // The state of a live top; else of the first.
+  // The state of a live top, or if that is none, of the first of them.
   leader(top) {
     const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
     return Array.from(stage.state(this.tops.indexOf(live.includes(top) ? top : live[0])));
@@ -82,19 +113,25 @@ export class Page {
   edit(change) {
     const scene = structuredClone(this.scene);
     change(scene);
-    const changed = Object.keys(scene).filter((key) => !GOES_ON.test(key) && differ(scene[key], this.scene[key]));
+    const changed = Object.keys(scene).filter(
+      (key) => !GOES_ON.test(key) && differ(scene[key], this.scene[key]),
+    );
     if (changed.some((key) => MOVES.test(key))) scene.tracks = [];
-    if (changed.length && scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
+    if (changed.length && scene.name && !scene.name.endsWith(", changed"))
+      scene.name += ", changed";
     return this.load(scene, false);
   }
+  // Takes a scene that differs in looks alone.
   dress(scene) {
     this.scene = scene;
+    this.chart();
     this.view.show(scene);
     this.tell();
   }
-  // What a control sets, at a place such as "show.trace". One undo for all that a hand does to it at a time.
+  // Sets what a control asks for, at a place such as "show.trace". All that a hand does to a
+  // control at a time is one gesture, and taken back by one undo.
   set(place, x, gesture) {
-    const change = (scene) => (take(scene, place, x), scene);
+    const change = (scene) => (assign(scene, place, x), scene);
     try {
       const wanted = complete(change(structuredClone(this.scene)));
       const goesOn = GOES_ON.test(place);
@@ -137,10 +174,10 @@ export class Page {
   }
   step() {
     this.run(false);
-    const eps = Math.min(...this.tops.map((top) => top.ticks));
-    this.advance((Math.floor(this.clock / eps) + 1) * eps);
+    const least = Math.min(...this.tops.map((top) => top.ticks));
+    this.advance((Math.floor(this.clock / least) + 1) * least);
   }
-  // To a time, over as many frames as it takes; back to the start first if it is past.
+  // Goes to a time, over as many frames as it takes; by way of the start if it is past.
   jump(t) {
     if (!(t >= 0 && t <= 1e9)) return this.say(`${t} is no time to jump to: 0 to 1e9 are`);
     const goal = Math.round(t * TICKS);
@@ -149,7 +186,8 @@ export class Page {
     this.goal = goal;
     this.tell();
   }
-  // What a frame does after so many seconds. The speed of the last half second, where it is less than asked.
+  // Does what a frame does after so many seconds. Returns the speed of the last half second, if it
+  // is less than was asked for.
   frame(passed) {
     const { target, goal, scene } = this;
     if (goal !== null) this.advance(goal, 4 * MOMENT);
@@ -164,7 +202,7 @@ export class Page {
     this.asked = this.gone = 0;
     return this.slow;
   }
-  // On to a time in ticks, as far as so many milliseconds allow.
+  // Goes on to a time in ticks, as far as so many milliseconds allow.
   advance(target, most = Infinity) {
     const { stop } = this.scene;
     const end = stop === null ? Infinity : Math.round(stop * TICKS);
@@ -182,12 +220,13 @@ export class Page {
       this.late = now > until && this.clock < enough;
     }
     if (this.late) this.target = this.clock; // time itself goes slower
-    const stopped = ({ method, eps, track }, i) => {
+    const stopped = ({ method, step, track }, i) => {
       const why = stage.failure(i);
-      return why && (track ? `${method} ends` : `${method} ${eps} stopped: ${why}`);
+      return why && (track ? `${method} ends` : `${method} ${step} stopped: ${why}`);
     };
     const words = this.tops.map(stopped);
-    if (words.join() !== this.failures && words.some(Boolean)) this.say(words.filter(Boolean).join("; "));
+    if (words.join() !== this.failures && words.some(Boolean))
+      this.say(words.filter(Boolean).join("; "));
     this.failures = words.join();
     const over = target > end && !this.late;
     if (over) this.say(`The stop time ${stop} is reached`);

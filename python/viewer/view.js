@@ -1,12 +1,17 @@
-// The picture: three.js draws what the stage holds. Reads the scene and the core, changes neither.
+// The picture: three.js draws what the stage holds. It reads the scene and the core, and changes
+// neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
 import { cornerSigns, quaternion } from "./scene.js";
 
-const SIDES = [new THREE.Vector3(0, -1, 0), new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, -1e-3, 1)];
-const RANK = { tip: 0, corner: 1, face: 2 };
+const SIDES = [
+  new THREE.Vector3(0, -1, 0),
+  new THREE.Vector3(1, 0, 0),
+  new THREE.Vector3(0, -1e-3, 1),
+];
+const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.kind);
 
 export class View {
   constructor(parent) {
@@ -39,7 +44,8 @@ export class View {
   size(w, h) {
     const [wide, flat] = this.cameras;
     wide.aspect = w / h;
-    wide.fov = w > h ? 30 : Math.min(60, 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w));
+    const across = 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w);
+    wide.fov = w > h ? 30 : Math.min(60, across);
     const [x, y] = w > h ? [(3 * w) / h, 3] : [3, (3 * h) / w];
     Object.assign(flat, { left: -x, right: x, top: y, bottom: -y });
     for (const camera of this.cameras) camera.updateProjectionMatrix();
@@ -50,7 +56,8 @@ export class View {
     this.dirty = true;
   }
 
-  // Anew for a scene. `fit`: choose the scales of length and arrows too, as for a scene just loaded.
+  // Makes the picture anew for a scene. With `fit` it chooses the scales of length and arrows too,
+  // as for a scene just loaded.
   build(page, fit) {
     this.page = page;
     this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
@@ -58,7 +65,8 @@ export class View {
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
     if (fit || !this.zoom) this.fit();
-    this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach); // where the apex's way is drawn
+    // The way of the apex is drawn on a sphere of this radius.
+    this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach);
     for (const top of this.tops) {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
@@ -73,7 +81,8 @@ export class View {
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
     this.orbit.target.set(0, 0, -0.1);
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const far = 12.6 + (tops.some((top) => top.side) ? scene.distance * wide : scene.show.rod ? 5 : 0);
+    const beside = tops.some((top) => top.side);
+    const far = 12.6 + (beside ? scene.distance * wide : scene.show.rod ? 5 : 0);
     this.orbit.maxDistance = 2.5 * far;
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
@@ -87,8 +96,9 @@ export class View {
     cuboid.position.set(...this.body.centre).multiplyScalar(this.zoom);
     cuboid.quaternion.copy(quaternion(this.body.turn));
     cuboid.scale.setScalar(this.zoom);
-    const parts = { ...top, group, body, cuboid, line: pathLine(top.colour, this.world.background), handles: [] };
-    this.world.add(group.add(body.add(cuboid), parts.line));
+    const line = pathLine(top.colour, this.world.background);
+    const parts = { ...top, group, body, cuboid, line, handles: [] };
+    this.world.add(group.add(body.add(cuboid), line));
     if (ghost) return parts;
     parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
     parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
@@ -101,19 +111,21 @@ export class View {
     parts.rod = rodMesh(top.colour);
     parts.axes = axisLines(block, this.zoom, this.reach);
     parts.p = arrow("#8a93a6", 0.02, 0.6);
-    parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity))); // in sight, however strong
+    // It stays in sight, however strong gravity is.
+    parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
     body.add(parts.axes);
     group.add(parts.globe, parts.rod, parts.p, needle());
     return parts;
   }
-  // What of a scene is looks alone. The first method stands left, what is beside it right.
+  // Shows what of a scene is looks alone. The first method stands left, what is beside it right.
   show({ show, distance }) {
     const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
       top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
       top.cuboid.look(show.opacity, show.thickness);
-      top.cuboid.children[0].visible = top.role === "thick" && (distance > 0 || !top.side); // two would mix
+      const apart = distance > 0 || !top.side; // else the faces of two would mix
+      top.cuboid.children[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
     this.orbit.object = this.cameras[+show.flat];
@@ -145,7 +157,7 @@ export class View {
     this.renderer.render(this.world, this.camera);
   }
 
-  // From the front, the right, above; and again. All of it in sight, whatever became of it.
+  // Looks from the front, the right, above, and again. All is in sight, whatever became of it.
   turn() {
     this.side = ((this.side ?? -1) + 1) % SIDES.length;
     this.build(this.page, true);
@@ -156,12 +168,10 @@ export class View {
 
   // What is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const hits = this.ray(x, y).intersectObjects(
-      this.tops.flatMap((top) => top.handles),
-      false,
-    );
-    const found = hits.map(({ object, point, distance }) => ({ ...object.userData, point, distance }));
-    return found.sort((a, b) => RANK[a.kind] - RANK[b.kind] || a.distance - b.distance)[0];
+    const handles = this.tops.flatMap((top) => top.handles);
+    const hits = this.ray(x, y).intersectObjects(handles, false);
+    hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
+    return hits[0] && { ...hits[0].object.userData, point: hits[0].point };
   }
   ray(x, y) {
     const ray = new THREE.Raycaster();
@@ -181,6 +191,7 @@ export class View {
     const top = this.tops[i];
     if (kind === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
     const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: cornerSigns(number) }[kind];
-    return top.cuboid.localToWorld(new THREE.Vector3(...signs.map((sign, k) => sign * this.body.half[k])));
+    const place = signs.map((sign, k) => sign * this.body.half[k]);
+    return top.cuboid.localToWorld(new THREE.Vector3(...place));
   }
 }

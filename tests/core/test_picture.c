@@ -80,10 +80,10 @@ static void test_box_of_a_plate_and_of_none(void)
     NEAR(off(kr_picture_box(&mass_point).half, v3(1.0, 1.0, 1.0)), 0.0, 0.0);
 }
 
-static const kr_actor *top(kr_scene scene, int64_t eps, int64_t target)
+static const kr_actor *top(kr_scene scene, int64_t step, int64_t target)
 {
     kr_stage_clear(&stage);
-    IS(kr_stage_add(&stage, &scene, kr_method_find("strang"), eps, 0.0, -1) == KR_OK);
+    IS(kr_stage_add(&stage, &scene, kr_method_find("strang"), step, 0.0, -1) == KR_OK);
     kr_stage_advance(&stage, target, INT64_MAX);
     return &stage.actor[0];
 }
@@ -106,7 +106,7 @@ static void test_reach(void)
 }
 static kr_trail trail_of(const kr_actor *a)
 {
-    const kr_trail trail = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->eps / KR_STAGE_TICKS};
+    const kr_trail trail = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->step / KR_STAGE_TICKS};
     return trail;
 }
 static int way(const kr_actor *a, double radius)

@@ -3,7 +3,7 @@
 #include "tops.h"
 
 static kr_stage stage, other;
-static const int64_t eps1 = 10000, eps2 = 70000; /* 0.01, 0.07; the common multiple is 0.07 */
+static const int64_t step1 = 10000, step2 = 70000; /* 0.01, 0.07; the common multiple is 0.07 */
 
 static void set(kr_stage *s, int64_t first, int64_t second)
 {
@@ -14,6 +14,21 @@ static void set(kr_stage *s, int64_t first, int64_t second)
     IS(kr_stage_add(s, &scene, kr_method_find("extrap"), second, 1e-10, 0) == KR_OK);
 }
 
+/* The number of the measure that is this quantity. */
+static int number_of(const char *name)
+{
+    int k = 0;
+    while (k < KR_STAGE_ERROR && kr_stage_quantity(k) != kr_quantity_find(name)) k++;
+    IS(k < KR_STAGE_ERROR);
+    return k;
+}
+static double measured(int i, int k)
+{
+    double measure[KR_STAGE_MEASURES];
+    kr_stage_measure(&stage, i, measure);
+    return measure[k];
+}
+
 /* The states are those of a top on its own, to the last bit. */
 static void test_states(void)
 {
@@ -21,7 +36,7 @@ static void test_states(void)
     const kr_config config = {.step = 0.07};
     kr_top *top = NULL;
     kr_state alone;
-    set(&stage, eps1, eps2);
+    set(&stage, step1, step2);
     IS(kr_stage_advance(&stage, 7000000, INT64_MAX) == 7000000);
     IS(kr_top_create(&scene, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
     IS(kr_top_advance(top, 100 * 0.07) == KR_OK);
@@ -31,8 +46,8 @@ static void test_states(void)
     IS(stage.actor[0].steps == 700 && stage.actor[1].steps == 100 && stage.actor[2].steps == 100);
     kr_top_free(top);
 }
-/* An adaptive method stands at multiples of eps, from each of which it begins as if new: so eps
- * counts. */
+/* An adaptive method stands at multiples of its step, from each of which it begins as if new: so
+ * the step counts. */
 static void test_restarts(void)
 {
     kr_scene scene = kr_scene_default();
@@ -51,14 +66,14 @@ static void test_restarts(void)
         kr_top_free(top);
     }
     IS(same(scene.start, stage.actor[1].now));
-    IS(stage.actor[0].steps == 400 && kr_stage_measure(&stage, 1).error > 1e-9);
-    IS(kr_stage_measure(&stage, 1).error < 1e-4 && kr_stage_measure(&stage, 2).error < 1e-4);
+    IS(stage.actor[0].steps == 400 && measured(1, KR_STAGE_ERROR) > 1e-9);
+    IS(measured(1, KR_STAGE_ERROR) < 1e-4 && measured(2, KR_STAGE_ERROR) < 1e-4);
 }
 static void test_any_division_is_the_same(void)
 {
     int64_t t = 0;
-    set(&stage, eps1, eps2);
-    set(&other, eps1, eps2);
+    set(&stage, step1, step2);
+    set(&other, step1, step2);
     kr_stage_advance(&stage, 20000000, INT64_MAX);
     for (unsigned i = 1; t < 20000000; i++) {
         t += (int64_t)(i * 2654435761u % 99991u);
@@ -74,54 +89,84 @@ static void test_any_division_is_the_same(void)
  * recorded. */
 static void test_compares_at_common_multiples_only(void)
 {
-    set(&stage, eps1, eps2);
+    set(&stage, step1, step2);
     IS(stage.common == 70000);
     kr_stage_advance(&stage, 80000, INT64_MAX);
     IS(stage.clock == 80000 && stage.actor[0].steps == 8 && stage.actor[1].steps == 1);
-    IS(isnan(kr_stage_measure(&stage, 1).error) && isnan(kr_stage_measure(&stage, 0).error));
-    IS(kr_stage_measure(&stage, 1).energy > 0.0);
+    IS(isnan(measured(1, KR_STAGE_ERROR)) && isnan(measured(0, KR_STAGE_ERROR)));
+    IS(measured(1, number_of("energy")) > 0.0);
     kr_stage_advance(&stage, 50000000, INT64_MAX);
     for (int64_t row = 0; row < stage.rows; row++) {
         NEAR(fmod(stage.row[row].time + 1e-9, 0.07), 0.0, 2e-9);
-        IS(stage.row[row].at[1].error < 0.1 && stage.row[row].at[2].error < 0.01);
+        IS(stage.row[row].at[1][KR_STAGE_ERROR] < 0.1 &&
+           stage.row[row].at[2][KR_STAGE_ERROR] < 0.01);
     }
-    IS(stage.row[stage.rows - 1].at[1].error > 1e-4);
+    IS(stage.row[stage.rows - 1].at[1][KR_STAGE_ERROR] > 1e-4);
+}
+/* All quantities of one number that do not turn with the heading are measured, and no others. */
+static void test_measures_are_those_of_the_table(void)
+{
+    int k = 0;
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        if (kr_quantity_doubles(quantity) > 1 || kr_quantity_flags(quantity) & KR_TURNS) continue;
+        IS(kr_stage_quantity(k++) == quantity);
+    }
+    IS(k == KR_STAGE_ERROR && kr_stage_quantity(k) == NULL && KR_STAGE_MEASURES == k + 1);
+}
+static void test_measures_are_the_quantities_of_the_state(void)
+{
+    kr_scene scene = tilted();
+    for (int half = 0; half < 2; half++) { /* a Lagrange top, then a Kowalewski top */
+        if (half) IS(kr_body_cuboid(1.0, v3(sqrt(3), 1, .5), v3(0, 0, -.5), &scene.body) == KR_OK);
+        kr_stage_clear(&stage);
+        IS(kr_stage_add(&stage, &scene, kr_method_find("strang"), step1, 0.0, -1) == KR_OK);
+        kr_stage_advance(&stage, 3000000, INT64_MAX);
+        for (int k = 0; k < KR_STAGE_ERROR; k++) {
+            double value;
+            kr_quantity_values(kr_stage_quantity(k), &scene, 1, &stage.actor[0].now, &value);
+            IS(measured(0, k) == value || (isnan(measured(0, k)) && isnan(value)));
+        }
+        IS(isnan(measured(0, number_of("kowalewski"))) == !half);
+        IS(isnan(measured(0, number_of("goryachev_chaplygin"))));
+    }
 }
 static void test_record_is_bounded(void)
 {
-    set(&stage, eps1, eps1);
+    const int energy = number_of("energy");
+    set(&stage, step1, step1);
     kr_stage_advance(&stage, 100000000, INT64_MAX); /* 10,000 steps */
     IS(stage.rows > KR_STAGE_ROWS / 2 && stage.rows <= KR_STAGE_ROWS);
     IS(stage.stride == 16 * stage.common);
     for (int64_t row = 0; row < stage.rows; row++)
         NEAR(stage.row[row].time, 0.16 * (double)row, 1e-12);
-    NEAR(stage.row[stage.rows - 1].at[2].energy, stage.row[0].at[2].energy, 1e-7);
+    NEAR(stage.row[stage.rows - 1].at[2][energy], stage.row[0].at[2][energy], 1e-7);
 }
-/* Between two rows the energy swings many times. What it swings to is in the record all the
- * same. */
-static void test_extremes_are_not_lost(void)
+/* Between two rows energy and nutation swing many times. What they swing to is in the record all
+ * the same: nearly, for nutation is looked at less often. */
+static void test_extremes_are_not_lost(const char *name, double share)
 {
     const kr_scene scene = kr_scene_default();
+    const int what = number_of(name);
     double low = INFINITY, high = -INFINITY, all_low = INFINITY, all_high = -INFINITY;
     kr_stage_clear(&stage);
-    IS(kr_stage_add(&stage, &scene, kr_method_find("bobenko_suris"), eps1, 0.0, -1) == KR_OK);
+    IS(kr_stage_add(&stage, &scene, kr_method_find("bobenko_suris"), step1, 0.0, -1) == KR_OK);
     /* 8: one swing, each step of it in the record */
     kr_stage_advance(&stage, 8000000, INT64_MAX);
     for (int64_t k = 0; k < stage.rows; k++) {
-        IS(stage.row[k].low[0].energy == stage.row[k].at[0].energy &&
-           isnan(stage.row[k].high[0].error));
-        all_low = fmin(all_low, stage.row[k].at[0].energy),
-        all_high = fmax(all_high, stage.row[k].at[0].energy);
+        const double at = stage.row[k].at[0][what];
+        IS(stage.row[k].low[0][what] == at && isnan(stage.row[k].high[0][KR_STAGE_ERROR]));
+        all_low = fmin(all_low, at), all_high = fmax(all_high, at);
     }
     /* 20,000: rows 20.48 apart, more than two swings */
     kr_stage_advance(&stage, 20000000000, INT64_MAX);
     IS(stage.stride == 2048 * stage.common);
     for (int64_t k = 1; k < stage.rows; k++) {
-        const kr_row *row = &stage.row[k];
-        IS(row->low[0].energy <= row->at[0].energy && row->at[0].energy <= row->high[0].energy);
-        NEAR(row->low[0].energy, all_low, 0.02 * (all_high - all_low));
-        NEAR(row->high[0].energy, all_high, 0.02 * (all_high - all_low));
-        low = fmin(low, row->at[0].energy), high = fmax(high, row->at[0].energy);
+        const double at = stage.row[k].at[0][what], tol = share * (all_high - all_low);
+        IS(stage.row[k].low[0][what] <= at && at <= stage.row[k].high[0][what]);
+        NEAR(stage.row[k].low[0][what], all_low, tol);
+        NEAR(stage.row[k].high[0][what], all_high, tol);
+        low = fmin(low, at), high = fmax(high, at);
     }
     IS(high - low > 0.5 * (all_high - all_low));
 }
@@ -151,10 +196,10 @@ static void test_track(void)
     IS(kr_stage_add(&stage, &scene, kr_method_find("strang"), 100000, 0.0, -1) == KR_OK);
     IS(kr_stage_add_track(&stage, &scene, track, 51, 100000, 0) == KR_OK);
     kr_stage_advance(&stage, 5000000, INT64_MAX);
-    IS(kr_stage_measure(&stage, 1).error == 0.0 && same(stage.actor[1].now, track[50]));
+    IS(measured(1, KR_STAGE_ERROR) == 0.0 && same(stage.actor[1].now, track[50]));
     /* past its end: it stays, the other goes on */
     kr_stage_advance(&stage, 6000000, INT64_MAX);
-    IS(stage.actor[1].status == KR_ERR_LIMIT && isnan(kr_stage_measure(&stage, 1).energy));
+    IS(stage.actor[1].status == KR_ERR_LIMIT && isnan(measured(1, number_of("energy"))));
     IS(stage.actor[0].steps == 60);
 }
 static void test_refusals(void)
@@ -162,17 +207,17 @@ static void test_refusals(void)
     kr_scene scene = kr_scene_default();
     const kr_method *method = kr_method_find("rk4");
     kr_stage_clear(&stage);
-    IS(kr_stage_add(&stage, &scene, NULL, eps1, 0.0, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, NULL, step1, 0.0, -1) == KR_ERR_ARGUMENT);
     IS(kr_stage_add(&stage, &scene, method, 0, 0.0, -1) == KR_ERR_ARGUMENT);
-    IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, 0) == KR_ERR_ARGUMENT);
-    IS(kr_stage_add_track(&stage, &scene, NULL, 1, eps1, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, 0) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add_track(&stage, &scene, NULL, 1, step1, -1) == KR_ERR_ARGUMENT);
     scene.body.inertia.x = -1.0;
-    IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_ERR_BODY);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_BODY);
     IS(stage.tops == 0 && kr_stage_advance(&stage, 1000000, INT64_MAX) == 0);
     scene = kr_scene_default();
     for (int i = 0; i < KR_STAGE_TOPS; i++)
-        IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_OK);
-    IS(kr_stage_add(&stage, &scene, method, eps1, 0.0, -1) == KR_ERR_ARGUMENT);
+        IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
 }
 /* One that fails stays at its last good state; the others go on. */
 static void test_failure(void)
@@ -193,8 +238,11 @@ int main(void)
     test_restarts();
     test_any_division_is_the_same();
     test_compares_at_common_multiples_only();
+    test_measures_are_those_of_the_table();
+    test_measures_are_the_quantities_of_the_state();
     test_record_is_bounded();
-    test_extremes_are_not_lost();
+    test_extremes_are_not_lost("energy", 0.02);
+    test_extremes_are_not_lost("nutation", 0.1);
     test_common_multiples();
     test_track();
     test_refusals();

@@ -6,6 +6,7 @@ import json
 import kreisel as kr
 import numpy as np
 from inside import view
+from kreisel import _core
 from toolbox import ROOT
 
 PAGE = view._PAGE
@@ -14,7 +15,8 @@ SMALL = {"width": 720, "height": 420}  # a window that is drawn fast
 UPRIGHT = "Lagrange's top"  # the preset with which the page opens, and every test of a shared page
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 TICKS = 1_000_000  # of the clock, in a unit of time
-MEASURES = ["energy", "vertical", "axial", "fourth", "error"]  # in the order of the page's record
+LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
+MEASURES = [*(each["name"] for each in LEVEL), "error"]  # that the page records
 TRACE = 2048  # the most points that a trace is drawn with
 ROD_SIDES = 12  # of a rod's section
 
@@ -106,12 +108,12 @@ def states(page):
 
 def measure(page, top, name):
     """What is measured of a top now."""
-    return page.evaluate(f"kreisel.stage.measure({top})[{MEASURES.index(name)}]")
+    return page.evaluate(f"kreisel.stage.measure({top}).{name}")
 
 
 def record(page, top, name):
     """What was measured of a top on its way."""
-    values = page.evaluate(f"kreisel.stage.record({top}, {MEASURES.index(name)})")
+    values = page.evaluate(f"kreisel.stage.record({top}, '{name}')")
     return np.array(values, float)
 
 

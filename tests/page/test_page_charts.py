@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import UPRIGHT, advance, clock, load, scene, scene_in_python, states
+from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python, states
 
 pytestmark = pytest.mark.usefixtures("small")
 AXES = ("first", "second", "vertical")
@@ -74,7 +74,7 @@ def test_zoom_of_both_charts_stays_while_time_goes_on(page):
     run_to(page, 30)
     spans = "kreisel.charts.plots.map(({scales: {x}}) => [x.min, x.max])"
     whole = page.evaluate(spans)
-    chart = page.get_by_role("img", name="Change of the integral over time").locator(".u-over")
+    chart = page.get_by_role("img", name="Change of energy over time").locator(".u-over")
     chart.scroll_into_view_if_needed()
     box = chart.bounding_box()
     left, right, y = box["x"] + 0.25 * box["width"], box["x"] + 0.75 * box["width"], box["y"] + 40
@@ -108,28 +108,40 @@ def test_record_is_thinned_but_not_its_extremes(page):
     )  # at every time
 
 
-def test_fourth_integral_belongs_to_two_kinds_of_body(page):
+def test_charts_are_of_the_quantities_of_the_table(page):
+    """All that do not turn with the heading; K and G only of the bodies that have them."""
     run_to(page, 1)
-    fourth = page.get_by_label("Quantity in the chart").locator(
-        "option", has_text="Change of K or G"
-    )
-    for t, (shape, has) in enumerate(
-        {"kowalewski": True, "lagrange": False, "goryachev_chaplygin": True}.items(), 2
-    ):
+    menu = page.get_by_label("Quantity in the chart")
+    options = "list => [...list.options].map((option) => [option.value, option.title])"
+    level = {each["name"]: each["text"] for each in LEVEL}
+    integrals = {"kowalewski", "goryachev_chaplygin"}
+    for t, shape in enumerate(["kowalewski", "lagrange", "goryachev_chaplygin"], 2):
         page.get_by_label("Shape").select_option(shape)
         run_to(page, t)
-        assert fourth.is_enabled() == has
-        if has:
-            page.get_by_label("Quantity in the chart").select_option("fourth")
+        missing = integrals - {shape}
+        assert dict(menu.evaluate(options)) == {k: v for k, v in level.items() if k not in missing}
+        if shape in integrals:
+            menu.select_option(shape)
             assert 0 < np.ptp(drawn(page)[1]) < 1e-2
-            page.get_by_label("Quantity in the chart").select_option("energy")
+
+
+@pytest.mark.parametrize("each", LEVEL, ids=lambda each: each["name"])
+def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each):
+    name = each["name"]
+    owners = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
+    load(page, owners.get(name, UPRIGHT), methods=["strang"], chart=name)
+    run_to(page, 3)
+    path = kr.solve(scene_in_python(scene(page)), 3, "strang", step=0.01, every=1)
+    values = getattr(path, name)
+    values = values - values[0] if each["kept"] else values
+    assert drawn(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
 
 
 # The table
 
 
 def table(page):
-    """The values now and their changes, (tops, 3 or 4, 2): <m, p>, <m, a>, E, K or G."""
+    """The values now and their changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
     rows = page.locator("#integrals tr").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
@@ -144,11 +156,9 @@ def table(page):
 
 def expected(path):
     """What the table tells of a path in Python."""
-    fourth = {"kowalewski": "kowalewski", "goryachev_chaplygin": "goryachev_chaplygin"}.get(
-        path.scene.body.kind
-    )
-    lines = [path.scene.gravity * path.vertical_momentum, path.axial_momentum, path.energy]
-    lines += [getattr(path, fourth)] if fourth else []
+    lines = [path.energy, path.vertical_momentum, path.axial_momentum]
+    if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
+        lines.append(getattr(path, path.scene.body.kind))
     return np.array([(line[-1], line[-1] - line[0]) for line in lines])
 
 
@@ -156,7 +166,7 @@ def expected(path):
     "preset, fourth", [(UPRIGHT, None), ("Kowalewski", "K"), ("Goryachev-Chaplygin", "G")]
 )
 def test_integrals_are_those_of_python(page, preset, fourth):
-    load(page, preset, methods=["strang", "rk4"], eps=[0.05])
+    load(page, preset, methods=["strang", "rk4"], step=[0.05])
     page.evaluate("kreisel.page.set('gravity', 2.5)")
     for t in (2, 6):
         advance(page, t)

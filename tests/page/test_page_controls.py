@@ -22,13 +22,13 @@ from browser import (
 @pytest.mark.parametrize(
     "role, name, keys, key, expected",
     [
-        ("slider", "Step ε", "ArrowRight", "eps", lambda eps: eps == [0.011]),
+        ("slider", "Step", "ArrowRight", "step", lambda step: step == [0.011]),
         ("slider", "Speed", "End", "speed", lambda speed: speed == 10),
         ("slider", "Gravity", "End", "gravity", lambda gravity: gravity == 10),
         ("slider", "Opacity", "End", "show", lambda show: show["opacity"] == 1),
         ("slider", "Thickness", "End", "show", lambda show: show["thickness"] == 4),
         ("slider", "Distance", "Home", "distance", lambda distance: distance == 0),
-        ("checkbox", "Each with a second step", "Space", "eps", lambda eps: eps == [0.01, 0.2]),
+        ("checkbox", "Each with a second step", "Space", "step", lambda step: step == [0.01, 0.2]),
         ("checkbox", "Ghost", "Space", "ghost", lambda ghost: ghost is True),
         ("checkbox", "Trace of the apex", "Space", "show", lambda show: not show["trace"]),
         ("checkbox", "Elastic rod", "Space", "show", lambda show: show["rod"]),
@@ -46,7 +46,7 @@ def test_control(page, role, name, keys, key, expected):
 @pytest.mark.parametrize(
     "name, value, key, expected",
     [
-        ("Step ε, number", "0.037", "eps", [0.037]),
+        ("Step, number", "0.037", "step", [0.037]),
         ("Momentum, first component", "2.5", "momentum", [2.5, -1.862, 1.46]),
         ("Momentum, second component", "2.5", "momentum", [0.172, 2.5, 1.46]),
         ("Momentum, vertical component", "2.5", "momentum", [0.172, -1.862, 2.5]),
@@ -69,8 +69,8 @@ def test_choices(page):
         and page.evaluate("kreisel.page.tops.length") == 2
     )
     page.evaluate("kreisel.advance(1); kreisel.charts.update()")
-    page.get_by_label("Quantity in the chart").select_option("axial")
-    assert scene(page)["chart"] == "axial"
+    page.get_by_label("Quantity in the chart").select_option("axial_momentum")
+    assert scene(page)["chart"] == "axial_momentum"
     page.get_by_label("Shape").select_option("kowalewski")
     assert page.evaluate("kreisel.page.kind") == "kowalewski"
     assert page.get_by_label("Method").first.locator("option[value=bobenko_suris]").is_disabled()
@@ -145,10 +145,10 @@ def test_sides(page, flat):
 
 def test_bad_numbers_change_nothing(page):
     before = scene(page)
-    field = page.get_by_label("Step ε, number", exact=True)
+    field = page.get_by_label("Step, number", exact=True)
     field.fill("-1")
     field.press("Tab")
-    assert scene(page) == before and "eps cannot be" in words(page)
+    assert scene(page) == before and "step cannot be" in words(page)
 
 
 def test_buttons_and_keys(page):

@@ -12,7 +12,7 @@ from browser import PAGE, SMALL, TICKS, advance, clock, colours, load, scene, st
 
 pytestmark = pytest.mark.usefixtures("small")
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
-TRACK = {"name": "rk4", "eps": 0.1, "states": ""}
+TRACK = {"name": "rk4", "step": 0.1, "states": ""}
 WRONG = {
     "version": ["1", None],
     "name": [7, None, ["a"]],
@@ -23,7 +23,7 @@ WRONG = {
     "second": [5, [1, 2], "none"],
     "gravity": ["1", None, True, [1]],
     "methods": ["rk4", [], [1], ["rk4", "rk4", "rk4"], None],
-    "eps": [0.01, [], [0], [-1], ["0.01"], [0.1, 0.2, 0.3]],
+    "step": [0.01, [], [0], [-1], ["0.01"], [0.1, 0.2, 0.3]],
     "tol": ["1", 0, -1, None],
     "ghost": ["yes", 1, None],
     "distance": ["4", None],
@@ -35,7 +35,7 @@ WRONG = {
         [7],
         ["rk4"],
         [{**TRACK, "name": 7}],
-        [{**TRACK, "eps": "0.1"}],
+        [{**TRACK, "step": "0.1"}],
         [{**TRACK, "states": None}],
     ],
     "body": [
@@ -52,7 +52,7 @@ IMPOSSIBLE = [
     {"attitude": [0, 0, 0, 0]},
     {"body": {**BODY, "half": [-1, 1, 1]}},
     {"body": {**BODY, "density": 0}},
-    {"eps": [1e300]},
+    {"step": [1e300]},
     {"methods": ["none"]},
     {"methods": ["constructor"]},
     {"tracks": [TRACK]},
@@ -79,7 +79,7 @@ def follow(page, given):
 def track(name):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     states = base64.b64encode(path.states.astype("<f8").tobytes()).decode()
-    return {"name": name, "eps": 0.1, "states": states}
+    return {"name": name, "step": 0.1, "states": states}
 
 
 # Links
@@ -92,7 +92,7 @@ def test_a_link_opens_in_the_open_page(page):
         "about": "To look at.",
         "momentum": [1, 2, 3],
         "methods": ["strang", "rk4"],
-        "eps": [0.02],
+        "step": [0.02],
     }
     assert follow(page, given) == ""
     assert {key: scene(page)[key] for key in given} == given
@@ -107,6 +107,27 @@ def test_a_link_opens_in_the_open_page(page):
         every=100,
     )
     assert states(page)[1] == expected.states[-1].tolist()
+
+
+@pytest.mark.parametrize(
+    "chart, shape, shown",
+    [
+        ("vertical", "lagrange", "vertical_momentum"),
+        ("axial", "lagrange", "axial_momentum"),
+        ("fourth", "lagrange", "energy"),
+        ("fourth", "kowalewski", "kowalewski"),
+        ("fourth", "goryachev_chaplygin", "goryachev_chaplygin"),
+    ],
+)
+def test_a_link_may_say_eps_for_the_step_and_short_names_for_charts(page, chart, shape, shown):
+    page.get_by_label("Shape").select_option(shape)
+    body = scene(page)["body"]
+    played = {"eps" if key == "step" else key: value for key, value in track("rk4").items()}
+    given = {"body": body, "methods": ["strang"], "eps": [0.02, 0.1], "chart": chart}
+    assert follow(page, {**given, "tracks": [played]}) == ""
+    opened = scene(page)
+    assert opened["step"] == [0.02, 0.1] and opened["tracks"][0]["step"] == 0.1
+    assert opened["chart"] == shown and "eps" not in opened
 
 
 @pytest.mark.parametrize("key", WRONG)
@@ -185,7 +206,7 @@ def test_picture_comes_back_with_the_graphics(browser):
 
 
 def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
-    load(page, methods=["veselov2", "strang"], eps=[1], gravity=10)
+    load(page, methods=["veselov2", "strang"], step=[1], gravity=10)
     page.evaluate("kreisel.page.run(true)")
     advance(page, 20)
     assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
@@ -194,7 +215,7 @@ def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
 
 
 def test_it_stops_when_all_have_failed(page):
-    load(page, methods=["veselov2", "rk4"], eps=[1], gravity=10)
+    load(page, methods=["veselov2", "rk4"], step=[1], gravity=10)
     page.evaluate("kreisel.page.run(true)")
     advance(page, 20)
     assert " stopped: " in words(page) and page.get_by_role("button", name="Start").is_visible()

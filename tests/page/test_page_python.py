@@ -40,6 +40,13 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     page.context.close()
 
 
+def test_python_and_page_count_the_same_ticks(browser, tmp_path):
+    kr.view(kr.scenes.thesis, step=3e-6, open=False).save(tmp_path / "a.html")
+    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    assert page.evaluate("kreisel.page.tops[0].ticks") == 3
+    page.context.close()
+
+
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     shown = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
     assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["eps"] == [0.02]
