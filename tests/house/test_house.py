@@ -1,22 +1,13 @@
-"""The house stands: floors, names, sizes, no warnings, no global state."""
+"""The house stands: names, sizes, no warnings, no global state."""
 
 import ast
 import re
-from fnmatch import fnmatch
 
 import pytest
+from floors import included
 from toolbox import CSRC, ROOT, VERSION, c_tests, core_sources, installed, need, need_gsl, run
 
-FLOORS = [  # an #include points downwards, or to a header of the same folder
-    "kreisel.h quantities.def",
-    "numbers/*",
-    "model/*",
-    "method.h methods.def",
-    "methods/* exact/* taylor/* gsl/*",
-    "driver/*",
-    "events/* page/*",
-]
-WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
 PYTHON = sorted(
     file for folder in ("python", "tests", "validation") for file in (ROOT / folder).rglob("*.py")
@@ -34,35 +25,13 @@ def name(file):
     return file.relative_to(ROOT).as_posix()
 
 
-def floor(file):
-    floors = [
-        i
-        for i, patterns in enumerate(FLOORS)
-        if any(fnmatch(file.relative_to(CSRC), p) for p in patterns.split())
-    ]
-    assert len(floors) == 1, f"{name(file)} needs one floor in FLOORS, has {floors}"
-    return floors[0]
-
-
-def includes(file):
-    for target in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.MULTILINE):
-        beside = (file.parent / target).resolve()
-        yield beside if beside.exists() else CSRC / target
-
-
-@pytest.mark.parametrize("file", SOURCES, ids=name)
-def test_includes_point_downwards(file):
-    here = floor(file)
-    for target in includes(file):
-        there = floor(target)
-        beside = there == here and target.parent == file.parent
-        assert there < here or beside, f"floor {here} includes {name(target)} of floor {there}"
-        assert target.suffix != ".c", f"includes {name(target)}, which is no header"
+def test_no_source_is_included():
+    assert [name(file) for file in SOURCES if any(of.suffix == ".c" for of in included(file))] == []
 
 
 def test_python_sees_the_public_header_only():
     for file in BINDING:
-        assert set(includes(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
+        assert set(included(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
 
 
 def symbols(library, *options):

@@ -83,7 +83,9 @@ def test_the_core_refuses_what_is_no_scene():
 def test_what_the_body_sees():
     path = kr.solve(GENERAL, [0.0, 0.7, 1.9])
     for name, in_space in (("velocity", path.velocity), ("momentum", path.m)):
-        seen = [quaternion.turn_back(tuple(q), tuple(v)) for q, v in zip(path.q, in_space)]
+        seen = [
+            quaternion.turn_back(tuple(q), tuple(v)) for q, v in zip(path.q, in_space, strict=True)
+        ]
         np.testing.assert_allclose(getattr(path, f"body_{name}"), seen, atol=1e-14)
     up = [quaternion.turn_back(tuple(q), (0.0, 0.0, 1.0)) for q in path.q]
     np.testing.assert_allclose(path.body_vertical, up, atol=1e-15)

@@ -122,9 +122,7 @@ class Body:
 
 
 _MAKERS: dict[str, Callable[..., Body]] = {
-    "cuboid": Body.cuboid,
-    "symmetric": Body.symmetric,
-    "from_com": Body.from_com,
+    name: getattr(Body, name) for name, of in vars(Body).items() if isinstance(of, classmethod)
 }
 
 

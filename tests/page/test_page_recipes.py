@@ -1,0 +1,44 @@
+"""A preset is its lines in presets.json; a quantity is a chart of the page, unasked."""
+
+import sys
+
+import pytest
+from browser import visit
+from copied import House, add_quantity
+from toolbox import need, run
+
+PRESET = """  {
+    "name": "Lagrange's top, twice as heavy",
+    "about": "The top of the thesis under twice the gravity.",
+    "shape": "lagrange",
+    "gravity": 2
+  },
+"""
+
+
+@pytest.fixture(scope="module")
+def other(browser, tmp_path_factory):
+    """The page of a copy of the tree with one preset and one quantity more."""
+    need("npm")
+    house = House(tmp_path_factory.mktemp("house"))
+    add_quantity(house)
+    house.insert("preset", "python/viewer/presets.json", "  {", PRESET)
+    page = house.folder / "top.html"
+    run(sys.executable, house.folder / "python/viewer/build.py", house.folder / "build", page)
+    page = visit(browser, page)
+    page.house = house
+    yield page
+    page.context.close()
+
+
+def test_a_preset_touches_one_file_and_can_be_chosen(other):
+    assert other.house.touched["preset"] == ["python/viewer/presets.json"]
+    other.select_option("#preset", label="Lagrange's top, twice as heavy")
+    assert other.evaluate("kreisel.page.scene.gravity") == 2
+    assert other.troubles == []
+
+
+def test_a_quantity_can_be_charted(other):
+    labels = other.locator("select option").all_text_contents()
+    assert any("height" in label.lower() for label in labels)
+    assert "height" in other.evaluate("kreisel.charts.csv().split('\\n', 1)[0]")
