@@ -33,7 +33,8 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// One plan a scene, as rows; and how many there are before the first scene without one, whose status it is.
+// One plan a scene, as rows; and how many there are before the first scene without one, whose
+// status it is.
 static py::tuple exact_plans(const py::list &blocks)
 {
     std::vector<kr_scene> scenes;

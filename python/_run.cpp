@@ -128,8 +128,8 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
 // All states at once; a number of times stands for the start and itself. None where Python has to
-// look at the times: where they are not plainly numbers, not all below `most`, do not lead away from
-// 0, or are more than `limit`.
+// look at the times: where they are not plainly numbers, not all below `most`, do not lead away
+// from 0, or are more than `limit`.
 static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
                          int digits, int64_t max_steps, bool leave_heading, const py::object &t,
                          double most, py::ssize_t limit, const py::object &progress)

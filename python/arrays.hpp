@@ -1,5 +1,5 @@
-// Values of kreisel.h on their way to and from Python: states and plans as arrays of the doubles that
-// they are made of, bodies and scenes as blocks of bytes, statuses as names.
+// Values of kreisel.h on their way to and from Python: states and plans as arrays of the doubles
+// that they are made of, bodies and scenes as blocks of bytes, statuses as names.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

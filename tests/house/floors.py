@@ -1,7 +1,5 @@
-"""What ARCHITECTURE.md says of the floors, and what the files really use: includes in C, imports in Python.
-
-Every import counts: at module level, inside a function, and for types alone.
-"""
+"""What ARCHITECTURE.md says of the floors, and what the files really use: includes in C, imports
+in Python, wherever in a file an import stands."""
 
 import ast
 import re
@@ -35,7 +33,7 @@ def is_ours(file):
 
 
 def floor(file, tree):
-    """The number of the floor on which a file stands, counted from the ground; None if on none or on several."""
+    """The number of the floor on which a file stands, from the ground up; None for none or two."""
     inside = file.relative_to(ROOT / tree).as_posix()
     here = [
         number
@@ -93,7 +91,7 @@ def module(words):
 
 
 def circle(arrows):
-    """A list of files each of which uses the next, and the last the first; empty if there is none."""
+    """Files each of which uses the next, and the last the first; empty where there are none."""
     state, way = {}, []
 
     def visit(file):

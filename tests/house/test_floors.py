@@ -1,4 +1,4 @@
-"""The plan on the wall is true: every file has its floor, and what it uses stands below it or beside it."""
+"""The plan on the wall is true: what a file uses stands below it or beside it."""
 
 import pytest
 from floors import PLAN, circle, files, floor, floors, targets

@@ -8,19 +8,20 @@ from validation.truth.orders import BODIES, TILT
 from validation.truth.orders import tilted as scene
 
 
+def million_steps(method, step, gravity, within=1e-12):
+    """The path of a million steps, on which the momenta stay, the axial one within a bound."""
+    top = scene("lagrange", gravity=gravity)
+    path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
+    assert np.ptp(path.vertical_momentum) == 0
+    assert np.ptp(path.axial_momentum) < within
+    return path
+
+
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
 def test_bobenko_suris_keeps_its_integrals(step, gravity):
-    path = kr.solve(
-        scene("lagrange", gravity=gravity),
-        1e6 * step,
-        method="bobenko_suris",
-        step=step,
-        every=1000,
-    )
+    path = million_steps("bobenko_suris", step, gravity)
     size = np.abs(path.kinetic + path.potential).max()
-    assert np.ptp(path.vertical_momentum) == 0
-    assert np.ptp(path.axial_momentum) < 1e-12
     assert np.ptp(path.modified_energy(step)) < 1e-11 * size
     assert np.ptp(path.energy) > 1e-3 * size
 
@@ -28,18 +29,10 @@ def test_bobenko_suris_keeps_its_integrals(step, gravity):
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.1, 0.5])
 def test_bobenko_suris2_keeps_its_integrals(step, gravity):
-    path = kr.solve(
-        scene("lagrange", gravity=gravity),
-        1e6 * step,
-        method="bobenko_suris2",
-        step=step,
-        every=1000,
-    )
+    path = million_steps("bobenko_suris2", step, gravity)
     modified = path.energy - step**2 * (path.torque**2).sum(axis=1) / (
         8 * path.scene.body.moments[0]
     )
-    assert np.ptp(path.vertical_momentum) == 0
-    assert np.ptp(path.axial_momentum) < 1e-12
     assert np.ptp(modified) < 1e-11 * np.abs(path.energy).max()
     assert np.ptp(path.energy) > 1e-5 * np.abs(path.energy).max()
 
@@ -47,16 +40,8 @@ def test_bobenko_suris2_keeps_its_integrals(step, gravity):
 @pytest.mark.parametrize("gravity", [1.0, -3.0])
 @pytest.mark.parametrize("step", [0.05, 0.2])
 def test_bobenko_suris4_keeps_its_integrals(step, gravity):
-    path = kr.solve(
-        scene("lagrange", gravity=gravity),
-        1e6 * step,
-        method="bobenko_suris4",
-        step=step,
-        every=1000,
-    )
+    path = million_steps("bobenko_suris4", step, gravity, within=7e-12)
     size = np.abs(path.energy).max()
-    assert np.ptp(path.vertical_momentum) == 0
-    assert np.ptp(path.axial_momentum) < 1e-12 * np.abs(path.axial_momentum).max() * 3
     assert np.ptp(path.modified_energy4(step)) < 3e-12 * size
     assert np.ptp(path.energy) > 1e-7 * size
 

@@ -1,4 +1,5 @@
-"""Plain numbers, which the core takes as they came, and others, which Python looks at: equal bits."""
+"""Plain numbers, which the core takes as they came, and others, which Python looks at, give equal
+bits."""
 
 import kreisel as kr
 import numpy as np
