@@ -22,7 +22,7 @@ function short(x) {
   const plain = Math.abs(x) >= 0.01 && Math.abs(x) < 1000;
   return plain ? String(+x.toPrecision(3)) : x.toExponential(0);
 }
-// At most four powers of ten.
+// Returns powers of ten to write at an axis, at most four.
 function decades(low, high) {
   const [from, to] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
   const step = Math.ceil((to - from + 1) / 4);
@@ -102,7 +102,8 @@ export class Charts {
       if (zoomed) plot.redraw();
     });
   }
-  // The integrals of top i: the value now, and its change since the start.
+  // Returns what the table says of the integrals of top i: the value now, and its change since the
+  // start.
   integrals(i) {
     const now = stage.measure(i);
     return this.page.integrals.map(({ name }) => {

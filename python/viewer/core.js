@@ -7,12 +7,17 @@ const { instance } = await WebAssembly.instantiate(await new Response(unpacked).
 const C = instance.exports;
 C._initialize();
 
-const scratch = C.malloc(8 * 64); // fixed places for what goes in and out
-const [SCENE, IN, IN2, IN3] = [0, 20, 32, 36].map((offset) => scratch + 8 * offset);
+// Fixed places for what goes in and out: a scene, and three arguments.
+const scratch = C.malloc(8 * 64);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 20, 32, 36].map((offset) => scratch + 8 * offset);
 
 const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
-const putScene = (block, gravity, q, m) => put(SCENE, [...block, gravity, 0, ...q, ...m]);
+const putBody = ({ mass, moments, com, axes }) => put(SCENE, [mass, ...moments, ...com, ...axes]);
+function putScene(body, gravity, q, m) {
+  put(putBody(body) + 8 * 11, [gravity, 0, ...q, ...m]);
+  return SCENE;
+}
 const list = (length, made) => Array.from({ length }, (_, i) => made(i));
 
 function text(pointer) {
@@ -33,14 +38,14 @@ export const methods = new Map(
     const pointer = C.kr_method_at(i);
     const name = text(C.kr_method_name(pointer));
     const adaptive = !!C.kr_page_adaptive(pointer);
-    const suits = (block, gravity) =>
-      !!C.kr_method_suits(pointer, putScene(block, gravity, [1, 0, 0, 0], [0, 0, 0]));
+    const suits = (body, gravity) =>
+      !!C.kr_method_suits(pointer, putScene(body, gravity, [1, 0, 0, 0], [0, 0, 0]));
     return [name, { pointer, adaptive, suits, text: text(C.kr_method_text(pointer)) }];
   }),
 );
 
-// What is measured of a top: quantities of its state, integrals among them (`kept`), and the frame
-// error against another top, "error".
+// These are measured of a top: quantities of its state, integrals among them (`kept`), and the
+// frame error against another top, "error".
 export const measures = list(C.kr_page_measures(), (number) => ({
   number,
   name: text(C.kr_page_measure_name(number)),
@@ -49,22 +54,22 @@ export const measures = list(C.kr_page_measures(), (number) => ({
 }));
 export const measureOf = (name) => measures.find((measure) => measure.name === name);
 
-// A body as its user describes it becomes a block of doubles: mass, moments (3), centre of mass
-// (3), principal axes (w, x, y, z).
+// Makes the core's body of one as its user describes it.
 export function makeBody(body) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
-  if (half) check(C.kr_body_cuboid(density, put(IN, half), put(IN2, pivot), SCENE));
-  else check(C.kr_body_from_tensor(mass, put(IN, inertia), put(IN3, com), SCENE));
-  return Array.from(doubles(SCENE, 11));
+  if (half) check(C.kr_body_cuboid(density, put(FIRST, half), put(SECOND, pivot), SCENE));
+  else check(C.kr_body_from_tensor(mass, put(FIRST, inertia), put(THIRD, com), SCENE));
+  const [own, ...row] = Array.from(doubles(SCENE, 11));
+  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6) };
 }
-export const kind = (block) => text(C.kr_page_kind(put(SCENE, block)));
+export const kindOf = (body) => text(C.kr_page_kind(putBody(body)));
 
-// A body is drawn as a cuboid: its half edges, its centre seen from the fixed point, its turn in
-// the frame in which the body was described.
+// Finds the cuboid as which a body is drawn: its half edges, its centre seen from the fixed point,
+// its turn in the frame in which the body was described.
 export function cuboidOf(body) {
   const { half, pivot, density = 1 } = body;
   if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density };
-  const row = Array.from(doubles(C.kr_page_box(put(SCENE, makeBody(body))), 11));
+  const row = Array.from(doubles(C.kr_page_box(putBody(makeBody(body))), 11));
   return {
     half: row.slice(0, 3),
     centre: row.slice(3, 6),
@@ -73,7 +78,7 @@ export function cuboidOf(body) {
   };
 }
 
-// One number of each row of the record, from its place in the first row.
+// Reads one number of each row of the record, from its place in the first row.
 function column(first) {
   const [rows, width] = [C.kr_page_rows(), C.kr_page_row_doubles()];
   const all = doubles(first, rows && width * (rows - 1) + 1);
@@ -90,15 +95,15 @@ export const stage = {
     C.kr_page_clear();
     for (const pointer of tracks.splice(0)) C.free(pointer);
   },
-  add(block, gravity, q, m, { pointer, adaptive }, step, tol, against) {
-    const scene = putScene(block, gravity, q, m);
+  add(body, gravity, q, m, { pointer, adaptive }, step, tol, against) {
+    const scene = putScene(body, gravity, q, m);
     check(C.kr_page_add(scene, pointer, step, adaptive ? tol : 0, against));
   },
-  addTrack(block, gravity, states, step, against) {
+  addTrack(body, gravity, states, step, against) {
     const room = put(C.malloc(8 * states.length), states);
     tracks.push(room);
     const [, w, x, y, z, ...m] = states.subarray(0, 8);
-    const scene = putScene(block, gravity, [w, x, y, z], m);
+    const scene = putScene(body, gravity, [w, x, y, z], m);
     check(C.kr_page_add_track(scene, room, states.length / 8, step, against));
   },
   advance: (target, most) => C.kr_page_advance(target, most),
@@ -109,13 +114,14 @@ export const stage = {
   failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
   way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
   rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),
-  // By name; NaN is not to be had.
+  // Returns what is measured of top i now, by name; NaN is not to be had.
   measure(i) {
     const now = doubles(C.kr_page_measure(i), measures.length);
     return Object.fromEntries(measures.map(({ name, number }) => [name, now[number]]));
   },
   rows: () => C.kr_page_rows(),
   time: () => column(C.kr_page_times()),
-  // `side` -1 and 1: the least and the greatest since the row before.
+  // Returns a measure of top i on its way; for `side` -1 and 1 its least and its greatest since the
+  // row before.
   record: (i, name, side = 0) => column(C.kr_page_record(i, measureOf(name).number, side)),
 };

@@ -8,15 +8,15 @@ function save(name, ...content) {
   a.click();
   setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 }
-// The page as it came, with another scene inside. Each "<" is written as an escape, for one might
-// end the script element early.
+// Makes the page as it came, with another scene inside. Each "<" is written as an escape, for one
+// might end the script element early.
 const pageWith = (source, scene) =>
   source.replace(
     /(<script type="application\/json" id="scene">)[^]*?(<\/script>)/,
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
-// Each button by its name: what it does, and its key.
+// Returns the buttons by their names, each with what it does and its key.
 export function fileButtons(page, view, charts, source) {
   const link = () => {
     try {
@@ -44,8 +44,8 @@ export function fileButtons(page, view, charts, source) {
 
 function video(view) {
   const { canvas } = view;
-  const type = ["video/mp4", "video/webm"].find((kind) =>
-    globalThis.MediaRecorder?.isTypeSupported(kind),
+  const type = ["video/mp4", "video/webm"].find((type) =>
+    globalThis.MediaRecorder?.isTypeSupported(type),
   );
   let recorder = null;
   const click = ({ target }) => {

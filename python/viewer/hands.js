@@ -19,22 +19,22 @@ export class Hands {
     const { view, page } = this;
     const hit = this.drag || event.button > 1 ? null : view.pick(event.clientX, event.clientY);
     const moves = event.button === 1 || event.altKey || page.scene.corners;
-    const pivot = hit?.kind === "corner" && moves;
+    const pivot = hit?.part === "corner" && moves;
     if (!hit || (event.button === 1 && !pivot)) return;
     event.preventDefault();
     page.run(false);
     view.orbit.enabled = false;
     view.canvas.setPointerCapture(event.pointerId);
     // A finger takes hold beside the middle of a handle: keep that distance.
-    const grip = hit.kind === "face" ? hit.point : view.handle(hit.kind, hit.i, hit.corner);
+    const grip = hit.part === "face" ? hit.point : view.handle(hit.part, hit.i, hit.corner);
     const forwards = view.camera.getWorldDirection(new Vector3());
     const plane = new Plane().setFromNormalAndCoplanarPoint(forwards, grip);
     const offset = meet(view, plane, event)?.sub(grip) ?? new Vector3();
     const { clientX: x, clientY: y, pointerId } = event;
-    const kind = pivot ? "pivot" : hit.kind;
-    this.drag = { ...hit, kind, top: view.tops[hit.i], plane, offset, x, y, pointerId };
+    const part = pivot ? "pivot" : hit.part;
+    this.drag = { ...hit, part, top: view.tops[hit.i], plane, offset, x, y, pointerId };
     view.moving = pivot;
-    this.tipSeen ||= hit.kind === "tip";
+    this.tipSeen ||= hit.part === "tip";
   }
   move(event) {
     const { view, page, drag } = this;
@@ -47,7 +47,7 @@ export class Hands {
       page.begin({ top: drag.top }); // now that it moves: a click changes nothing
       drag.moved = true;
     }
-    page.edit((scene) => changes[drag.kind](view, scene, drag, at, event));
+    page.edit((scene) => changes[drag.part](view, scene, drag, at, event));
   }
   release({ pointerId }) {
     const { view, page, drag } = this;
@@ -68,7 +68,7 @@ export class Hands {
 
 const meet = (view, plane, { clientX, clientY }) =>
   view.ray(clientX, clientY).ray.intersectPlane(plane, new Vector3());
-// Attitude and momentum of the top in hand, 7 numbers.
+// The pose of the top in hand is its attitude and momentum, 7 numbers.
 const isSecond = (scene, { top }) => top.side === 1 && scene.second;
 const pose = (scene, drag) =>
   isSecond(scene, drag) ? scene.second : [...scene.attitude, ...scene.momentum];
@@ -76,14 +76,14 @@ function setPose(scene, drag, attitude, momentum) {
   if (isSecond(scene, drag)) scene.second = [...attitude, ...momentum];
   else Object.assign(scene, { attitude, momentum });
 }
-// A point of the world as the cuboid sees it, from the fixed point.
+// Returns a point of the world as the cuboid sees it, from the fixed point.
 const inBody = (view, scene, drag, at) => {
   const turn = quaternion(pose(scene, drag)).conjugate();
   const seen = at.sub(drag.top.group.position).applyQuaternion(turn);
   return seen.divideScalar(view.zoom).toArray();
 };
 
-// What a drag does to the scene, by what is held.
+// These are what a drag does to the scene, by what is held.
 const changes = {
   face(view, scene, drag, at, { clientX, clientY }) {
     const column = (k) => new Vector3().setFromMatrixColumn(view.camera.matrixWorld, k);

@@ -121,7 +121,7 @@ setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);
 
 // For tests and for the curious, here are the page's state and what moves it.
-const at = (kind, i = 0, number = 0) => view.project(view.handle(kind, i, number));
+const at = (part, i = 0, number = 0) => view.project(view.handle(part, i, number));
 const advance = (t) => page.advance(Math.round(t * TICKS));
 const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
 window.kreisel = { page, view, charts, stage, presets, choose, at, advance, states };

@@ -1,12 +1,12 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here.
-import { kind, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
+import { kindOf, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
 import { assign, bytes, chartOf, complete, topsOf } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
 // Steps between two looks at the watch; at the least, all tops step at least once.
 const [LEAST, MOST] = [8, 2000];
 const MOVES = /^(body|shape|attitude|momentum|second|gravity)/; // what a track cannot follow
-// What is set without beginning anew.
+// These are set without beginning anew.
 const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/;
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
@@ -39,11 +39,11 @@ export class Page {
   // Fills the stage anew, at t = 0.
   build(fit) {
     const { scene } = this;
-    this.block = makeBody(scene.body);
-    this.kind = kind(this.block);
+    this.body = makeBody(scene.body);
+    this.kind = kindOf(this.body);
     this.suit();
     stage.clear();
-    this.tops = topsOf(scene, this.block).map((top) => ({
+    this.tops = topsOf(scene, this.body).map((top) => ({
       ...top,
       ticks: Math.max(1, Math.round(top.step * TICKS)),
     }));
@@ -55,22 +55,22 @@ export class Page {
   }
   // Methods that are not for this body give way to strang, which is for all.
   suit() {
-    const { scene, block } = this;
+    const { scene, body } = this;
     scene.methods.forEach((name, i) => {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
-      if (methods.get(name).suits(block, scene.gravity)) return;
+      if (methods.get(name).suits(body, scene.gravity)) return;
       scene.methods[i] = "strang";
       this.say(`${name} is not for this body: strang instead`);
     });
   }
   enter({ track, method, side, role, ticks, against }) {
-    const { scene, block } = this;
+    const { scene, body } = this;
     const start = (side && scene.second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" ? 1e-13 : scene.tol;
     const states = track && new Float64Array(bytes(track.states).buffer);
-    if (track) stage.addTrack(block, scene.gravity, states, ticks, against);
-    else stage.add(block, scene.gravity, q, m, methods.get(method), ticks, tol, against);
+    if (track) stage.addTrack(body, scene.gravity, states, ticks, against);
+    else stage.add(body, scene.gravity, q, m, methods.get(method), ticks, tol, against);
   }
   // Measures that this body has not, as K of most, are NaN from the start: they are not offered.
   offer() {
@@ -105,7 +105,7 @@ export class Page {
       second: beside && beside.slice(1),
     });
   }
-  // The state of a live top, or if that is none, of the first of them.
+  // Returns the state of a live top, or if that is none, of the first of them.
   leader(top) {
     const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
     return Array.from(stage.state(this.tops.indexOf(live.includes(top) ? top : live[0])));

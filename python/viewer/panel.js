@@ -56,7 +56,7 @@ export class Panel {
     high = Math.max(high, Math.ceil(at / step) * step);
     this.ends[place] = [low, high];
     const settle = () => (this.page.gesture = null);
-    // Two digits: whole ticks, and small common multiples.
+    // Two digits make whole ticks, and small common multiples.
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to);
     return html`<label class="slider">${words}
       <input type="range" min=${low} max=${high} step=${step} .value=${at} ?disabled=${off}
@@ -74,7 +74,7 @@ export class Panel {
       .value=${this.typed === place ? noChange : show()} @focus=${type} @input=${type}
       @blur=${leave} @change=${this.setter(place, read, show)}>`;
   }
-  // A number as it is shown. The momentum is that of now.
+  // Returns a number as it is shown. The momentum is that of now.
   shown(place) {
     const [key, k] = place.split(".");
     const x = key === "momentum" ? this.page.leader()[5 + +k] : valueAt(this.page.scene, place);
@@ -137,7 +137,7 @@ export class Panel {
       ${this.table()}</div>
       <p ?hidden=${tops.length < 2}>Values are taken where all steps meet: ${meet}</p></section>`;
   }
-  // The tops, whether the charts show them, and the integrals.
+  // The table has a row for each top: whether the charts show it, and its integrals.
   table() {
     const { tops, integrals } = this.page;
     const head = (each) => html`<th scope="col" title=${each.text}>${symbol(each)}`;
@@ -176,19 +176,21 @@ export class Panel {
     ];
   }
   body() {
-    const [mass, ...b] = this.page.block.slice(0, 7).map((x) => +x.toPrecision(4));
+    const { mass, moments, com } = this.page.body;
+    const short = (x) => +x.toPrecision(4);
+    const all = (numbers) => numbers.map(short).join(", ");
     const capital = (first) => first.replace("_", "-").toUpperCase();
     const kind = this.page.kind.replace(/(^|_)./g, capital);
     return [
       this.pair("Shape", this.select("Shape", "shape", Object.entries(SHAPE_NAMES))),
       this.check("Corners move the fixed point (or Alt, middle button)", "corners"),
-      html`<p id="body">${kind} top: mass ${mass}, moments ${b.slice(0, 3).join(", ")},
-        centre of mass ${b.slice(3).join(", ")} (along N, B, T)</p>`,
+      html`<p id="body">${kind} top: mass ${short(mass)}, moments ${all(moments)},
+        centre of mass ${all(com)} (along N, B, T)</p>`,
     ];
   }
   compare() {
-    const { scene, block } = this.page;
-    const choice = ([name, { suits }]) => [name, name, !suits(block, scene.gravity)];
+    const { scene, body } = this.page;
+    const choice = ([name, { suits }]) => [name, name, !suits(body, scene.gravity)];
     const choices = [...methods].map(choice);
     return [
       button("Compare four", () => this.choose(FOUR), "C"),

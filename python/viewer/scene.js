@@ -41,7 +41,7 @@ const saysStep = ({ eps, ...given }) => (eps === undefined ? given : { step: eps
 export const chartOf = (name, kind) =>
   ({ vertical: "vertical_momentum", axial: "axial_momentum", fourth: kind })[name] ?? name;
 
-// What each part of a scene may be.
+// Each part of a scene must fit one of these.
 function listOf(fits, ...lengths) {
   return (x) => Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
 }
@@ -74,7 +74,7 @@ const CHECKS = {
   show: isShow,
   tracks: listOf(isTrack, 0, 1),
 };
-// A scene from anywhere: what it leaves out is as in `plain`, what it has must be of the same type.
+// Completes a scene from anywhere: what it leaves out is as in `plain`, what it has must fit.
 export function complete(given) {
   if (given?.constructor !== Object) throw new Error("it is no scene");
   const scene = structuredClone({ ...plain, ...saysStep(given) });
@@ -93,13 +93,14 @@ export const wxyz = (q) => [q.w, q.x, q.y, q.z];
 export const cornerSigns = (corner) =>
   [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 
-// The tops that a scene asks for, in the order of the stage. `side` is 0 for the first method and 1
-// for what stands beside it; `against` is the top with which it is compared, -1 for none.
+// Returns the tops that a scene asks for, in the order of the stage. `side` is 0 for the first
+// method and 1 for what stands beside it; `against` is the top with which it is compared, -1 for
+// none.
 const COLOURS = ["#d8432e", "#2f6fde", "#e0a100", "#2c9c4b"]; // the thesis' four
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the ghost's
-export function topsOf({ step: steps, ghost, second, tracks, methods: names, gravity }, block) {
+export function topsOf({ step: steps, ghost, second, tracks, methods: names, gravity }, body) {
   const tops = [];
-  const sharpest = SHARPEST.find((name) => methods.get(name)?.suits(block, gravity));
+  const sharpest = SHARPEST.find((name) => methods.get(name)?.suits(body, gravity));
   const grey = { role: "ghost", colour: "#8f96a3", side: 0, against: -1 };
   if (ghost) tops.push({ ...grey, method: sharpest, step: steps[0] });
   const first = tops.length;
@@ -126,7 +127,7 @@ export function assign(scene, place, x) {
   keys.reduce((at, key) => at[key], scene)[last] = x;
 }
 const wholeTicks = (x) => Math.round(x * TICKS) / TICKS;
-// The nearest time at which all steps meet.
+// Returns the nearest time at which all steps meet.
 function meeting(t) {
   const common = stage.common();
   return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;

@@ -1,4 +1,4 @@
-// What the picture is made of.
+// The parts of which the picture is made.
 import * as THREE from "three";
 import { Line2 } from "three/addons/lines/Line2.js";
 import { LineGeometry } from "three/addons/lines/LineGeometry.js";
@@ -29,7 +29,7 @@ export function ground(world) {
   world.add(new THREE.HemisphereLight("#ffffff", "#8d93a5", 2), sun, grid);
   return grid;
 }
-// What the fixed point stands on.
+// The fixed point stands on a needle.
 export function needle() {
   const cone = upright(new THREE.CylinderGeometry(0.008, 0.05, -FLOOR, 16));
   return mesh(cone.translate(0, 0, FLOOR / 2), shiny({ color: "#848a98", opacity: 0.5 }));
@@ -42,13 +42,13 @@ export function box({ half }, { colour: color, role }) {
   const opacity = role === "ghost" ? 0.55 : 1;
   const solid = shiny({ color, transparent: opacity < 1, opacity, shininess: 40 });
   const faces = new THREE.BoxGeometry(...half.map((h) => 2 * h));
-  put(group, mesh(faces, glass), { kind: "face" });
+  put(group, mesh(faces, glass), { part: "face" });
   for (let i = 0; i < 8; i++) {
-    const ball = { kind: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 };
+    const ball = { part: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 };
     const corner = put(group, mesh(BALL, solid), ball);
     corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
     for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
-      const rod = { kind: "face", stretch: [1, 0, 1], length: 2 * half[k] };
+      const rod = { part: "face", stretch: [1, 0, 1], length: 2 * half[k] };
       const edge = put(group, mesh(ROD, solid), rod);
       edge.position.copy(corner.position).setComponent(k, 0);
       edge.quaternion.setFromUnitVectors(UNITS[1], UNITS[k]);
@@ -145,10 +145,10 @@ export function rodMesh(color) {
   return rod;
 }
 
-// Principal axes N, B, T at the fixed point, and the centre of mass.
-export function axisLines(block, zoom, reach) {
+// Draws the principal axes N, B, T at the fixed point, and the centre of mass.
+export function axisLines({ axes, com }, zoom, reach) {
   const frame = new THREE.Group();
-  frame.quaternion.copy(quaternion(block.slice(7)));
+  frame.quaternion.copy(quaternion(axes));
   ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
     const end = UNITS[k].clone().multiplyScalar(reach * zoom * 0.8);
     put(frame, arrow(colour, 0.014)).point(...end);
@@ -156,6 +156,6 @@ export function axisLines(block, zoom, reach) {
   const dot = put(frame, mesh(BALL, flat({ color: "#ffb020", depthTest: false })));
   dot.scale.setScalar(0.07);
   dot.renderOrder = 11;
-  dot.position.set(...block.slice(4, 7)).multiplyScalar(zoom);
+  dot.position.set(...com).multiplyScalar(zoom);
   return frame;
 }

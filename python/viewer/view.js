@@ -11,7 +11,7 @@ const SIDES = [
   new THREE.Vector3(1, 0, 0),
   new THREE.Vector3(0, -1e-3, 1),
 ];
-const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.kind);
+const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
   constructor(parent) {
@@ -91,7 +91,7 @@ export class View {
   }
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
-    const { block, scene } = this.page;
+    const { scene } = this.page;
     const [group, body, cuboid] = [new THREE.Group(), new THREE.Group(), box(this.body, top)];
     cuboid.position.set(...this.body.centre).multiplyScalar(this.zoom);
     cuboid.quaternion.copy(quaternion(this.body.turn));
@@ -103,13 +103,13 @@ export class View {
     parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
     parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
     group.add(parts.m, parts.w);
-    parts.m.tip.userData.kind = "tip";
+    parts.m.tip.userData.part = "tip";
     parts.handles = top.track ? [] : [parts.m.tip, ...cuboid.children];
     for (const { userData } of parts.handles) userData.i = i;
     if (!thick) return parts;
     parts.globe = sphere(this.trail);
     parts.rod = rodMesh(top.colour);
-    parts.axes = axisLines(block, this.zoom, this.reach);
+    parts.axes = axisLines(this.page.body, this.zoom, this.reach);
     parts.p = arrow("#8a93a6", 0.02, 0.6);
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
@@ -166,7 +166,7 @@ export class View {
     this.orbit.update();
   }
 
-  // What is under a point of the window: a tip before a corner before a face or edge.
+  // Finds what is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
     const handles = this.tops.flatMap((top) => top.handles);
     const hits = this.ray(x, y).intersectObjects(handles, false);
@@ -179,18 +179,19 @@ export class View {
     ray.setFromCamera(new THREE.Vector2((2 * x) / w - 1, 1 - (2 * y) / h), this.camera);
     return ray;
   }
-  // Where a point of the world is in the window, in pixels.
+  // Returns where a point of the world is in the window, in pixels.
   project(point) {
     this.camera.updateMatrixWorld();
     const p = point.clone().project(this.camera);
     return [((p.x + 1) / 2) * this.pixels[0], ((1 - p.y) / 2) * this.pixels[1]];
   }
-  // Where a handle is: the tip of m, a corner (0 .. 7), the middle of a face or an edge in front.
-  handle(kind, i, number = 0) {
+  // Returns where a handle is: the tip of m, a corner (0 .. 7), the middle of a face or an edge in
+  // front.
+  handle(part, i, number = 0) {
     this.world.updateMatrixWorld(true);
     const top = this.tops[i];
-    if (kind === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
-    const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: cornerSigns(number) }[kind];
+    if (part === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
+    const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: cornerSigns(number) }[part];
     const place = signs.map((sign, k) => sign * this.body.half[k]);
     return top.cuboid.localToWorld(new THREE.Vector3(...place));
   }
