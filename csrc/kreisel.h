@@ -2,13 +2,16 @@
  *
  *     dm/dt = mass gravity e3 x a,    dq/dt = w q / 2,    a = q com q*,    w = q J^-1 q* m
  *
- * Frames   space (e1, e2, e3), gravity along -e3; the frame in which the user described the body; and the
- *          principal axes of inertia at the fixed point (N, B, T). An attitude q turns vectors of the described
- *          frame into space: v_space = q v q*. The angular momentum m is seen from space.
- * Units    any consistent set; each quantity names its dimension in [M L T].
- * Memory   allocated in kr_top_create only (the GSL methods, where built, let GSL allocate its own).
- * Errors   what can fail returns a kr_status and writes through its last argument; on failure that stays untouched.
- * Threads  no global state: any number of threads, one at a time on one top.
+ * Frames   Space has the axes e1, e2, e3, with gravity along -e3. The body has the frame in which
+ *          the user described it, and the principal axes of inertia at the fixed point (N, B, T).
+ *          An attitude q turns vectors of the described frame into space: v_space = q v q*. The
+ *          angular momentum m is seen from space. The apex is the direction of the centre of mass
+ *          from the fixed point, or T if the two are one point.
+ * Units    are any consistent set; each number names its dimension in [M L T].
+ * Memory   is allocated in kr_top_create only (the GSL methods, where built, let GSL allocate).
+ * Errors   What can fail returns a kr_status and writes through its last argument, which stays
+ *          untouched on failure.
+ * Threads  There is no global state: any number of threads, one at a time on one top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H
 #define KREISEL_H
@@ -28,14 +31,14 @@
 extern "C" {
 #endif
 
-/* name, what went wrong: INPUT (nothing was run), MEMORY, FAILURE (of a run), INTERRUPT; and what
- * it says */
+/* Statuses: X(name, what went wrong, what it says). INPUT means that nothing was run, FAILURE that
+ * a run failed on its way. */
 /* clang-format off */
 #define KR_STATUS_LIST(X)                                                                         \
     X(OK,              NONE,      "success")                                                      \
     X(ERR_ARGUMENT,    INPUT,     "an argument is missing, not finite, or out of range")          \
-    X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must be positive, "\
-                                  "none larger than the other two together")                      \
+    X(ERR_BODY,        INPUT,     "the body is not physical: its principal moments must "         \
+                                  "be positive, none larger than the other two together")         \
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
     X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                         \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
@@ -61,9 +64,9 @@ KR_API const char *kr_version(void);
 typedef struct kr_vec3 {
     double x, y, z;
 } kr_vec3;
-typedef struct kr_quat {
+typedef struct kr_quat { /* w + x i + y j + z k */
     double w, x, y, z;
-} kr_quat; /* w + x i + y j + z k */
+} kr_quat;
 
 typedef struct kr_body {
     double mass;     /* [M] */
@@ -87,48 +90,50 @@ typedef struct kr_scene {
 /* Bodies. The makers check what they are given. A diagonal inertia is its own principal frame; else
  * the principal axes nearest the frame of description are taken, right-handed, T along the symmetry
  * axis of a Lagrange top. */
-/* [M L^-3], [L], pivot seen from the centre */
+/* A cuboid by its density [M L^-3], its half edges and the fixed point seen from its centre [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* axis T */
+/* A symmetric body with the axis T: its moments across and along it, and com's height on it. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* row by row, at the fixed point */
+/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* about the centre of mass */
+/* Any body by its tensor of inertia about the centre of mass; pivot is the fixed point. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
 KR_API kr_status kr_body_check(const kr_body *body);
 
-/* Kinds of tops, the integrable ones by those who solved them. */
+/* Kinds of tops: X(kind, its name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
     X(GENERAL,             "general")              /* none of these */                            \
     X(EULER,               "euler")                /* supported at its centre of mass */          \
     X(LAGRANGE,            "lagrange")             /* symmetric, com on the axis */               \
-    X(KOWALEWSKI,          "kowalewski")           /* moments as 2 : 2 : 1, com across the axis */ \
-    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments as 4 : 4 : 1, com across the axis */
-/* clang-format on */
+    X(KOWALEWSKI,          "kowalewski")           /* moments 2 : 2 : 1, com across the axis */   \
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments 4 : 4 : 1, com across the axis */
 typedef enum kr_kind {
 #define X(kind, name) KR_##kind,
     KR_KIND_LIST(X)
 #undef X
-        KR_KIND_COUNT
+    KR_KIND_COUNT
 } kr_kind;
+/* clang-format on */
 KR_API const char *kr_kind_name(kr_kind kind);
-#define KR_KIND_RTOL 1e-12 /* what the library takes for equal when it asks itself for the kind */
+/* What the library takes for equal when it asks itself for the kind. */
+#define KR_KIND_RTOL 1e-12
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
-/* Bodack (2008): the cuboid of chapter 6 */
+/* The cuboid of chapter 6 of the thesis (Bodack 2008). */
 KR_API kr_scene kr_scene_default(void);
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* Quantities of a state: a table. Vectors are seen from space, those named body_... from the
- * frame in which the body was described. Euler's angles are z-x-z: turns by precession_angle about
- * e3, by nutation about the line of nodes e3 x apex, by spin_angle about the apex. They carry the
- * axes of space to those of a frame with the apex for its third, which stays in the body: the frame
- * of description, turned to the apex the shortest way; where they are more than 120 degrees apart,
- * half a turn about the first axis and from there the shortest way. With the apex at a pole the two
- * angles about it are each half of the whole turn, up to pi. */
+/* Quantities of a state: a table to read. Vectors are seen from space, those named body_... from
+ * the frame in which the body was described. Euler's angles are z-x-z: turns by precession_angle
+ * about e3, by nutation about the line of nodes e3 x apex, and by spin_angle about the apex carry
+ * the axes of space to those of a frame that stays in the body and has the apex for its third. That
+ * is the frame of description, turned to the apex the shortest way; where the apex is more than 120
+ * degrees from its third axis, turned by half a turn about its first axis and from there the
+ * shortest way. With the apex at a pole the turn about it is shared equally between the two angles
+ * that are about one axis there. */
 enum {
     KR_TURNS = 1, /* changes when the top is turned about the vertical */
     KR_KEPT = 2,  /* an integral under gravity, of every top or of one kind */
@@ -154,7 +159,10 @@ KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_ONE = 0 };
 KR_API int kr_component_find(const char *name);
 
-/* The quantities that C programs ask for most, by functions of their own. */
+/* The quantities that C programs ask for most, by functions of their own: the angular velocity
+ * [T^-1], the torque of gravity [M L^2 T^-2], the apex, the principal axes N, B, T in space, the
+ * apex's angle with e3 [rad], kinetic and potential energy and their sum [M L^2 T^-2], <m, e3> and
+ * <m, apex> [M L^2 T^-1]. */
 KR_API kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s);
 KR_API kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s);
@@ -165,7 +173,9 @@ KR_API double kr_state_potential(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* K and G are in units of M/I1 and mass gravity |com| / I1, axis 1 along -com (thesis 5.1, 5.2). */
+/* The fourth integrals (thesis 5.1, 5.2), in units of M/I1 and mass gravity |com| / I1, axis 1
+ * along -com: K [T^-4], G [T^-3]. NaN for a body that has none; G is constant only while
+ * <m, e3> = 0. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* The energy that bobenko_suris keeps at this step: E + step <p x a, m> mass / 2 I1. NaN unless the
@@ -177,14 +187,14 @@ KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s
 /* The angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
 
-/* Methods: a table. Flags say what a method is, and which bodies it takes. */
+/* Flags of methods: X(flag, its bit, its name, what it says of a method). */
 /* clang-format off */
 #define KR_FLAG_LIST(X)                                                                           \
     X(SYMPLECTIC,        1, "symplectic",     "keeps the symplectic form")                        \
     X(REVERSIBLE,        2, "reversible",     "a step back undoes a step")                        \
     X(ADAPTIVE,          4, "adaptive",       "chooses its steps by a tolerance")                 \
     X(IMPLICIT,          8, "implicit",       "solves an equation in each step")                  \
-    X(ALGEBRAIC,        16, "algebraic",      "takes only + - * / sqrt: the same bits everywhere") \
+    X(ALGEBRAIC,        16, "algebraic",      "is + - * / sqrt alone: the same bits everywhere")   \
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
     X(DENSE,            64, "dense",          "gives the state anywhere inside its last step")    \
     X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
@@ -203,38 +213,38 @@ enum {
 KR_API unsigned kr_flag_find(const char *name); /* 0 if unknown */
 KR_API const char *kr_flag_name(unsigned flag); /* of one flag; NULL if there is none */
 KR_API const char *kr_flag_text(unsigned flag);
+
+/* Methods: a table to read. */
 typedef struct kr_method kr_method;
 KR_API size_t kr_method_count(void);
 KR_API const kr_method *kr_method_at(size_t i);
 KR_API const kr_method *kr_method_find(const char *name); /* NULL if unknown */
 KR_API const char *kr_method_name(const kr_method *method);
-KR_API const char *kr_method_text(const kr_method *method);      /* what it is */
-KR_API const char *kr_method_conserves(const kr_method *method); /* to rounding */
+KR_API const char *kr_method_text(const kr_method *method);
+KR_API const char *kr_method_conserves(const kr_method *method); /* what it keeps to rounding */
 KR_API const char *kr_method_reference(const kr_method *method);
 KR_API int kr_method_order(const kr_method *method); /* 0: chosen on the way */
 KR_API unsigned kr_method_flags(const kr_method *method);
-/* under any gravity */
+/* Whether it can move this body under any gravity; and this scene, whose gravity may be zero. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* under this one */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
 /* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the
- * grid is read by a run of its own from the grid point before it. An adaptive method likewise takes
- * the steps that it would take anyway. So a state depends neither on what else was asked for nor on
- * how the way there was divided. */
+ * grid is read by a motion of its own from the grid point before it. An adaptive method likewise
+ * takes the steps that it would take anyway. So a state depends neither on what else was asked for
+ * nor on how the way there was divided. */
 typedef struct kr_config {
-    /* the step, or the first step of an adaptive method (0: its own choice); negative: back in
-     * time [T] */
+    /* An adaptive method takes it for its first step, and chooses that itself where it is 0. A
+     * negative one leads back in time [T]. */
     double step;
-    /* adaptive: local error of a step; implicit: residual; 0: the method's own */
-    double tol;
+    double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
     int64_t max_steps; /* 0: no limit */
-    /* called at least every 256 steps and 1024 states; not 0: stop; may be NULL */
+    /* This is called at least every 256 steps and 1024 states; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* instead of tol, KR_DIGITS only: 16, 20 or 30, or what these include; 0: by tol */
-    int digits;
-    /* KR_HEADLESS, up to 16 digits: not 0 for states up to some turn about the vertical, sooner */
+    int digits; /* for KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol */
+    /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
+     * the vertical, and sooner. */
     int leave_heading;
 } kr_config;
 typedef struct kr_stats {
@@ -245,25 +255,22 @@ typedef struct kr_top kr_top;
 KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                                kr_top **top);
 KR_API void kr_top_free(kr_top *top);
-/* On failure the top stays at the last good state, not before where it was. */
-/* to the end of the method's next step */
+/* The next four move the top; on failure it stays at the last good state, not before where it was.
+ * They go to the end of the method's next step; to t; and to each of t[0], t[1], ... in the
+ * direction of the step, where `done` (may be NULL) counts the states that are good, and `low` gets
+ * what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
 KR_API kr_status kr_top_step(kr_top *top);
-KR_API kr_status kr_top_advance(kr_top *top, double t); /* to t */
-/* The states at t[0], t[1], ... in the direction of the step; `done` (may be NULL) counts those
- * that are good. */
+KR_API kr_status kr_top_advance(kr_top *top, double t);
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* The same, and what the doubles leave out: out + low has as many digits as were asked for; `t` of
- * low is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top); /* what kr_top_state leaves out */
 KR_API kr_stats kr_top_stats(const kr_top *top);
-/* how far the method has come; `poll` may ask for it */
-KR_API double kr_top_time(const kr_top *top);
-/* the instruction set, "" if any; the order in use */
+KR_API double kr_top_time(const kr_top *top); /* how far it has come; `poll` may ask for it */
+/* The instruction set in use, "" where there is no choice; and the order in use. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
@@ -283,35 +290,37 @@ typedef struct kr_term {
 } kr_term;
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* Sign changes count; below 2^-50 of its terms' size, in the start of 2^-40, g cannot be told from
- * zero. */
+/* Where the search for an event stands: memory of the top's, which its user lends. */
+typedef struct kr_event_search {
+    int64_t searched;  /* the step that was searched last; -1: none */
+    double mark, next; /* in it the search goes on from here; the place found, as a clock */
+    int side, sign;    /* of g at the mark, 0: not sure; of the change at that place, 0: none */
+} kr_event_search;
+/* Changes of sign count. What is below 2^-50 of the size of its terms, in the start 2^-40, cannot
+ * be told from zero. */
 typedef struct kr_event {
-    const kr_term *terms, *where; /* g; only where this is positive (where_count 0: everywhere) */
+    const kr_term *terms; /* g, `count` of them */
+    const kr_term *where; /* it counts only where this is positive; where_count 0: everywhere */
     size_t count, where_count;
-    /* not 0: of dg/dt in place of g, where g is largest or smallest */
-    int extremum;
-    /* 1: where g grows with time, or is smallest; -1: the other way; 0: both */
-    int direction;
-    int side, sign; /* from here on the top's own */
-    int64_t piece;
-    double mark, next;
+    int extremum;        /* not 0: where g is largest or smallest, by dg/dt in place of g */
+    int direction;       /* 1: where g grows with time, or is smallest; -1: otherwise; 0: both */
+    kr_event_search own; /* not the user's */
 } kr_event;
-/* index or -1: none; 1 or -1 */
 typedef struct kr_hit {
-    ptrdiff_t which;
-    int direction;
+    ptrdiff_t which; /* index of the event; -1: none */
+    int direction;   /* 1 or -1 */
 } kr_hit;
-/* Look for these, which must outlive the top or the next call; the path is the same to the last
- * bit. KR_ERR_METHOD for other methods; without the heading only for what does not turn about the
- * vertical. */
+/* Watches for these events, which must outlive the top or the next call; the path is the same to
+ * the last bit. KR_ERR_METHOD for methods other than taylor; without the heading only for what does
+ * not turn about the vertical. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* as kr_top_advance, to the next event at most */
+/* Moves to the next event, or to t if that comes first. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top
- * and of any body on which no torque acts (KR_ERR_METHOD for others). A plan is a value, made once;
- * to read it needs no memory and cannot fail: a time that is not finite gives a state of NaN. What
- * follows `spin` is the plan's own. */
+ * and of any body on which no torque acts (KR_ERR_METHOD for others). It is a value, made once; to
+ * read it needs no memory and cannot fail: a time that is not finite gives a state of NaN. What
+ * follows `spin` is its own. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
@@ -320,8 +329,7 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 typedef struct kr_exact {
-    /* of the nutation, from lowest to lowest; INFINITY if the axis keeps its height [T] */
-    double period;
+    double period; /* of the nutation, from lowest to lowest; INFINITY if there is none [T] */
     /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. Without torque: of the axis that circulates (the odd one of a symmetric body),
      * taken on the momentum's side, about the momentum. At a pole that the axis passes it turns by
@@ -336,21 +344,21 @@ typedef struct kr_exact {
     kr_vec3 constant;
     kr_quat frame[4];
 } kr_exact;
-KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *plan);
-KR_API kr_state kr_exact_state(const kr_exact *plan, double t);
-/* The same bits, faster. */
-KR_API void kr_exact_states(const kr_exact *plan, size_t n, const double t[], kr_state out[]);
+KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
+KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
+/* Many states at once have the same bits, and come faster. */
+KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* The k-th state of bobenko_suris, at once, k of either sign; its own period, precession and spin
- * are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26 to a
- * separatrix of the map at this step, where double-double does not suffice. */
+/* The k-th state of bobenko_suris, at start.t + k step, at once, k of either sign; the map's own
+ * period, precession and spin are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer
+ * than k'^2 = 1e-26 to a separatrix of the map at this step, where double-double does not
+ * suffice. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;
     kr_theta pole;
 } kr_exact_map;
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
-/* at start.t + k step */
 KR_API kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k);
 
 #ifdef __cplusplus

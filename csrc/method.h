@@ -1,34 +1,36 @@
-/* What a method is: how to step. One method = one file in methods/ and one line in
- * methods.def. A method sees a run: the top in its working axes and own units. Everything above
- * that - the user's frame, his units and clock, landing, limits, finiteness, interruption, the last
- * good state - belongs to the driver (top.c). */
+/* What a method is: how to step. One method is one file in methods/ and one line in methods.def. A
+ * method sees a motion: the top in its working axes and own units. Everything above that - the
+ * user's frame, his units and clock, landing, limits, finiteness, interruption, the last good state
+ * - belongs to the driver. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "numbers/su2.h"
 
+/* Working axes are principal; T lies along the odd axis of a symmetric body, else B along that of
+ * the middle moment. Units are powers of two in which the largest moment and the top's rate are
+ * about one; for KR_ABSOLUTE the unit of time is the user's. */
 typedef struct kr_motion {
-    /* Working axes: principal; T along the odd axis of a symmetric body, else B along that of the
-     * middle moment. Units: powers of two in which the largest moment and the top's rate are about
-     * one (KR_ABSOLUTE: the user's time). */
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     double step, tol; /* from the config; tol 0: the method's own */
     double clock;     /* time since the start; kept by adaptive methods only */
-    /* KR_HEADLESS only: q and m up to a turn about the vertical, the same for both */
-    int leave_heading;
-    /* KR_DIGITS only, 0: as `tol` says. Above 16 also what doubles leave out: */
-    int digits;
-    kr_vec3 lever_low; /* of the lever, */
-    /* of the start at `reset`; of the clock at `at`, and of the state that it gives */
-    kr_state low;
     kr_stats stats;
-    /* the user's, as it was last set: for what must not lose a bit on the way to own units */
-    const kr_scene *scene;
-    /* the method's, too, but no number: what another library keeps, a kernel; freed by `done` */
-    void *aux;
-    /* the method's memory: method->work doubles, no pointers; the main run's on a multiple of 64
-     * bytes */
+    /* The method's memory: method->work doubles, no pointers, in the main motion on a multiple of
+     * 64 bytes. */
     double *work;
+    /* What the method keeps beside numbers: another library's memory, a kernel. `done` frees it. */
+    void *aux;
+    /* KR_HEADLESS methods give q and m up to a turn about the vertical, the same for both. */
+    int leave_heading;
+    /* KR_DIGITS methods go by these where they are not 0, instead of by tol. Above 16 they add what
+     * doubles leave out: of the lever; in `low` of the start at `reset`, of the clock at `at`, and
+     * there of the state that it gives. */
+    int digits;
+    kr_vec3 lever_low;
+    kr_state low;
+    /* The user's scene as it was last set, for a closed form, which must not lose a bit on the way
+     * to own units. */
+    const kr_scene *scene;
 } kr_motion;
 
 /* The last step of a method that has one: a polynomial in tau = (clock - begin) * rate, up to tau =
@@ -36,34 +38,37 @@ typedef struct kr_motion {
 enum { KR_PIECE_MOST = 40 };
 typedef struct kr_piece {
     int order; /* at most KR_PIECE_MOST */
-    /* coefficients of (q | 0, P) and (0, W): attitude, vertical in the body, */
+    /* Coefficients of (q | 0, P) and of (0, W): the attitude, the vertical seen from the body, and
+     * the angular velocity there over `rate`, which is less than 1. */
     const double (*x)[8], (*w)[4];
-    /* angular velocity there over `rate`, less than 1; their values at the end */
-    double end_x[8], end_w[4];
-    double rate, begin, end, span; /* begin, end: clocks */
-    /* c += a b, up to number `order` and somewhat further; zeros before b and after all three. */
+    double end_x[8], end_w[4]; /* their values at the end */
+    double rate, span;
+    double begin, end; /* clocks */
+    /* c += a b, up to number `order` and somewhat further; zeros stand before b and after all. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_piece;
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
-    unsigned flags;
+    unsigned flags; /* without KR_DENSE, which follows from `at` */
     size_t work;
-    /* Begin anew at a state (q, m; its t is not used): at the start, and whenever the state is
+    /* Begins anew at a state (q, m; its t is not used): at the start, and whenever the state is
      * set. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
-    /* One step: of run->step, or of an adaptive method's own choice, which ends at clock = until
-     * where that comes first. A KR_DENSE one may pass `until`; it sees to finiteness itself and
-     * leaves the run as it was where it fails. */
+    /* Makes one step: of motion->step, or of an adaptive method's own choice, which ends at clock =
+     * until where that comes first. A dense method may pass `until`; it sees to finiteness itself
+     * and leaves the motion as it was where it fails. */
     kr_status (*step)(kr_motion *motion, double until);
-    /* q and m after the last step; q of unit length. Changes nothing. */
+    /* Gives q and m after the last step, q of unit length. Changes nothing. */
     void (*read)(const kr_motion *motion, kr_state *s);
-    /* KR_DENSE only: the same at a clock inside the last step. */
+    /* Gives q and m at a clock inside the last step. NULL: the method is not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
-    kr_piece (*piece)(const kr_motion *motion); /* KR_DENSE only; NULL: it has none */
-    void (*done)(kr_motion *motion);            /* give back aux; may be NULL */
-    /* that the run uses, and its order; may be NULL */
+    /* Gives the last step of a dense method as a polynomial. NULL: it has none. */
+    kr_piece (*piece)(const kr_motion *motion);
+    /* Gives back aux. May be NULL. */
+    void (*done)(kr_motion *motion);
+    /* Names the kernel in use, and its order. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
@@ -71,6 +76,7 @@ struct kr_method {
 #include "methods.def"
 #undef X
 
+/* The torque at an attitude: e3 x (q lever q*). */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)
 {
     const kr_vec3 a = q_turn(q, motion->lever);

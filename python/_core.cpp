@@ -1,5 +1,6 @@
-// Thin: one Python name per C function; no numerics, no defaults, no messages.
-// States are an (n, 8) array, shared and not copied; bodies and scenes are blocks of bytes.
+// The binding is thin: it has no numerics, no defaults, no messages. What the core has as a table
+// Python gets as one. States are an (n, 8) array, shared and not copied; bodies and scenes are
+// blocks of bytes.
 #include <string>
 #include <vector>
 #include "arrays.hpp"

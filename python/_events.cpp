@@ -1,5 +1,5 @@
-// Runs that look for events. An event comes from Python as (terms, where, extremum, direction, most,
-// terminal), a term as (factor, of, times), numbers of `components`.
+// Runs that look for events. An event comes from Python as (terms, where, extremum, direction,
+// most, terminal), a term as (factor, of, times) with numbers from `components`.
 #include <vector>
 #include "watch.hpp"
 

@@ -1,5 +1,5 @@
-/* In and out of own units with more digits than a double has, for runs that ask for them;
- * top.c does it for all others. Everything that the user gave is meant to the last bit; what is
+/* In and out of own units with more digits than a double has, for motions that ask for them; top.c
+ * does it for all others. Everything that the user gave is meant to the last bit; what is
  * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
  * principal ones, which no rounding separates from the moments. */
 #include "numbers/su2_dd.h"
@@ -12,32 +12,32 @@ static quat_dd axes_of(const kr_top *top)
 
 void kr_deep_lever(kr_top *top, double moment)
 {
-    const kr_body *b = &top->scene.body;
+    const kr_body *body = &top->scene.body;
     int power;
-    const double mass = frexp(b->mass, &power),
+    const double mass = frexp(body->mass, &power),
                  unit = top->time_unit * top->time_unit * (ldexp(1.0, power) / moment);
     const dd weight = two_product(unit * top->scene.gravity, mass);
-    const dd lever[3] = {dd_times(b->com.x, weight), dd_times(b->com.y, weight),
-                         dd_times(b->com.z, weight)};
+    const dd lever[3] = {dd_times(body->com.x, weight), dd_times(body->com.y, weight),
+                         dd_times(body->com.z, weight)};
     top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
     top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
 }
-kr_state kr_deep_in(kr_top *top, const kr_state *s)
+kr_state kr_deep_in(kr_top *top, const kr_state *start)
 {
-    const quat_dd start = q_dd(s->q, q4(0.0, v3(0.0, 0.0, 0.0)));
-    const quat_dd q = qdd_unit(top->turned ? qdd_mul(start, axes_of(top)) : start);
+    const quat_dd given = q_dd(start->q, q4(0.0, v3(0.0, 0.0, 0.0)));
+    const quat_dd q = qdd_unit(top->turned ? qdd_mul(given, axes_of(top)) : given);
     const kr_state low = {0.0, qdd_low(q), {0.0, 0.0, 0.0}};
-    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum_unit, s->m)};
+    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum_unit, start->m)};
     top->main.low = low;
     return own;
 }
-void kr_deep_out(kr_top *top, kr_state *s)
+void kr_deep_out(kr_top *top, kr_state *state)
 {
     const kr_state *low = &top->main.low;
-    const quat_dd own = q_dd(s->q, low->q),
+    const quat_dd own = q_dd(state->q, low->q),
                   q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
-    s->q = qdd_high(q);
-    s->m = v_scale(top->momentum_unit, s->m);
+    state->q = qdd_high(q);
+    state->m = v_scale(top->momentum_unit, state->m);
     top->low.t = 0.0;
     top->low.q = qdd_low(q);
     top->low.m = v_scale(top->momentum_unit, low->m);

@@ -1,6 +1,6 @@
 /* The table of methods, made of methods.def, and the bodies that each takes. */
-#include "model/body.h"
 #include "method.h"
+#include "model/body.h"
 
 static const kr_method *const methods[] = {
 #define X(id) &kr_method_##id,
@@ -15,27 +15,31 @@ const kr_method *kr_method_find(const char *name)
         if (strcmp(methods[i]->name, name) == 0) return methods[i];
     return NULL;
 }
-const char *kr_method_name(const kr_method *m) { return m->name; }
-const char *kr_method_text(const kr_method *m) { return m->text; }
-const char *kr_method_conserves(const kr_method *m) { return m->conserves; }
-const char *kr_method_reference(const kr_method *m) { return m->reference; }
-int kr_method_order(const kr_method *m) { return m->order; }
-unsigned kr_method_flags(const kr_method *m) { return m->flags | (m->at ? KR_DENSE : 0); }
-
-int kr_method_applies(const kr_method *m, const kr_body *body)
+const char *kr_method_name(const kr_method *method) { return method->name; }
+const char *kr_method_text(const kr_method *method) { return method->text; }
+const char *kr_method_conserves(const kr_method *method) { return method->conserves; }
+const char *kr_method_reference(const kr_method *method) { return method->reference; }
+int kr_method_order(const kr_method *method) { return method->order; }
+unsigned kr_method_flags(const kr_method *method)
 {
-    if (!m || kr_body_check(body) != KR_OK) return 0;
-    const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
-    const kr_vec3 i = kr_body_working(body).inertia;
-    const int symmetric = fabs(i.x - i.y) <= KR_KIND_RTOL * i.x;
-    if (m->flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
-    if (m->flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
-    if (m->flags & KR_SYMMETRIC_ONLY) return symmetric;
-    return !(m->flags & KR_EULER_ONLY) || kind == KR_EULER;
+    return method->flags | (method->at ? KR_DENSE : 0);
 }
-int kr_method_suits(const kr_method *m, const kr_scene *scene)
+
+int kr_method_applies(const kr_method *method, const kr_body *body)
 {
-    if (!m || kr_scene_check(scene) != KR_OK) return 0;
-    return (m->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
-           kr_method_applies(m, &scene->body);
+    if (!method || kr_body_check(body) != KR_OK) return 0;
+    const unsigned flags = method->flags;
+    const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
+    const kr_vec3 moments = kr_body_working(body).inertia;
+    const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
+    if (flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
+    if (flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
+    if (flags & KR_SYMMETRIC_ONLY) return symmetric;
+    return !(flags & KR_EULER_ONLY) || kind == KR_EULER;
+}
+int kr_method_suits(const kr_method *method, const kr_scene *scene)
+{
+    if (!method || kr_scene_check(scene) != KR_OK) return 0;
+    return (method->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
+           kr_method_applies(method, &scene->body);
 }

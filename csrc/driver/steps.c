@@ -1,22 +1,24 @@
-/* The driver's lower half: main's steps, and its last good state. Every CHECK steps a
- * fixed-step run is looked at and kept: a state that is not finite stays so, hence one look in many
- * steps misses nothing, and a run that failed is repeated from where it was kept to find its last
- * good state. An adaptive run is looked at in every step, a dense one looks after itself. */
+/* The driver's lower half: main's steps, and its last good state. Every CHECK steps a fixed-step
+ * motion is inspected and kept: a state that is not finite stays so, hence one inspection in many
+ * steps misses nothing, and a motion that failed is repeated from where it was kept to find its
+ * last good state. An adaptive motion is inspected in every step; a dense one by its method. */
 #include "top.h"
 
 enum { CHECK = 256 };
 
-static int is_finite(const kr_state *s)
+static int is_finite(const kr_state *state)
 {
-    return isfinite(q_dot(s->q, s->q) + (fabs(s->m.x) + fabs(s->m.y) + fabs(s->m.z)));
+    const kr_vec3 m = state->m;
+    return isfinite(q_dot(state->q, state->q) + (fabs(m.x) + fabs(m.y) + fabs(m.z)));
 }
 static int is_good(const kr_top *top)
 {
-    kr_state s;
-    top->method->read(&top->main, &s);
-    return is_finite(&s);
+    kr_state state;
+    top->method->read(&top->main, &state);
+    return is_finite(&state);
 }
 
+/* Copies all but what points to memory: each motion has its own. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -26,42 +28,42 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-static void plan_look(kr_top *top)
+static void set_inspection(kr_top *top)
 {
-    const int64_t limit = top->config.max_steps, next = top->kept_k + CHECK;
-    top->look_at = limit > 0 && limit < next ? limit : next;
+    const int64_t limit = top->config.max_steps, next = top->kept_steps + CHECK;
+    top->inspect_at = limit > 0 && limit < next ? limit : next;
 }
 void kr_steps_keep(kr_top *top)
 {
     if (!top->method->at) copy_motion(&top->kept, &top->main, top->method->work);
-    top->kept_k = top->k;
-    plan_look(top);
+    top->kept_steps = top->steps;
+    set_inspection(top);
 }
 static void go_back(kr_top *top)
 {
     copy_motion(&top->main, &top->kept, top->method->work);
-    top->k = top->kept_k;
-    plan_look(top);
+    top->steps = top->kept_steps;
+    set_inspection(top);
 }
 static kr_status one_step(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
-    if (status == KR_OK) top->k++;
+    if (status == KR_OK) top->steps++;
     return status;
 }
 kr_status kr_steps_recover(kr_top *top)
 {
-    const int64_t failed = top->k + 1;
+    const int64_t failed = top->steps + 1;
     kr_status status = KR_OK;
-    int64_t good = top->kept_k;
+    int64_t good = top->kept_steps;
     go_back(top);
-    while (top->k < failed && status == KR_OK) {
+    while (top->steps < failed && status == KR_OK) {
         status = one_step(top, 0.0);
         if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
-        if (status == KR_OK) good = top->k;
+        if (status == KR_OK) good = top->steps;
     }
     go_back(top);
-    while (top->k < good) one_step(top, 0.0);
+    while (top->steps < good) one_step(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_stopped(kr_top *top)
@@ -70,30 +72,31 @@ int kr_steps_stopped(kr_top *top)
 }
 static kr_status ask_on(kr_top *top)
 {
+    const int64_t limit = top->config.max_steps;
     if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
-    return top->config.max_steps > 0 && top->k >= top->config.max_steps ? KR_ERR_LIMIT : KR_OK;
+    return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* See that main is finite, keep it, and ask whether to go on. */
-static kr_status look(kr_top *top)
+/* Sees that main is finite, keeps it, and asks whether to go on. */
+static kr_status inspect(kr_top *top)
 {
     if (!is_good(top)) return kr_steps_recover(top);
     kr_steps_keep(top);
     return ask_on(top);
 }
 
-kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s)
+kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *state)
 {
-    while (top->k < goal) {
-        const kr_status status = top->k >= top->look_at ? look(top) : KR_OK;
+    while (top->steps < goal) {
+        const kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
         if (status != KR_OK) return status;
         if (one_step(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
-    top->method->read(&top->main, s);
+    top->method->read(&top->main, state);
     return KR_OK;
 }
 kr_status kr_steps_adaptive(kr_top *top)
 {
-    kr_status status = look(top);
+    kr_status status = inspect(top);
     if (status != KR_OK) return status;
     top->method->read(&top->main, &top->before);
     top->before_clock = top->main.clock;
@@ -105,7 +108,7 @@ kr_status kr_steps_adaptive(kr_top *top)
 kr_status kr_steps_dense(kr_top *top, double until)
 {
     kr_status status = KR_OK;
-    if (top->k >= top->look_at) {
+    if (top->steps >= top->inspect_at) {
         kr_steps_keep(top);
         status = ask_on(top);
     }
@@ -115,21 +118,21 @@ kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_sta
 {
     const kr_method *method = top->method;
     kr_motion *side = &top->side;
-    const kr_stats none = {0, 0, 0, 0};
-    kr_status status = top->k >= top->look_at ? look(top) : KR_OK;
+    kr_stats *total = &top->main.stats;
+    kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
     if (status != KR_OK) return status;
     copy_motion(side, &top->main, 0);
     side->step = span;
     side->clock = 0.0;
-    side->stats = none;
+    side->stats = (kr_stats){0};
     status = method->reset(side, from);
     if (status == KR_OK) status = method->step(side, span);
     while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span)
         status = method->step(side, span);
-    top->main.stats.evaluations += side->stats.evaluations;
-    top->main.stats.rejected += side->stats.rejected;
-    top->main.stats.iterations += side->stats.iterations;
-    top->look_at--;
+    total->evaluations += side->stats.evaluations;
+    total->rejected += side->stats.rejected;
+    total->iterations += side->stats.iterations;
+    top->inspect_at--; /* so that many times between two points are inspected now and then, too */
     if (status != KR_OK) return status;
     method->read(side, end);
     return is_finite(end) ? KR_OK : KR_ERR_NOT_FINITE;

@@ -1,55 +1,81 @@
-/* A top in motion, as the driver sees it. Shared by top.c (the user's side) and steps.c
- * (the methods' side). */
+/* A top in motion, as the driver sees it. Shared by top.c (the user's side), steps.c (the methods'
+ * side), deep.c (more digits than a double has), checkpoint.c and events/. */
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
 
 struct kr_top {
-    kr_scene scene;
+    /* Here a checkpoint begins. */
+    kr_scene scene; /* the user's, with the start that was last set */
     const kr_method *method;
     kr_config config;
-    kr_quat axes;                    /* working axes -> frame of description */
-    int turned;                      /* whether they differ */
-    double time_unit, momentum_unit; /* the own units in the user's: [T], [M L^2 T^-1] */
-    double forward;                  /* 1, or -1 back in time */
-    /* kept: main as it was when last looked at; dense methods need main alone */
-    kr_motion main, side, kept;
-    /* main's steps, which are its point on the grid; then; when to look again */
-    int64_t k, kept_k, look_at;
-    /* adaptive: the state, own units, from which main's last step began, */
-    kr_state before;
-    double before_clock; /* and when */
-    double asked;        /* the time that was asked for last, */
-    /* and the state there, the user's; and what its doubles leave out */
-    kr_state now, low;
-    kr_event *events; /* what is watched, the user's memory */
-    size_t watched;
-    kr_vec3 apex; /* towards the centre of mass, working axes; for these */
-    double memory[];
+    kr_quat axes;         /* working axes -> frame of description */
+    int turned;           /* whether these two differ */
+    double time_unit;     /* the top's own, in the user's [T] */
+    double momentum_unit; /* the top's own, in the user's [M L^2 T^-1] */
+    double forward;       /* 1, or -1 back in time */
+    kr_motion main;       /* the top under way */
+    kr_motion side;       /* a motion from one of main's points to a time between them */
+    kr_motion kept;       /* main as it was inspected last; dense methods need main alone */
+    int64_t steps;        /* done by main, which are its point on the grid */
+    int64_t kept_steps;   /* done when main was kept */
+    int64_t inspect_at;   /* the number of steps at which main is inspected again */
+    kr_state before;      /* adaptive: where main's last step began, own units */
+    double before_clock;  /* adaptive: main's clock there */
+    double asked;         /* the time that was asked for last */
+    kr_state now;         /* the state at that time, the user's */
+    kr_state low;         /* what the doubles of `now` leave out */
+    /* Here a checkpoint ends. */
+    kr_event *events; /* what is watched: the user's memory */
+    size_t watched;   /* how many events these are */
+    kr_vec3 apex;     /* unit vector towards the centre of mass, working axes; for the events */
+    double memory[];  /* the motions' work */
 };
 
-/* With more digits than a double has: main's lever, in units of `moment`; */
-void kr_deep_lever(kr_top *top, double moment);
-/* a start into own units, with main's `low`; and a state out of them, with the top's `low`. */
-kr_state kr_deep_in(kr_top *top, const kr_state *start);
-void kr_deep_out(kr_top *top, kr_state *s);
+/* The format of a checkpoint: the fields above as they lie in memory, at these bytes where pointers
+ * have eight, and with zeros for pointers; then the work of main, and of kept where it is needed.
+ * To move a field is to change the format, and takes a change of these numbers. */
+/* clang-format off */
+#define KR_SAVED_TOP(X)                                                                           \
+    X(scene, 0)            X(method, 160)         X(config, 168)         X(axes, 216)             \
+    X(turned, 248)         X(time_unit, 256)      X(momentum_unit, 264)  X(forward, 272)          \
+    X(main, 280)           X(side, 504)           X(kept, 728)           X(steps, 952)            \
+    X(kept_steps, 960)     X(inspect_at, 968)     X(before, 976)         X(before_clock, 1040)    \
+    X(asked, 1048)         X(now, 1056)           X(low, 1120)
+#define KR_SAVED_CONFIG(X)                                                                        \
+    X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
+    X(context, 32)         X(digits, 40)          X(leave_heading, 44)
+#define KR_SAVED_MOTION(X)                                                                        \
+    X(inertia, 0)          X(lever, 24)           X(step, 48)            X(tol, 56)               \
+    X(clock, 64)           X(stats, 72)           X(work, 104)           X(aux, 112)              \
+    X(leave_heading, 120)  X(digits, 124)         X(lever_low, 128)      X(low, 152)              \
+    X(scene, 216)
+/* clang-format on */
 
-/* After a failure on the way to t: main's own state, where it is further than what was asked for
- * last. */
+/* The ways in and out for more digits than a double has. This one sets main's lever, in
+ * units of `moment`. */
+void kr_deep_lever(kr_top *top, double moment);
+/* Takes a start into own units, and what doubles leave out of it into main's `low`. */
+kr_state kr_deep_in(kr_top *top, const kr_state *start);
+/* Takes a state of main's out of own units, and what doubles leave out into the top's `low`. */
+void kr_deep_out(kr_top *top, kr_state *state);
+
+/* After a failure on the way to t this makes main's own state the top's, where it is further than
+ * what was asked for last. */
 void kr_top_come_up(kr_top *top, double t);
-/* Main failed, or is not finite, since it was kept: back there, and on as far as all is well. Says
- * what failed. */
+/* Main failed, or is not finite, since it was kept: this goes back there, and on as far as all is
+ * well. It says what failed. */
 kr_status kr_steps_recover(kr_top *top);
-/* Main, on to grid point `goal`, and its state there. */
-kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *s);
-/* Main, on by one step of an adaptive method. */
+/* Moves main to grid point `goal` and gives its state there. */
+kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *state);
+/* Moves main by one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Main, on by one step of a dense method, which may pass `until`. */
+/* Moves main by one step of a dense method, which may pass `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* The state `span` after `from`, by a run of its own; own units. */
+/* Gives the state `span` after `from`, by a motion of its own; all in own units. */
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end);
-/* Whether the user wants to stop. */
+/* Says whether the user wants to stop. */
 int kr_steps_stopped(kr_top *top);
-/* Keep main as it is. */
+/* Keeps main as it is. */
 void kr_steps_keep(kr_top *top);
 #endif

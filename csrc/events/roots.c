@@ -8,10 +8,10 @@
 
 typedef enum outcome { NONE, FOUND, UNDECIDED } outcome;
 enum { MOST_STEPS = 60 };
-/* of a root; of an interval that is halved, */
-static const double RESOLUTION = 0x1p-54, NARROWEST = 0x1p-48;
-/* while the last terms, this part of all, are left out */
-static const double NARROW = 0x1p-5, TAIL = 0x1p-10;
+static const double RESOLUTION = 0x1p-54; /* of a root */
+static const double NARROWEST = 0x1p-48;  /* interval that is halved */
+static const double NARROW = 0x1p-5;      /* the narrowest while the last terms are left out */
+static const double TAIL = 0x1p-10;       /* the part of all slopes that these terms may have */
 
 static double value(const double *c, int degree, double s)
 {
@@ -29,7 +29,8 @@ static double value_and_slope(const double *c, int degree, double s, double *slo
     *slope = d;
     return p;
 }
-/* Newton's steps where they stay inside, else halves. `side` is the sign at the lower end. */
+/* Finds a root by Newton's steps where they stay inside, else by halves. The sign at the lower end
+ * is `side`. */
 static double polish(const kr_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -46,7 +47,7 @@ static double polish(const kr_search *r, double low, double high)
     }
     return s;
 }
-/* The value at a point; true if the sign is surely another there than at the mark. */
+/* Takes note of the value at a point; true if the sign is surely another there than at the mark. */
 static int take(kr_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -56,8 +57,8 @@ static int take(kr_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Of one sign, as surely as its end; without a turning point; or zero as far as can be told. Either
- * way its end tells all that there is to know of it. */
+/* Whether the polynomial on an interval is of one sign, as surely as at its end; or has no turning
+ * point; or is zero as far as can be told. Each way its end tells all that there is to know. */
 static int is_plain(const kr_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -75,7 +76,7 @@ static int is_plain(const kr_search *r, const double *b, double width)
     }
     return rising | falling;
 }
-/* b: coefficients in Bernstein's basis on [low, high]; they are used up. */
+/* Searches [low, high], where b holds the coefficients in Bernstein's basis and is used up. */
 static outcome search(kr_search *r, double *b, double low, double high)
 {
     const int n = r->used;
@@ -106,7 +107,7 @@ static outcome search_terms(kr_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search(r, b, 0.0, 1.0);
 }
-/* Leave out the last terms, as many as do not matter at first. */
+/* Leaves out the last terms, as many as do not matter at first. */
 static void cut(kr_search *r)
 {
     double slopes = 0.0;

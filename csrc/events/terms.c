@@ -1,14 +1,17 @@
-/* A sum of products of two quantities, as a polynomial over a step by Cauchy products of the
- * series' own coefficients. Seen from the body all quantities are linear in (q, P, W). In space,
- * with e a unit vector there and v in the body,
+/* A sum of products of two components, as a polynomial over a step by Cauchy products of the
+ * series' own coefficients. What is seen from the body is linear in (q, P, W): attitude, vertical,
+ * angular velocity. In space, with e a unit vector there and v one in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * Kept in the units of the step, powers of two in which every quantity is at most one. */
+ * Numbers are in the units of the step, powers of two in which every component is at most one. */
 #include "model/quantities.h"
 #include "terms.h"
 
-enum { PAD = 8, ROOM = KR_TERMS_ROOM }; /* zeros before and after what is multiplied */
+/* Zeros stand before and after what is multiplied. */
+enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double series[PAD + ROOM];
 
+/* A step up to some order, in the letters of kr_piece; c stands for coefficients that are added
+ * to. */
 typedef struct view {
     const kr_top *top;
     double rate;
@@ -18,14 +21,13 @@ typedef struct view {
 } view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* The unit of a component, by its quantity's dimension: a power of two. */
+/* The unit of a component, a power of two. Its dimension is none, that of a rate or a momentum's,
+ * which the first letter tells. */
 static double unit_of(const kr_top *top, double rate, int number)
 {
     if (number == KR_ONE) return 1.0;
-    const kr_component c = kr_component_of(number);
-    const char *dimension = kr_quantity_dimension(kr_quantity_at((size_t)c.quantity));
-    if (strcmp(dimension, "M L^2 T^-1") == 0) return top->momentum_unit * rate;
-    return strcmp(dimension, "T^-1") == 0 ? rate / top->time_unit : 1.0;
+    const char letter = *kr_quantities[kr_component_of(number).quantity].dimension;
+    return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
 }
 static double dot4(kr_quat a, const double b[4])
 {
@@ -48,7 +50,7 @@ static void multiply(const view *v, const double *a, const double *b, double *c)
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* What is linear in the attitude, in the vertical and in the velocity seen from the body. */
+/* These three add what is linear in the attitude, the vertical and the velocity. */
 static void add_of_attitude(const view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
@@ -66,30 +68,35 @@ static kr_quat described_axis(const view *v, int axis)
 {
     return pure(q_turn_back(v->top->axes, unit_vector(axis)));
 }
+/* Makes zeros of all that no coefficient will be written to. */
 static void clear(const view *v, series s)
 {
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
-/* The component of a vector that is fixed in the body along axis 0, 1 or 2 of space. */
+static void set(series s[4], int n, kr_quat q)
+{
+    s[0][PAD + n] = q.w;
+    s[1][PAD + n] = q.x;
+    s[2][PAD + n] = q.y;
+    s[3][PAD + n] = q.z;
+}
+/* Adds the component along axis 0, 1 or 2 of space of a vector that is fixed in the body. */
 static void add_turned(const view *v, int axis, kr_vec3 body, double *c)
 {
     series left[4], right[4];
     for (int i = 0; i < 4; i++) clear(v, left[i]), clear(v, right[i]);
     for (int n = 0; n <= v->order; n++) {
-        const kr_quat q = attitude(v, n), r = q_mul(q, pure(body));
+        const kr_quat q = attitude(v, n);
         const kr_quat by_axis[3] = {
             {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
-        const kr_quat l = by_axis[axis];
-        left[0][PAD + n] = l.w, left[1][PAD + n] = l.x, left[2][PAD + n] = l.y,
-                      left[3][PAD + n] = l.z;
-        right[0][PAD + n] = r.w, right[1][PAD + n] = r.x, right[2][PAD + n] = r.y,
-                       right[3][PAD + n] = r.z;
+        set(left, n, by_axis[axis]);
+        set(right, n, q_mul(q, pure(body)));
     }
     for (int i = 0; i < 4; i++) multiply(v, left[i] + PAD, right[i] + PAD, c);
 }
 
-/* The quantities, one component each: c gets factor times its series. */
+/* One function for each quantity that has KR_SERIES adds factor times the series of a component. */
 static void add_q(const view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -135,6 +142,7 @@ static void add_spin(const view *v, double factor, int axis, double *c)
     (void)axis;
     add_of_velocity(v, q_scale(factor, pure(v->top->apex)), c);
 }
+/* Adds factor times a component's series. Each quantity with KR_SERIES has its line here. */
 static void add(const view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const view *, double, int, double *) = {
@@ -159,7 +167,7 @@ double kr_terms_size(const kr_top *top, const kr_piece *piece, size_t n, const k
     for (size_t i = 0; i < n; i++) size += fabs(factor_of(top, piece->rate, &terms[i]));
     return size;
 }
-/* The terms from `t` on that share their first quantity, which varies with some of the others. */
+/* Adds the terms from `t` on, which share their first component and have others that vary. */
 static void add_products(const view *v, const kr_term *t, const kr_term *end, double *c)
 {
     series of, times;
@@ -169,7 +177,7 @@ static void add_products(const view *v, const kr_term *t, const kr_term *end, do
     for (; t < end; t++) add(v, factor_of(v->top, v->rate, t), t->times, times + PAD);
     multiply(v, of + PAD, times + PAD, c);
 }
-/* g as a series in tau. */
+/* Gives g as a series in tau. Terms that share their first component are multiplied at once. */
 static void sum(const view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -185,7 +193,7 @@ static void sum(const view *v, const kr_event *e, double *c)
             add(v, factor_of(v->top, v->rate, i), i->of == KR_ONE ? i->times : i->of, c);
     }
 }
-/* What the next step begins with: the first coefficients at the end of this one. */
+/* Gives the first coefficients at the end of this step, with which the next one begins. */
 static void sum_at_end(const kr_top *top, const kr_piece *p, const kr_event *e, double *c)
 {
     const kr_vec3 A = top->main.inertia,
@@ -204,6 +212,7 @@ static void sum_at_end(const kr_top *top, const kr_piece *p, const kr_event *e, 
 }
 int kr_terms_polynomial(const kr_top *top, const kr_piece *p, const kr_event *e, double c[])
 {
+    /* Even and odd terms are summed apart: their chains of operations run side by side. */
     const view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];

@@ -4,12 +4,12 @@
 #include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_PIECE_MOST + 16 };
-/* A bound of the function as the units of this step give it; 0 or not finite: there is none to look
- * for. */
+/* Gives a bound of the function in the units of this step. If it is 0 or not finite, there is
+ * nothing to look for. */
 double kr_terms_size(const kr_top *top, const kr_piece *piece, size_t n, const kr_term terms[]);
-/* g, or for an extremum dg/ds, as a polynomial in s = 0 .. 1 over the step; its degree. It ends
- * where that of the next step begins, to rounding, however loose the tolerance. c has
- * KR_TERMS_ROOM. */
+/* Gives g, or for an extremum dg/ds, as a polynomial in s = 0 .. 1 over the step, and returns its
+ * degree. The polynomial ends where that of the next step begins, to rounding, however loose the
+ * tolerance. c has KR_TERMS_ROOM. */
 int kr_terms_polynomial(const kr_top *top, const kr_piece *piece, const kr_event *event,
                         double c[]);
 #endif

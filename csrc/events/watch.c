@@ -1,13 +1,13 @@
-/* On from event to event. Each step is made as ever and then searched, so that the path
- * does not know of it; every event keeps the next place found in the last step, and is searched
- * again from there when that has passed. */
+/* The way from event to event. Each step is made as ever and then searched, so that the path does
+ * not know of it; every event keeps the next place found in the last step, and is searched again
+ * from there when that has passed. */
 #include "model/quantities.h"
 #include "roots.h"
 #include "terms.h"
 
-/* Parts of the function's size: what rounding makes; what a start may be off the event that it was
- * put on. */
-static const double unsure = 0x1p-50, at_start = 0x1p-40;
+/* Parts of the function's size. */
+static const double unsure = 0x1p-50;   /* what rounding makes */
+static const double at_start = 0x1p-40; /* what a start may be off the event that it was put on */
 
 static double clock_at(const kr_top *top, double t)
 {
@@ -41,46 +41,54 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
     for (size_t i = 0; i < n; i++) {
         const kr_piece piece = top->method->piece(&top->main);
-        const kr_event *e = &events[i];
-        if (e->direction < -1 || e->direction > 1) return KR_ERR_ARGUMENT;
-        if (!are_terms(top, &piece, e->count, e->terms)) return KR_ERR_ARGUMENT;
-        if (e->where_count > 0 && !are_terms(top, &piece, e->where_count, e->where))
+        const kr_event *event = &events[i];
+        if (event->direction < -1 || event->direction > 1) return KR_ERR_ARGUMENT;
+        if (!are_terms(top, &piece, event->count, event->terms)) return KR_ERR_ARGUMENT;
+        if (event->where_count > 0 && !are_terms(top, &piece, event->where_count, event->where))
             return KR_ERR_ARGUMENT;
     }
-    for (size_t i = 0; i < n; i++) events[i].piece = -1;
+    for (size_t i = 0; i < n; i++) events[i].own.searched = -1;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     top->events = events;
     top->watched = n;
     return KR_OK;
 }
 
-/* The next place in the last step, from the event's mark on; sign 0 if there is none. */
-static void find(const kr_top *top, const kr_piece *piece, kr_event *e)
+/* Finds the next place in the last step, from the event's mark on; sign 0 if there is none. */
+static void find(const kr_top *top, const kr_piece *piece, kr_event *event)
 {
-    double c[KR_TERMS_ROOM];
-    const double size = kr_terms_size(top, piece, e->count, e->terms);
-    const int degree = kr_terms_polynomial(top, piece, e, c),
-              turn = e->extremum || top->forward > 0.0 ? 1 : -1;
-    kr_search search = {c,   degree, unsure * size, at_start * size, e->side, e->mark, 0.0, 0,
-                        0.0, 0.0};
-    e->sign = 0;
-    while (!e->sign && kr_roots_next(&search))
-        if (turn * search.side * e->direction >= 0) e->sign = turn * search.side;
-    e->next = piece->begin + search.root * (piece->end - piece->begin);
-    e->side = search.side;
-    e->mark = search.mark;
+    double coefficients[KR_TERMS_ROOM];
+    kr_event_search *own = &event->own;
+    const double size = kr_terms_size(top, piece, event->count, event->terms);
+    const int degree = kr_terms_polynomial(top, piece, event, coefficients),
+              turn = event->extremum || top->forward > 0.0 ? 1 : -1;
+    kr_search search = {.c = coefficients,
+                        .degree = degree,
+                        .noise = unsure * size,
+                        .start_noise = at_start * size,
+                        .side = own->side,
+                        .mark = own->mark};
+    own->sign = 0;
+    while (!own->sign && kr_roots_next(&search))
+        if (turn * search.side * event->direction >= 0) own->sign = turn * search.side;
+    own->next = piece->begin + search.root * (piece->end - piece->begin);
+    own->side = search.side;
+    own->mark = search.mark;
 }
-static void scan(const kr_top *top, const kr_piece *piece, kr_event *e)
+/* Finds the first place in the last step, if that has not been searched yet. The sign at the end of
+ * the step before holds on, but after a place found there, or a leap. */
+static void scan(const kr_top *top, const kr_piece *piece, kr_event *event)
 {
-    if (e->piece == top->k) return;
-    e->mark = 0.0;
-    if (e->piece != top->k - 1 || e->sign) {
-        e->side = 0;
-        e->mark =
-            fmax(0.0, (clock_at(top, top->asked) - piece->begin) / (piece->end - piece->begin));
+    kr_event_search *own = &event->own;
+    if (own->searched == top->steps) return;
+    own->mark = 0.0;
+    if (own->searched != top->steps - 1 || own->sign) {
+        const double since = clock_at(top, top->asked) - piece->begin;
+        own->side = 0;
+        own->mark = fmax(0.0, since / (piece->end - piece->begin));
     }
-    e->piece = top->k;
-    find(top, piece, e);
+    own->searched = top->steps;
+    find(top, piece, event);
 }
 /* The first place of any event in the last step, not before where the top is; NULL if there is
  * none. */
@@ -88,32 +96,39 @@ static kr_event *earliest(const kr_top *top, const kr_piece *piece)
 {
     kr_event *first = NULL;
     for (size_t i = 0; i < top->watched; i++) {
-        kr_event *e = &top->events[i];
-        scan(top, piece, e);
-        while (e->sign && top->forward * (time_at(top, e->next) - top->asked) < 0.0)
-            find(top, piece, e);
-        if (e->sign && (!first || top->forward * (e->next - first->next) < 0.0)) first = e;
+        kr_event *event = &top->events[i];
+        const kr_event_search *own = &event->own;
+        scan(top, piece, event);
+        while (own->sign && top->forward * (time_at(top, own->next) - top->asked) < 0.0)
+            find(top, piece, event);
+        if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
+            first = event;
     }
     return first;
 }
-/* On to the next event in the last step not after t, or nowhere. */
+/* Whether the event counts where the top is now. */
+static int counts(const kr_top *top, const kr_event *event)
+{
+    return !event->where_count ||
+           kr_terms_value(&top->scene, &top->now, event->where_count, event->where) > 0.0;
+}
+/* Moves to the next event in the last step not after t, or nowhere. */
 static kr_status seek_in_step(kr_top *top, double t, kr_hit *hit)
 {
     const kr_piece piece = top->method->piece(&top->main);
-    kr_event *e;
+    kr_event *event;
     hit->which = -1;
     hit->direction = 0;
-    while (hit->which < 0 && (e = earliest(top, &piece)) != NULL) {
-        const double there = time_at(top, e->next);
+    while (hit->which < 0 && (event = earliest(top, &piece)) != NULL) {
+        const double there = time_at(top, event->own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (!e->where_count ||
-            kr_terms_value(&top->scene, &top->now, e->where_count, e->where) > 0.0) {
-            hit->which = e - top->events;
-            hit->direction = e->sign;
+        if (counts(top, event)) {
+            hit->which = event - top->events;
+            hit->direction = event->own.sign;
         }
-        find(top, &piece, e);
+        find(top, &piece, event);
     }
     return KR_OK;
 }
@@ -123,7 +138,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
     while (top->watched > 0) {
-        kr_status status = top->k > 0 ? seek_in_step(top, t, &found) : KR_OK;
+        kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
         if (found.which >= 0 || !(top->forward * (clock_at(top, t) - top->main.clock) > 0.0)) break;
         status = kr_steps_dense(top, clock_at(top, t));

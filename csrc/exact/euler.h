@@ -99,9 +99,9 @@ static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd sq
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the rate k that alpha and beta have in common, and in `mean` agm(1, k'). Here `flat` is 1
- * - c^2; where c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, so that nothing is
- * divided by c. */
+/* Returns the rate that alpha and beta have in common, and gives agm(1, k'). `flat` stands for 1 -
+ * c^2. Where c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, so that nothing is divided
+ * by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -144,8 +144,7 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* Returns the phase at the start [turns], by M1 : M2 = cn : sn up to the constants of this
- * motion. */
+/* Returns the phase at the start [turns]: M1 and M2 are cn and sn of it up to constants. */
 static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -190,8 +189,8 @@ static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
-    exact->spin =
-        -exact->spin; /* The axis is reckoned on the momentum's side, but lies along -e3. */
+    /* The mean spin is that about the axis on the momentum's side, but the axis lies along -e3. */
+    exact->spin = -exact->spin;
 }
 /* Returns the closed form of a body on which no torque acts, in its own units. */
 static kr_exact euler_closed_form(const exact_top *top)

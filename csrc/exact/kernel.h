@@ -68,8 +68,7 @@ INLINE void sincos_turns(dd x, double *s, double *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Gives sinh and cosh of a, by exp(a) = 2^k exp(r) and its inverse, where |r| is at most ln 2 /
- * 2. */
+/* Gives sinh and cosh of a, by exp(a) = 2^k exp(r) and its inverse; |r| is at most (ln 2)/2. */
 INLINE void sinhcosh(dd a, double *s, double *c)
 {
     const double shift = 6755399441055744.0, up = a.hi * 1.44269504088896340736 + shift,
@@ -161,9 +160,10 @@ INLINE kr_state kernel(const kr_exact *e, int dual, int euler, double time, dd s
         1.0 / sqrt((f.a_re * f.a_re + f.a_im * f.a_im) + (f.b_re * f.b_re + f.b_im * f.b_im));
     double s1, c1, s2, c2;
     sincos_turns(f.first, &s1, &c1);
-    if (euler)
-        s2 = s1, c2 = c1;
-    else
+    if (euler) {
+        s2 = s1;
+        c2 = c1;
+    } else
         sincos_turns(f.second, &s2, &c2);
     const kr_quat q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                        n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};

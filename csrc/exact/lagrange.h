@@ -125,7 +125,7 @@ static void sharpen(const initial *s, turning *r, int top)
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(1e-240, r->g31));
 }
-/* Finds the turning heights by whichever cubic has its lone root where the others do not meet. */
+/* Finds the turning heights, by that cubic in which the two roots that are close lose no digits. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -171,8 +171,8 @@ static dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd 
 }
 /* Sets the theta series of alpha, beta and the horizontal momentum. The imaginary parts y1 and y2
  * of their arguments are incomplete integrals of the first kind; the sizes follow at the turning
- * heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. Here p1, p2 stand for 1 + u1, 1 +
- * u2, and m1, m2 for 1 - u1, 1 - u2. */
+ * heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. p1 and p2 stand for 1 + u1 and 1 +
+ * u2, m1 and m2 for 1 - u1 and 1 - u2. */
 static void lagrange_series(kr_exact *exact, const initial *s, const turning *r, double i1,
                             dd average)
 {

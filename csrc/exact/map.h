@@ -12,9 +12,9 @@
 #include "map_curve.h"
 #include "from_scene.h"
 
-/* Returns arg theta2(x + i y), |x| <= pi/4. Below K'/K = 1 it sums the dual series theta4(y' - i
- * x'). Its terms are `weight` times cos(j x) cosh(j y) and sin(j x) sinh(j y), which s, c and up,
- * down, the powers of e^y and e^-y, build up. */
+/* Returns arg theta2(x + i y), |x| <= pi/4. Where K'/K < 1 it sums the dual series, which is one of
+ * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for
+ * theta2 and even n for theta4; c, s and up, down (the powers of e^y and e^-y) build them up. */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
     const int dual = r->ratio.hi < 1.0;
@@ -130,7 +130,9 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
     phase_start(&curve->nutation,
                 dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
     factors_at(curve, 0.0, f);
-    factors_at(curve, 0.5, h); /* The first link is half a step on; `both` takes that off again. */
+    /* The first link is half a step on. h has what the phases turn until there, so `both` has
+     * not. */
+    factors_at(curve, 0.5, h);
     const double sign = curve->momentum * k->unit < 0.0 ? -1.0 : 1.0;
     const dd both = turns_between(sign * h[4], sign * h[5], k->w[0].hi, k->w[1].hi);
     dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
@@ -185,8 +187,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Sets the map up for a user's scene. A step so large that 1 + b s < 0 belongs to the top seen from
- * below, where it is looked at a second time. */
+/* Sets the map up for a user's scene. A step so large that 1 + b s < 0 is one of the top seen from
+ * below, whose first link is then made instead. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};

@@ -1,6 +1,7 @@
 /* Phases and rates of the closed form, the frame around it, and one state of it. An angle
  * is counted in turns, because whole turns are then left out without a rounding. This header is
- * source that is compiled once per instruction set, because its products want the fused one. */
+ * source that is compiled once per instruction set, because its double-doubles want the fused
+ * product. */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
@@ -88,9 +89,8 @@ static dd turns_between(double x, double y, double u, double v)
 /* Returns a quaternion in double-double as a unit quaternion in doubles. */
 static kr_quat rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[2].hi, q[3].hi))); }
 
-/* Gives the axis a = q e3 q*, and 1 + u and 1 - u of its height u = a.e3: `plus` is the one, the
- * other is returned. Both come straight from the quaternion, so that neither cancels near a
- * pole. */
+/* Gives the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
+ * come straight from the quaternion, so that neither cancels near a pole. */
 static dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),

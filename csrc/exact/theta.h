@@ -9,8 +9,8 @@
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and, for each start p0^2 = 1 - alpha^2, the sum of Q_n, where a = Q = 1 and g
- * = kp at first, and a step is
+/* Returns agm(1, kp) and gives the sum of Q_n for each start p0^2 = 1 - alpha^2. At first a = Q = 1
+ * and g = kp; a step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs
@@ -20,9 +20,9 @@ static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     const double enough = 1e-8;
     dd a = dd_of(1.0), g = kp, p[2], q[2];
     int again = 1;
-    double rest = 0.0; /* (a - g)^2 / 4 a^2 */
+    double rest = 0.0; /* (a - g)^2 / 4 a^2 at the last step */
     for (int i = 0; i < n; i++) {
-        p[i] = start[i]; /* p_n^2 */
+        p[i] = start[i]; /* p[i] holds p_n^2. */
         q[i] = sum[i] = dd_of(1.0);
     }
     for (int step = 0; again && step < 100; step++) {
@@ -40,7 +40,8 @@ static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         a = mean;
         if (again) g = dd_sqrt(ag);
     }
-    for (int i = 0; i < n; i++) { /* a g = a^2 (1 - rest / 2) */
+    /* The last step takes a g = a^2 (1 - rest / 2). */
+    for (int i = 0; i < n; i++) {
         const dd square = dd_square(a);
         const double e = (dd_sub(p[i], square).hi + 0.5 * rest * square.hi) / (2.0 * square.hi);
         sum[i] = dd_add(sum[i], dd_times(0.5 * e, q[i]));
@@ -105,7 +106,7 @@ static double lone_root(double c2, double c1, double c0, int *top)
     return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
- * method. The slope at the start serves for both steps: it is good enough. */
+ * method. The slope at the start serves for both steps, because it need not be better than that. */
 static dd newton_cubic(dd lead, const dd c[3], double start)
 {
     const double slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi;

@@ -1,14 +1,15 @@
 /* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, whose kick and rates are
  * corrected (model/resummed.h). For a step h it goes by e, with u = a.e3:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * It is explicit and integrable, with one kick a step. The turns about e3 and a that go with a step
- * are constant, and applied n-fold where the state is read. It keeps <m,p>, <m,a> and a modified
- * energy (kr_state_modified_energy4). A step h is refused where h^2 times 2 |E|, E without the turn
- * about the axis, or times mass gravity |com|, both in units of I1, is above 1: there the corrected
- * rates, which are those of the start state, need not exist, or are those of no small kick. */
+ * It is explicit and integrable, with one kick a step. It keeps <m,p>, <m,a> and a modified energy
+ * (kr_state_modified_energy4). A step h is refused where h^2 times 2 |E|, E without the turn about
+ * the axis, or times mass gravity |com|, both in units of I1, is above 1: there the rates, which
+ * are those of the start state, need not exist, or are those of no small kick. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
+/* The turns about e3 and a that go with a step are constant. They are applied n-fold where the
+ * state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */

@@ -1,11 +1,10 @@
 /* Coefficients of symmetric compositions of kicks and drifts, and how they are laid out for a step
- *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s
- * in parts of the step. Both sequences are palindromes: the table holds their first
- * halves, the middle one is what is left of the whole. A row without kicks composes Strang's step,
- * or any symmetric one of order 2, by b_i = (a_i + a_(i+1)) / 2. A row with kicks begins and ends
- * with a drift (b_0 = 0); it needs Runge, Kutta and Nystrom's conditions only, which are fewer,
- * where the drift is exact and the kick leaves q. All reach order 6 and 8 more cheaply than
- * Suzuki's step repeated. */
+ *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
+ * Both sequences are palindromes: the table holds their first halves, the middle one is
+ * what is left of the whole. A row without kicks composes any symmetric step of order 2, as
+ * Strang's, by b_i = (a_i + a_(i+1)) / 2, to order 6 and 8 at less cost than Suzuki's row repeated.
+ * A row with kicks begins and ends with a drift (b_0 = 0); where the drift is exact and the kick
+ * leaves q it needs Nystrom's conditions only, which are fewer. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 

@@ -31,8 +31,8 @@ static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
     a.residual = v_sub(v_times(motion->inertia, V), a.M);
     return a;
 }
-/* Returns by how much the guess has to be less: Newton's method, column by column of d residual / d
- * V. */
+/* Returns by how much the guess V has to be less, by Newton's method: each column is the change of
+ * the residual along an axis. */
 static kr_vec3 correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -1,13 +1,10 @@
-/* The kick of Takahashi and Imada, one of order 4 but for a change of variables. With the
- * lever A and the vertical P seen from the body, k = -h^2/12, and a kick
- *     m += h e3 x q L q*,    L = A + k A x J^-1 (P x A),    P = q* e3 q
- * by the potential less h^2/24 <torque, J^-1 torque>, half kick, drift, half kick is conjugate to
- * order 4 by the processor, the flow of G = k d(potential)/dt. Its rates, Om and M seen from the
- * body,
- *     Om = k J^-1 (A x P),    dm = q (k P x (J^-1 M x A)) q*,
- * are taken at the midpoint, so that -k leads back (Takahashi and Imada 1984; Rowlands 1991). It is
- * applied only where a state is set (-k) or read (+k). <m,e3> stays, and <m,a> of a Lagrange
- * top. */
+/* The kick of Takahashi and Imada, which is of order 4 but for a change of variables.
+ *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
+ * (A: the lever) is a kick by the potential less h^2/24 <torque, J^-1 torque>. Half kick, drift,
+ * half kick is conjugate to order 4 by the processor, the flow of G = k d(potential)/dt with rates
+ *     Om = k J^-1 (A x P),   dm = q (k P x (J^-1 M x A)) q*   (Om, M, P: seen from the body)
+ * taken at the midpoint, so that -k leads back (Takahashi and Imada 1984; Rowlands 1991). It serves
+ * only where a state is set (-k) or read (+k). <m,e3> is kept, and <m,a> of a Lagrange top. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>

@@ -1,11 +1,10 @@
-/* Kick and free drift, for every method that is made of them. They are the flows of the
- * potential and of the kinetic energy in (McLachlan 1993, Reich 1994)
+/* Kick and free drift: the flows of the potential and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes m only, a drift q only. The |m|^2 part is a turn about m and commutes with the
- * others, so a symmetric body (I_N = I_B) drifts without error, in two turns. A general one takes
- * four, about N before and after T, and errs in third order, which is least with the middle moment
- * on B. What a sum rounds off is kept for the next (Kahan 1965), so that the energy walks by
- * roundings of the changes, not of the state. */
+ * A kick changes m only, a drift q only (McLachlan 1993, Reich 1994). The |m|^2 part is a turn
+ * about m and commutes with the others, so a symmetric body (I_N = I_B) drifts without error, in
+ * two turns. A general one takes four, about N before and after T, and errs in third order, which
+ * is least with the middle moment on B. What a sum rounds off is kept for the next (Kahan 1965), so
+ * that the energy walks by roundings of the changes, not of the state. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
@@ -42,7 +41,7 @@ static inline double splitting_sum(double sum, double change, double *low)
     *low = all - (next - sum);
     return next;
 }
-/* Adds a change to m, which no torque of gravity gives a vertical part. */
+/* Adds a change to m, except to its vertical part, which no torque of gravity changes. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);

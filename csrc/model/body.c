@@ -3,7 +3,7 @@
  * right for equal moments too. */
 #include "body.h"
 
-/* slack of an inequality between rounded numbers */
+/* One, with the slack of an inequality between rounded numbers. */
 static const double one = 1.0 + KR_KIND_RTOL;
 
 static int moments_are_physical(kr_vec3 i)
@@ -18,6 +18,7 @@ kr_status kr_body_check(const kr_body *b)
     if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_KIND_RTOL)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia) ? KR_OK : KR_ERR_BODY;
 }
+/* Gives the body out if it is one. */
 static kr_status finish(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -29,13 +30,13 @@ static int equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* T -> N, T -> B, T -> T, the others in cyclic order */
+/* These turn T to N, to B and to T, the others in cyclic order. */
 static const kr_quat cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 static double at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* The axis of a body that turns alike about the other two; of a spherical one that on which its
- * centre of mass lies. */
+/* Finds the axis of a body that turns alike about the other two; of a spherical one that on which
+ * its centre of mass lies; -1 if there is none. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -84,6 +85,7 @@ kr_working kr_body_working(const kr_body *b)
     return w;
 }
 
+/* Makes the element a[p][p + 1] zero by a turn about the third axis, and turns the axes along. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -102,7 +104,7 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 }
 static kr_vec3 column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Of the 24 ways to name and direct three axes the one nearest the user's. */
+/* Gives that one of the 24 ways to name and direct three axes which is nearest the user's. */
 static kr_quat nearest(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -135,8 +137,8 @@ static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, column(axes, 1), column(axes, 1)),
                     tensor_element(j, column(axes, 2), column(axes, 2)));
 }
-/* Two equal moments leave two of the axes free: then the turn from the user's axes is made as small
- * as it can be. */
+/* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as
+ * small as it can be. */
 static kr_quat least_turn(const kr_body *b)
 {
     const kr_quat axes = b->axes;
@@ -168,7 +170,7 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* converges quadratically: six are plenty */
+        /* This converges quadratically: six sweeps are plenty. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         take_axes(&b, nearest(b.axes), a, com);

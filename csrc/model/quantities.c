@@ -65,8 +65,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Half the sum and half the difference of the angles about e3 and about the apex. At a pole one of
- * the two is not determined, and 0 whatever the signs of its zeros. */
+/* Gives half the sum and half the difference of the angles about e3 and about the apex. At a pole
+ * one of the two is not determined: then it is 0, whatever the signs of the zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
@@ -74,7 +74,7 @@ static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, d
     *sum = atan2(r.z + 0.0, r.w + 0.0);
     *difference = atan2(r.y + 0.0, r.x + 0.0);
 }
-/* The same direction in (-pi, pi]. */
+/* Brings an angle between -2 pi and 2 pi into (-pi, pi]. */
 static double wrapped(double angle)
 {
     static const double pi = 3.14159265358979323846;
@@ -122,8 +122,8 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* M/I1 and mass gravity |com| / I1 times the vertical, both along (-com, odd axis x -com, odd
- * axis). */
+/* Gives M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
+ * the odd axis. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);

@@ -8,7 +8,8 @@ enum {
 #include "quantities.def"
 #undef Q
     KR_QUANTITIES,
-    KR_QUANTITY_MOST = 9 /* doubles of the widest */
+    KR_QUANTITY_MOST = 9, /* doubles of the widest */
+    KR_AXES = 16          /* numbers kept for the components of each */
 };
 struct kr_quantity {
     const char *name, *dimension, *text;
@@ -16,6 +17,7 @@ struct kr_quantity {
     unsigned flags;
     void (*values)(const kr_scene *scene, size_t n, const kr_state states[], double out[]);
 };
+extern const kr_quantity kr_quantities[KR_QUANTITIES];
 
 /* Every quantity is computed by kr_state_<name>, whose type its doubles tell. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -27,14 +29,19 @@ struct kr_quantity {
 #include "quantities.def"
 #undef Q
 
-/* One number of a quantity: which quantity, and which of its doubles. */
+/* One number of a quantity: which quantity, and which of its doubles. KR_ONE apart, components are
+ * numbered by both, from 1 on. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_..., from 0 */
 } kr_component;
 /* Whether kr_component_find may have given this number. */
 int kr_component_is(int number);
 /* What such a number other than KR_ONE stands for. */
-kr_component kr_component_of(int number);
+static inline kr_component kr_component_of(int number)
+{
+    const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
+    return component;
+}
 /* Whether the component changes when the top is turned about the vertical. */
 int kr_component_turns(int number);
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);

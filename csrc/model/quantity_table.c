@@ -1,4 +1,5 @@
 /* The table of quantities, made of quantities.def; and components, their single numbers. */
+#include <math.h>
 #include <string.h>
 #include "quantities.h"
 
@@ -16,18 +17,18 @@
 #include "quantities.def"
 #undef Q
 
-static const kr_quantity quantities[KR_QUANTITIES] = {
+const kr_quantity kr_quantities[KR_QUANTITIES] = {
 #define Q(name, doubles, flags, dimension, text)                                                   \
     {#name, dimension, text, doubles, flags, values_of_##name},
 #include "quantities.def"
 #undef Q
 };
 size_t kr_quantity_count(void) { return KR_QUANTITIES; }
-const kr_quantity *kr_quantity_at(size_t i) { return i < KR_QUANTITIES ? &quantities[i] : NULL; }
+const kr_quantity *kr_quantity_at(size_t i) { return i < KR_QUANTITIES ? &kr_quantities[i] : NULL; }
 const kr_quantity *kr_quantity_find(const char *name)
 {
     for (size_t i = 0; name && i < KR_QUANTITIES; i++)
-        if (strcmp(quantities[i].name, name) == 0) return &quantities[i];
+        if (strcmp(kr_quantities[i].name, name) == 0) return &kr_quantities[i];
     return NULL;
 }
 const char *kr_quantity_name(const kr_quantity *quantity) { return quantity->name; }
@@ -41,7 +42,6 @@ void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size
     quantity->values(scene, n, states, out);
 }
 
-/* Components: 0 is the constant one, the others are counted from 1 by quantity and double. */
 const char *kr_quantity_axis(const kr_quantity *quantity, size_t i)
 {
     static const char *const one[] = {""}, *const vector[] = {"_x", "_y", "_z"},
@@ -56,10 +56,10 @@ int kr_component_find(const char *name)
 {
     if (!name) return -1;
     if (strcmp(name, "1") == 0) return KR_ONE;
-    for (int number = 1; number <= KR_QUANTITIES * KR_QUANTITY_MOST; number++) {
+    for (int number = 1; number <= KR_QUANTITIES * KR_AXES; number++) {
         if (!kr_component_is(number)) continue;
         const kr_component c = kr_component_of(number);
-        const kr_quantity *quantity = &quantities[c.quantity];
+        const kr_quantity *quantity = &kr_quantities[c.quantity];
         const size_t length = strlen(quantity->name);
         if (strncmp(name, quantity->name, length) == 0 &&
             strcmp(name + length, kr_quantity_axis(quantity, (size_t)c.axis)) == 0)
@@ -71,19 +71,14 @@ int kr_component_is(int number)
 {
     if (number <= KR_ONE) return number == KR_ONE;
     const kr_component c = kr_component_of(number);
-    return c.quantity < KR_QUANTITIES && quantities[c.quantity].flags & KR_SERIES &&
-           (size_t)c.axis < quantities[c.quantity].doubles;
-}
-kr_component kr_component_of(int number)
-{
-    const kr_component c = {(number - 1) / KR_QUANTITY_MOST, (number - 1) % KR_QUANTITY_MOST};
-    return c;
+    return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_SERIES &&
+           (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
 /* The third component of a vector in space lies along the vertical, and does not turn. */
 int kr_component_turns(int number)
 {
     const kr_component c = kr_component_of(number);
-    const kr_quantity *quantity = &quantities[c.quantity];
+    const kr_quantity *quantity = &kr_quantities[c.quantity];
     return number != KR_ONE && quantity->flags & KR_TURNS &&
            !(quantity->doubles == 3 && c.axis == 2);
 }
@@ -92,6 +87,7 @@ double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
     const kr_component c = kr_component_of(number);
     double values[KR_QUANTITY_MOST];
     if (number == KR_ONE) return 1.0;
-    quantities[c.quantity].values(scene, 1, s, values);
+    if (!kr_component_is(number)) return NAN;
+    kr_quantities[c.quantity].values(scene, 1, s, values);
     return values[c.axis];
 }

@@ -1,9 +1,11 @@
-/* The rates of bobenko_suris4, and the energy that it keeps. Units of I1 = 1 without the
- * spin's energy; with u = <a,e3>, c = <m,a>, l = <m,e3>, g the torque at its largest, and b = e^2 g
- * / 4, the map of step e
- *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,    V'(u) = g (1 - b u) / (1 + b^2 u^2)
+/* The rates of bobenko_suris4, and the energy that it keeps, in units of I1 = 1 without the spin's
+ * energy. With u = <a,e3>, c = <m,a>, l = <m,e3>, g the torque at its largest, and b = e^2 g / 4,
+ * the map of step e
+ *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
+ *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
  * keeps c, l and
- *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8) + e^2 g^2 (1 + u^2) / 8
+ *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
+ *         + e^2 g^2 (1 + u^2) / 8
  * which is H + e^2 g l c / 4 + O(e^4); e^2 g^2 may be added to it, but would err in the rates at
  * e^4. It follows the top's orbit, but at another rate. To first order in g and all orders in e
  * |m|, a step e of the map is a step h of the top, turned by -e g c om about e3 and by -e g l om
@@ -30,7 +32,7 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
         0.5 * v_dot(m, m) + slope * (u + shift) - 0.125 * e * e * slope * slope * (1.0 - u * u);
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
-/* The step h that e stands for. */
+/* Gives the step h of the top for which r->step stands. */
 static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;
@@ -48,7 +50,8 @@ static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
     r->spin = -0.25 * e * e * e * B * g * l;
     return e * (A + 0.125 * e * e * e * e * g * l * c * (B + (1.0 + z) * D));
 }
-static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m) /* by the secant */
+/* Finds the map's step for a step h of the top, by the secant. */
+static inline resummed resum(double h, double g, kr_vec3 a, kr_vec3 m)
 {
     resummed r = {h, 0.0, 0.0, 0.0};
     double last = 0.0, reached = 0.0;

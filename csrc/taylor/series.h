@@ -62,8 +62,11 @@ INLINE void join(sums *a, const sums *b, form what)
 {
     if (what == HEADLESS)
         a->p = duo_add(a->p, b->p);
-    else
-        a->i = duo_add(a->i, b->i), a->j = duo_add(a->j, b->j), a->k = duo_add(a->k, b->k);
+    else {
+        a->i = duo_add(a->i, b->i);
+        a->j = duo_add(a->j, b->j);
+        a->k = duo_add(a->k, b->k);
+    }
 }
 
 /* Returns the sums over j + m = n. They run from the middle outwards, with the newest pair

@@ -2,16 +2,13 @@
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
- * Every right side is a product of two unknowns or linear, so the coefficients of x = sum x_n t^n
- * follow from
+ * Every right side is a product of two unknowns or linear, hence the coefficients of x = sum x_n
+ * t^n:
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
- * with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and the constants k, up, down of kr_series.
- * One vector of eight lanes is (q | P): P fills idle lanes at no cost, because right products with
- * i, j, k move the lanes of q and of P, a quaternion without real part, alike and differ only in
- * signs. Without the heading (kr_config) the equations of P and W stand alone, with 9 products a
- * term in place of 21, and the lanes of q are zero. The series keeps nothing but what its tolerance
- * keeps. */
+ *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and k, up, down of kr_series
+ * Without the heading (kr_config) the equations of P and W stand alone, with 9 products a term in
+ * place of 21. The series keeps nothing but what its tolerance keeps. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
@@ -29,7 +26,10 @@
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* A piece of path, from the time t to `end`. It is fastest on a multiple of 64 bytes. In
- * double-double it is an array of two: the high words, then the low words. */
+ * double-double it is an array of two: the high words, then the low words. One vector of eight
+ * lanes is (q | P): P fills idle lanes at no cost, because right products with i, j, k move the
+ * lanes of q and of P, a quaternion without real part, alike and differ only in signs. Without the
+ * heading the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* sums at `end`, where the next piece begins, and at `at` */

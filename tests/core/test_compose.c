@@ -8,7 +8,7 @@ static double power_sum(const composition *c, int power)
     for (int i = 0; i < c->stages; i++) sum += pow(c->drift[i], power);
     return sum;
 }
-/* Whole, and the same from either end. */
+/* A composition drifts and kicks for one whole step, and is its own mirror image. */
 static void palindrome(const composition *c)
 {
     const int last = c->stages - 1;
@@ -21,8 +21,8 @@ static void palindrome(const composition *c)
     NEAR(kicks, 1.0, 4e-16);
     NEAR(power_sum(c, 1), 1.0, 4e-16);
 }
-/* Of symmetric steps of order 2: the odd powers below the order add up to nothing, and that of the
- * order does not. */
+/* Symmetric steps of order 2 make a composition of this order: the odd powers of their lengths
+ * below the order add up to nothing, and that of the order does not. */
 static void of_strang(int row, int stages, int order)
 {
     const composition c = compose(row);
@@ -33,8 +33,8 @@ static void of_strang(int row, int stages, int order)
     for (int i = 0; i + 1 < stages; i++)
         NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
 }
-/* Kicks b_i at times c_i = a_1 + ... + a_i: the quadrature of order 6 is the least that order 6
- * asks for. */
+/* Kicks b_i at times c_i = a_1 + ... + a_i are a quadrature, which has to be of order 6 for the
+ * composition to be. */
 static void of_nystrom(void)
 {
     const composition c = compose(BLANES_MOAN6);

@@ -17,7 +17,7 @@ static void trigonometry(void)
     NEAR(worst, 0.0, 6e-16);
     NEAR(worst_norm, 0.0, 6e-16);
     NEAR(worst_tangent, 0.0, 1e-15);
-    for (double x = 1e6; x < 1e300; x *= 1e7) { /* as good as the rounding of x */
+    for (double x = 1e6; x < 1e300; x *= 1e7) { /* the bound is the rounding of x */
         sin_cos(x, &s, &c);
         NEAR(s * s + c * c, 1.0, 6e-16);
         NEAR(atan2(s * cos(x) - c * sin(x), c * cos(x) + s * sin(x)), 0.0,
@@ -155,7 +155,7 @@ static void quantities(void)
        isnan(kr_state_goryachev_chaplygin(&thesis, &thesis.start)));
     s = thesis;
     kr_body_cuboid(1.0, v3(sqrt(3.0) * 0.8, 0.8, 0.4), v3(0, 0, -0.4), &s.body);
-    /* what the thesis gives for its body made a Kowalewski top */
+    /* The thesis' body made a Kowalewski top. */
     NEAR(kr_state_kowalewski(&s, &s.start), 1.5255, 5e-5);
     s.start.q.w = 1.1;
     IS(kr_scene_check(&s) == KR_ERR_ATTITUDE);

@@ -1,4 +1,4 @@
-/* digits=: what 20 and 30 promise, against heyoka in 128 bit (validation/truth/reference.json), and
+/* What 20 and 30 digits promise, against heyoka in 128 bit (validation/truth/reference.json), and
  * how the low words travel. */
 #include "numbers/su2_dd.h"
 #include "tops.h"
@@ -18,7 +18,7 @@ static deep run_to(const kr_scene *s, int digits, double t)
     kr_top_free(top);
     return end;
 }
-static double apart(deep a, deep b) /* half the angle, and the difference of m */
+static double apart(deep a, deep b) /* half the angle and the difference of m */
 {
     const quat_dd d = qdd_mul(qdd_conj(q_dd(a.high.q, a.low.q)), q_dd(b.high.q, b.low.q));
     const vec_dd m = v_dd(a.high.m, a.low.m),
@@ -33,7 +33,7 @@ static kr_scene heavy(void)
     return s;
 }
 
-/* The attitude at t = 100 to 34 digits, in two words. */
+/* The truth is the attitude at t = 100 to 34 digits, in two words. */
 static void truth(void)
 {
     kr_scene s = kr_scene_default();
@@ -68,7 +68,7 @@ static void truth_of_asymmetric(void)
     thirty.high.m = thirty.low.m = v3(0, 0, 0);
     NEAR(apart(thirty, want), 0.0, 1e-27);
 }
-/* Errors fall with the digits; there and back; the vertical momentum. */
+/* Errors fall with the digits, the way back leads to the start, the vertical momentum stays. */
 static void accuracy(void)
 {
     kr_scene s = heavy();
@@ -84,7 +84,7 @@ static void accuracy(void)
     NEAR(apart(back, begin), 0.0, 1e-14); /* begun without its low words */
     IS(apart(back, begin) > 1e-18);
 }
-/* A start that is no whole number of steps from anything: the time between is taken exactly. */
+/* The time from a start that is no whole number of steps from anything is taken exactly. */
 static void exact_time(void)
 {
     kr_scene s = heavy(), late = s;
@@ -104,7 +104,7 @@ static void exact_time(void)
     IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
     NEAR(apart(a, want), 0.0, 1e-28);
 }
-/* Mass, length and time in other powers of two: the same bits, low words and all. */
+/* Units that are powers of two leave the bits as they are, those of the low words too. */
 static void scaling(void)
 {
     const kr_scene s = heavy();

@@ -1,5 +1,5 @@
-/* Runs that stop at events: every quantity's polynomial, what is found, that the path is left alone,
- * what is refused, failures. */
+/* Runs that stop at events: what they find, that they leave the path alone, what is refused,
+ * failures. */
 #include "events/terms.h"
 #include "model/quantities.h"
 #include "random.h"
@@ -9,10 +9,9 @@
 enum { MANY = 64 };
 static kr_scene scene_of(int i)
 {
-    const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
     kr_scene s = kr_scene_default();
     if (i == 0) return s;
-    kr_body_from_tensor(1.3, inertia, v3(0.3, -0.4, 0.6), &s.body);
+    s.body = general_body();
     s.start.q = q_unit(q4(0.3, v3(0.2 * i, -0.5, 0.4)));
     s.start.m = v3(0.7, -1.0 * i, 1.9);
     s.gravity = i == 2 ? -2.5 : 1.5;
@@ -42,39 +41,9 @@ static kr_term term(double factor, const char *of, const char *times)
     IS(t.of >= 0 && t.times >= 0);
     return t;
 }
-/* The height of the apex, which main sets before all else. */
-static kr_term height;
+static kr_term height; /* that of the apex; set by main */
 
-/* Every product of two quantities: its polynomial against the value of the states inside a step. */
-static void polynomials(int scene, int digits)
-{
-    const kr_scene s = scene_of(scene);
-    int component[MANY], n_components = 0;
-    for (int number = 0; number <= KR_QUANTITIES * KR_QUANTITY_MOST; number++)
-        if (kr_component_is(number)) component[n_components++] = number;
-    IS(n_components > 20 && n_components <= MANY);
-    kr_top *top = watched(&s, (kr_config){.digits = digits}, NULL, 0);
-    for (int i = 0; i < n_components * n_components; i++) {
-        const kr_term product = {0.7, component[i / n_components], component[i % n_components]};
-        const kr_event g = {.terms = &product, .count = 1},
-                       rate = {.terms = &product, .count = 1, .extremum = 1};
-        double c[KR_TERMS_ROOM], d[KR_TERMS_ROOM], there = 0.0;
-        IS(kr_top_advance(top, 0.05 * i) == KR_OK);
-        const kr_piece piece = top->method->piece(&top->main);
-        const kr_state inside = kr_top_state(top);
-        const double size = kr_terms_size(top, &piece, 1, &product);
-        const double at =
-            i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
-        const int degree = kr_terms_polynomial(top, &piece, &g, c);
-        for (int n = degree; n >= 0; n--) there = there * at + c[n];
-        NEAR(there, kr_terms_value(&s, &inside, 1, &product), 1e-14 * size);
-        IS(at >= 0.0 && at <= 1.0 && kr_terms_polynomial(top, &piece, &rate, d) == degree - 1);
-        for (int n = 0; n < degree; n++) NEAR(d[n], (n + 1) * c[n + 1], 1e-13 * size);
-    }
-    kr_top_free(top);
-}
-
-/* Without the heading the same is found, of what does not turn with it. */
+/* Without the heading events of what does not turn with it are found at the same times. */
 static void headless(void)
 {
     static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
@@ -97,7 +66,7 @@ static void headless(void)
     kr_top_free(whole);
     kr_top_free(level);
 }
-/* A top that is loaded where another stood, at an event, goes on to the next. */
+/* A top goes on to the next event when it is loaded where another stood at one. */
 static void loaded(void)
 {
     static char memory[1 << 16];
@@ -167,8 +136,7 @@ static void path_is_the_same(void)
     }
 }
 
-/* A height that the apex has where a step ends, to the last bits and just beside them: passed once,
- * there. */
+/* The apex passes a height once where a step ends just there, to the last bits or beside them. */
 static void at_the_border(void)
 {
     const kr_scene s = scene_of(1);
@@ -229,7 +197,7 @@ static void two_in_one_step(void)
     }
 }
 
-/* One that starts late, and one that is told again to watch, where an event is: each found once. */
+/* Each event is found once by a top that starts late, and by one that is told again to watch. */
 static void starts(void)
 {
     const kr_scene s = scene_of(1);
@@ -302,7 +270,7 @@ static void kernels_agree(void)
         kr_top_free(top);
     }
 }
-/* Units of length, mass and time by powers of two. */
+/* Units of length, mass and time that are powers of two scale the times of events exactly. */
 static void scaling(void)
 {
     const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
@@ -378,8 +346,6 @@ static void failures(void)
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
-    for (int scene = 0; scene < 3; scene++)
-        for (int digits = 16; digits <= 30; digits += 7) polynomials(scene, digits);
     nutation_of_lagrange_tops();
     path_is_the_same();
     at_the_border();

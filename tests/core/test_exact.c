@@ -1,5 +1,5 @@
-/* The closed form: against truths by quadrature and against stepping, its integrals, scaling, frames,
- * batches of any size; the same bits from every instruction set, those of the map's closed form too. */
+/* The closed form: against truths by quadrature and against stepping, its integrals, scaling,
+ * frames, batches of any size; every instruction set gives the same bits. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
 #include "random.h"
@@ -38,7 +38,7 @@ static double relative_distance(kr_state a, kr_state b)
     return kr_attitude_error(a.q, b.q) + off(a.m, b.m) / (1.0 + v_length(b.m));
 }
 
-/* The largest |m| that the top's energy allows. */
+/* The largest |m| that the top's energy allows is what errors of m are measured by. */
 static double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * s->body.mass * v_length(s->body.com),
@@ -92,7 +92,7 @@ static void integrals(void)
     NEAR(worst_start, 0.0, 5e-15);
     NEAR(worst_m, 0.0, 5e-15);
 }
-/* Without torque m stands, and the kinetic energy. */
+/* Without torque m and the kinetic energy stay. */
 static void free_bodies(void)
 {
     double worst = 0.0;
@@ -118,8 +118,8 @@ static void free_bodies(void)
     }
     NEAR(worst, 0.0, 3e-14);
 }
-/* Nothing nutates: sleeping (stable, critical, unstable) and hanging tops turn about the vertical;
- * rest; a ball. */
+/* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
+ * about m, and what rests stays. */
 static void stillness(void)
 {
     const double i1 = 7.9, i3 = 2.2, critical = 2.0 * sqrt(5.0 * i1);
@@ -175,8 +175,8 @@ static void scaling(void)
         IS(same(x, y));
     }
 }
-/* The axis along N and B, a frame of description that is turned, a spherical body with its centre
- * of mass anywhere, a start that is not at zero. */
+/* The axis may lie along N or B, the frame of description be turned, the centre of mass of a
+ * spherical body lie anywhere, and the start not be at zero. */
 static void frames(void)
 {
     const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),

@@ -44,8 +44,8 @@ static double azimuth(const kr_scene *s, kr_state e)
 }
 static double twist(kr_quat q) { return atan2(q.z, q.w) - atan2(q.y, q.x); }
 
-/* After a period the axis is at its height again, and further by what the mean rates say; whole
- * turns are counted. */
+/* After a period the axis is at its height again, and further by what the mean rates say; they
+ * count whole turns. */
 static void rates(void)
 {
     enum { PARTS = 4000 };
@@ -89,8 +89,8 @@ static void map(void)
         kr_top_free(top);
     }
 }
-/* Far away the map's integrals, and one more step of it, which multiplies roundings where it is
- * large. */
+/* Far away the map's integrals still hold, and one more step of the map leads to the next state; it
+ * multiplies roundings where it is large. */
 static void far_away(kr_scene s, double step, double within)
 {
     const kr_config config = {.step = step};
@@ -113,7 +113,7 @@ static void far_away(kr_scene s, double step, double within)
         kr_top_free(top);
     }
 }
-/* The map's rates: measured along it; and they tend to the top's with the step. */
+/* The map's rates are those measured along it, and tend to the top's with the step. */
 static void map_rates(void)
 {
     for (int i = 1; i < 3; i++) {

@@ -1,5 +1,5 @@
-/* leave_heading: what does not change under a turn about the vertical comes out as it does with the
- * heading. */
+/* Where the heading is left out, what does not change under a turn about the vertical comes out as
+ * it does with the heading. */
 #include "taylor/taylor.h"
 #include "tops.h"
 
@@ -12,7 +12,7 @@ static kr_scene scene(int i)
     s.start.m = v3(0.5 - 0.2 * i, 0.3 * i, 1.0);
     return s;
 }
-static double height_error(kr_quat a, kr_quat b) /* of the body axes */
+static double height_error(kr_quat a, kr_quat b) /* how far the body axes differ in height */
 {
     return off(q_vertical(a), q_vertical(b));
 }
@@ -59,7 +59,7 @@ static void hanging_and_upright(void)
         kr_top_free(top);
     }
 }
-/* Units, resets and single steps, bit by bit; back to the start. */
+/* Units, resets and single steps leave the bits as they are; the way back leads to the start. */
 static void driver(void)
 {
     const kr_config config = {.leave_heading = 1, .tol = 1e-11},
@@ -112,8 +112,8 @@ static void refusals(void)
     kr_top_free(top);
 }
 
-/* The kernels: the whole one's P and W up to rounding; among each other bit by bit where there is
- * fma. */
+/* The kernels have the P and W of the whole ones up to rounding, and where there is fma the same
+ * bits as each other. */
 static void kernels(void)
 {
     const kr_series start = {.k = {0, -.28, .84, -.73},

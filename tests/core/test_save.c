@@ -1,6 +1,8 @@
 /* Checkpoints: every method goes on from one with the bits of a run that was never stopped, and
  * bytes that are no checkpoint of the top are refused. */
 #include <stdlib.h>
+#include <string.h>
+#include "driver/top.h"
 #include "random.h"
 #include "tops.h"
 
@@ -29,8 +31,8 @@ static void load(kr_top *top, const unsigned char *saved)
 {
     IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK);
 }
-/* One top is never stopped. The other is stopped before each of the times, saved to an odd address,
- * and another goes on in its place. */
+/* One top is never stopped. The other is stopped before each of the times and saved to an odd
+ * address, and a third goes on in its place. */
 static void goes_on(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
@@ -114,7 +116,7 @@ static void after_a_failure(void)
     kr_top_free(on);
 }
 
-/* Bytes of which any was changed or is missing are not taken, and the top stays as it was. */
+/* Bytes of which any was changed or is missing are refused, and the top stays as it was. */
 static void refusals(const char *name)
 {
     static unsigned char saved[MOST], bad[MOST];
@@ -166,8 +168,60 @@ static void foreign(void)
     kr_top_free(top);
 }
 
+static void forget_pointers(kr_top *top)
+{
+    kr_motion *motions[] = {&top->main, &top->side, &top->kept};
+    top->method = NULL;
+    top->config.poll = NULL;
+    top->config.context = NULL;
+    for (int i = 0; i < 3; i++) {
+        motions[i]->work = NULL;
+        motions[i]->aux = NULL;
+        motions[i]->scene = NULL;
+    }
+}
+static int same_bytes(const void *a, const void *b, size_t size) { return memcmp(a, b, size) == 0; }
+static double double_at(const unsigned char *saved, size_t at)
+{
+    double number;
+    memcpy(&number, saved + at, sizeof number);
+    return number;
+}
+/* The bytes of a checkpoint are the fields of the top, each where top.h says that it lies. */
+static void format(const kr_method *method)
+{
+    enum { HEADER = 104, TOP = 1184, MAIN = HEADER + 280, KEPT = HEADER + 728 };
+    static unsigned char saved[MOST];
+    const kr_scene s = scene_for(method);
+    const size_t work = sizeof(double) * method->work;
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = HEADER + TOP + (method->at ? 1 : 2) * work;
+    IS(kr_top_advance(top, 5.01) == KR_OK && kr_top_save_size(top) == size);
+    IS(kr_top_save(top, size, saved) == KR_OK);
+    IS(memcmp(saved, "kreisel top\0\0\0\0\0" KR_VERSION, 16 + sizeof KR_VERSION) == 0);
+    IS(same_bytes(saved + HEADER + TOP, top->main.work, work));
+    if (!method->at) IS(same_bytes(saved + HEADER + TOP + work, top->kept.work, work));
+    IS(double_at(saved, HEADER) == s.body.mass && double_at(saved, HEADER + 1048) == 5.01);
+    IS(double_at(saved, HEADER + 1056) == 5.01 &&
+       double_at(saved, HEADER + 1056 + 40) == kr_top_state(top).m.x);
+    kr_top image = *top;
+    forget_pointers(&image);
+#define X(field, at) IS(same_bytes(saved + HEADER + (at), &image.field, sizeof image.field));
+    KR_SAVED_TOP(X)
+#undef X
+#define X(field, at)                                                                               \
+    IS(same_bytes(saved + MAIN + (at), &image.main.field, sizeof image.main.field));               \
+    IS(same_bytes(saved + KEPT + (at), &image.kept.field, sizeof image.kept.field));
+    KR_SAVED_MOTION(X)
+#undef X
+    kr_top_free(top);
+}
+
 int main(void)
 {
+    if (sizeof(void *) == 8)
+        for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));
+
     for (size_t i = 0; i < kr_method_count(); i++)
         for (double sign = 1.0; sign > -2.0; sign -= 2.0) goes_on(kr_method_at(i), sign, 0, 0);
     for (int digits = 16; digits <= 30; digits += 7)

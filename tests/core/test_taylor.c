@@ -32,7 +32,7 @@ static double apart(const double a[4], kr_quat b)
 static kr_vec3 next(kr_vec3 v) { return v3(v.y, v.z, v.x); }
 static kr_vec3 prev(kr_vec3 v) { return v3(v.z, v.x, v.y); }
 
-/* Every coefficient against the equations at the head of taylor.h. */
+/* Every coefficient obeys the equations at the head of taylor.h. */
 static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
 {
     kr_series pair[2] = {example()}, *s = pair;
@@ -63,7 +63,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
 }
-/* The kernels go the same way up to rounding, those with fma bit by bit. */
+/* All kernels go the same way up to rounding, and those with fma with the same bits. */
 static void kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
@@ -93,7 +93,7 @@ static void kernels_one_by_one(void)
     }
 }
 
-/* References with 17 digits, from series of 30; the scenes are those of problems.json, under
+/* The references have 17 digits, from series of 30; their scenes are those of problems.json under
  * `published`. */
 static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q,
                           kr_vec3 body_momentum)
@@ -167,7 +167,7 @@ static void there_and_back(void)
     NEAR(distance(run_to(&s, 0, 0), start), 0.0, 1e-12);
 }
 
-/* Bodies thin as a needle, slow and fast: the energy stays. */
+/* The energy stays, of bodies as thin as a needle, slow and fast. */
 static void extremes(void)
 {
     for (double thin = 1e-3; thin > 1e-7; thin *= 0.1)
@@ -183,7 +183,7 @@ static void extremes(void)
             NEAR((energy(&s, end) - energy(&s, s.start)) / scale, 0.0, 1e-9);
         }
 }
-/* What fails leaves the motion where it was. */
+/* A step that fails leaves the motion where it was. */
 static void fails(double lever, double tol, double clock, kr_status why)
 {
     kr_motion motion = {

@@ -1,4 +1,4 @@
-"""What the tests use of the package's private rooms: each name is imported here, and nowhere else."""
+"""What the tests use of the package's private rooms: each name is imported here alone."""
 
 from kreisel import _core as core
 from kreisel._analysis.costs import page as page_of_methods

@@ -1,6 +1,8 @@
-"""The algebraic methods end in the same bits whichever compiler built them, and however well it optimized.
+"""The algebraic methods end in the same bits whichever compiler built them, however it optimized.
 
-tests/core/golden.txt is what tests/core/golden.c printed when the results were last meant to change."""
+tests/core/golden.txt is what tests/core/golden.c printed when the results were last meant to
+change.
+"""
 
 import pytest
 from toolbox import CSRC, ROOT, core_sources, need, run
@@ -15,7 +17,7 @@ def hashes(compiler, optimization, to):
 
 @pytest.mark.parametrize("optimization", ["-O0", "-O3"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_same_bits(compiler, optimization, tmp_path):
+def test_every_compiler_gives_the_golden_bits(compiler, optimization, tmp_path):
     need(compiler)
     golden = (ROOT / "tests/core/golden.txt").read_text()
     assert hashes(compiler, optimization, tmp_path / "golden") == golden

@@ -217,7 +217,8 @@ def test_methods_def_names_the_files():
 
 @pytest.mark.parametrize("file", [*C, *PYTHON, *BINDING], ids=name)
 def test_files_can_be_read_at_one_sitting(file):
-    assert len(file.read_text().splitlines()) <= 250
+    lines = file.read_text().splitlines()
+    assert len(lines) <= 400 and max(map(len, lines), default=0) <= 100
 
 
 def functions(file):
@@ -226,9 +227,15 @@ def functions(file):
     if file.suffix == ".py":
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef):
-                yield node.name, node.end_lineno - node.lineno + 1
+                yield node.name, node.end_lineno - node.lineno + 1 - of_docstring(node)
     for head, body in re.findall(r"^(\S.*)\n\{\n([^\0]*?)^\}", text, re.MULTILINE):
         yield head, body.count("\n") + 3
+
+
+def of_docstring(node):
+    """The lines of its docstring: what a public function promises may take as many as it needs."""
+    first = node.body[0]
+    return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 
 
 @pytest.mark.parametrize("file", [*C, *PYTHON], ids=name)

@@ -1,4 +1,4 @@
-"""The library, installed, serves a user's program in C and C++, found by CMake and by pkg-config."""
+"""The installed library serves a user's program in C and C++, found by CMake and by pkg-config."""
 
 import pytest
 from toolbox import ROOT, VERSION, compile_and_run, installed, need, need_gsl, run
@@ -14,14 +14,14 @@ def prefix(request):
     return installed(request.param)
 
 
-def test_find_package(prefix, tmp_path):
+def test_cmake_finds_the_package(prefix, tmp_path):
     run("cmake", "-S", HERE, "-B", tmp_path, f"-Dkreisel_ROOT={prefix}", f"-Dversion={VERSION}")
     run("cmake", "--build", tmp_path)
     assert run(tmp_path / "with_shared") == VERSION + "\n"
     assert run(tmp_path / "with_static") == VERSION + "\n"
 
 
-def test_find_package_refuses_another_version(prefix, tmp_path):
+def test_cmake_refuses_another_version(prefix, tmp_path):
     with pytest.raises(pytest.fail.Exception, match="compatible with requested"):
         run("cmake", "-S", HERE, "-B", tmp_path, f"-Dkreisel_ROOT={prefix}", "-Dversion=99.0")
 
@@ -30,7 +30,7 @@ def test_find_package_refuses_another_version(prefix, tmp_path):
 @pytest.mark.parametrize(
     "language", [("gcc", "-std=c99"), ("g++", "-std=c++17", "-xc++")], ids=["c", "c++"]
 )
-def test_pkg_config(prefix, language, linking, tmp_path):
+def test_pkg_config_leads_to_a_program_that_runs(prefix, language, linking, tmp_path):
     compiler, *options = language
     source = tmp_path / "main.c"
     source.write_text((HERE / "main.c").read_text())

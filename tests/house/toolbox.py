@@ -1,4 +1,4 @@
-"""What the tests of the house share: running commands, asking for tools, an installed copy of the library."""
+"""What all tests share: running commands, asking for tools, an installed copy of the library."""
 
 import functools
 import os

@@ -44,7 +44,7 @@ def test_the_rod_bends_and_twists_as_it_says(path):
     assert np.cross(n, b) == pytest.approx(t, abs=1e-14), "right-handed"
     bent = slope(t, rod.s)
     size = np.abs(path.velocity).max()
-    for curve, towards in zip(rod.curvature.T, (n, b)):
+    for curve, towards in zip(rod.curvature.T, (n, b), strict=True):
         assert (bent * towards[2:-2]).sum(-1) == pytest.approx(curve[2:-2], abs=2e-6 * size**5)
     assert (slope(n, rod.s) * b[2:-2]).sum(-1) == pytest.approx(
         rod.torsion[2:-2], abs=2e-6 * size**5
@@ -61,7 +61,7 @@ def test_the_centre_line_is_of_fourth_order():
     assert 12 < ratio < 20
 
 
-def test_kinds_of_rods():
+def test_the_body_says_what_section_its_rod_has():
     for name, isotropic, section in [
         ("thesis", True, (1, 1)),
         ("kowalewski", False, (1, 0.5**0.5)),
@@ -83,31 +83,30 @@ def test_an_axis_between_equal_moments_is_a_principal_axis_too():
 
 def test_no_rod_for_a_centre_of_mass_off_the_axes():
     with pytest.raises(
-        ValueError, match="no rod belongs to this top: its centre of mass, .*, is on none of them"
+        ValueError, match=r"no rod belongs to this top: its centre of mass, .*, is on none of them"
     ):
         kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
 
 
 def closed_form(scene, n=400):
     """Lowest and highest height, period and precession, by quadrature of the height's equation
-    I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (l - c u)^2, without its singular ends."""
+    I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2, without its singular ends.
+
+    v and c are the vertical and the axial momentum, h the energy without that of the spin.
+    """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
-    c, l, lever = (
-        start.axial_momentum[0],
-        start.vertical_momentum[0],
-        scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com),
-    )
+    c, v = start.axial_momentum[0], start.vertical_momentum[0]
+    lever = scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com)
     h = start.energy[0] - c * c / (2 * i3)
-    cubic = (
-        np.poly1d([-2 * i1 * lever, 2 * i1 * h]) * np.poly1d([-1, 0, 1]) - np.poly1d([-c, l]) ** 2
-    )
+    fall = np.poly1d([-2 * i1 * lever, 2 * i1 * h])
+    cubic = fall * np.poly1d([-1, 0, 1]) - np.poly1d([-c, v]) ** 2
     low, high, beyond = sorted(cubic.roots.real)
     angle = np.pi * (np.arange(n) + 0.5) / n
-    x = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
-    pace = i1 / np.sqrt(2 * i1 * lever * (beyond - x))
+    u = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(angle)
+    pace = i1 / np.sqrt(2 * i1 * lever * (beyond - u))
     period = 2 * np.pi * pace.mean()
-    return low, high, period, 2 * np.pi * (pace * (l - c * x) / (i1 * (1 - x * x))).mean() / period
+    return low, high, period, 2 * np.pi * (pace * (v - c * u) / (i1 * (1 - u * u))).mean() / period
 
 
 @pytest.mark.parametrize(
@@ -126,7 +125,7 @@ def test_nutation_and_precession_are_those_of_the_closed_form(scene):
         assert read == pytest.approx((low, high, period, precession), rel=accuracy, abs=accuracy)
 
 
-def test_the_trace():
+def test_the_trace_is_the_way_of_the_apex():
     path = path_of(kr.scenes.cusps, 8.0, 801)
     trace = kr.apex(path)
     assert np.array_equal(trace.trace, path.apex)
@@ -140,14 +139,14 @@ def test_steady_precession_has_no_nutation():
     assert np.isnan(nutation.period) and nutation.precession == pytest.approx(1.0, rel=1e-11)
 
 
-def test_nutation_is_refused():
+def test_nutation_is_refused_where_there_is_none():
     with pytest.raises(ValueError, match="belong to Lagrange tops"):
         kr.apex(kr.solve(kr.scenes.kowalewski, [0, 1])).nutation()
     with pytest.raises(ValueError, match="1 lowest points in this path, and two make a nutation"):
         kr.apex(kr.solve(kr.scenes.thesis, np.linspace(0, 8, 81))).nutation()
 
 
-def test_scaled_units():
+def test_scaled_units_are_those_of_the_cuboid():
     """Erratum 4 and 5: I1, alpha and the lever as the cuboid has them, not as 4.2.1 prints them."""
     n, t = 0.8, 1.0
     units = kr.scaled_units(CUBOID)
@@ -163,7 +162,7 @@ def test_scaled_units():
     assert (back.body.mass, back.gravity) == pytest.approx((THESIS.body.mass, 1.0), rel=1e-15)
 
 
-def test_scaled_units_of_another_size():
+def test_scaled_units_leave_time_and_attitudes():
     """Time is not scaled: the same attitudes at the same times."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
@@ -190,7 +189,7 @@ def test_scaled_units_are_for_lagrange_tops():
         kr.scaled_units(kr.scenes.kowalewski.body)
 
 
-def test_pictures():
+def test_rods_and_paths_are_drawn():
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("agg")
     path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 10, 101))

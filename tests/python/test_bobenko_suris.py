@@ -1,4 +1,4 @@
-"""The Bobenko-Suris maps: what they keep, how near they are to the top, and where the fourth order ends."""
+"""The Bobenko-Suris maps: what they keep, how near they are to the top, where order 4 ends."""
 
 import kreisel as kr
 import numpy as np
@@ -91,7 +91,7 @@ def test_bobenko_suris4_is_right_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """Half a kick apart: the axes of bobenko_suris, begun half a kick early, are those of bobenko_suris2."""
+    """The axes of bobenko_suris, begun half a kick early, are those of bobenko_suris2."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
@@ -102,7 +102,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """The total twist is: over a fast upright top the Cayley map alone would lose the angle at once."""
+    """The Cayley map alone would lose the angle of a fast upright top at once."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

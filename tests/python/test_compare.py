@@ -6,7 +6,7 @@ import pytest
 from tops import CORNER, GENERAL
 
 
-def test_compare(tmp_path):
+def test_rows_are_errors_against_run_time(tmp_path):
     scene = kr.scenes.thesis
     table = kr.compare(
         scene, [1, 5], ["rk4", "strang", "extrap"], steps=[0.1, 0.02], tols=[1e-6, 1e-10], repeats=2
@@ -15,7 +15,7 @@ def test_compare(tmp_path):
         ("rk4", 0.1, None), ("rk4", 0.02, None), ("strang", 0.1, None), ("strang", 0.02, None),
         ("extrap", None, 1e-6), ("extrap", None, 1e-10),
     ]  # fmt: skip
-    for coarse, fine in zip(table.rows[::2], table.rows[1::2]):
+    for coarse, fine in zip(table.rows[::2], table.rows[1::2], strict=True):
         assert (
             0 < fine.attitude_error < coarse.attitude_error
             and 0 < fine.energy_error < coarse.energy_error

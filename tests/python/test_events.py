@@ -1,4 +1,4 @@
-"""Events from Python: none missed and none twice, the ready ones, what ends a path, what is refused."""
+"""Events: none is missed and none found twice; ready ones; what ends a path; what is refused."""
 
 import os
 import pickle
@@ -48,7 +48,7 @@ def changes(values, times):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_none_missed_none_twice(seed):
-    """Against states a thousand times as dense as the steps; what they cannot tell apart is counted by neither."""
+    """States a thousand times as dense as the steps show each change that the search finds."""
     scene = random_scene(np.random.default_rng(seed))
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -122,7 +122,7 @@ def test_plane_is_a_section():
         assert len(section) > 3 and np.abs(section @ (1, 2, 0) - 0.1).max() < 1e-13
 
 
-def test_separatrix():
+def test_the_separatrix_is_met_where_the_top_turns_over():
     body = kr.Body.cuboid(half=(0.3, 0.6, 1.0), pivot=(0, 0, 0))
     tumbling = kr.Scene(body, body_velocity=(1e-6, 1.0, 1e-6))
     path = kr.solve(tumbling, 300, events=[events.separatrix(tumbling)])
@@ -156,7 +156,7 @@ def test_terminal_ends_the_path_there():
     assert len(on) == len(rest) and np.abs(on.t + end - rest).max() < 1e-11
 
 
-def test_at_most_so_many():
+def test_an_event_is_found_at_most_so_often():
     path = kr.solve(GENERAL, 50, events=[events.nutation(most=2), events.nutation(direction=-1)])
     assert (
         (path.events.which == 0).sum() == 2
@@ -165,7 +165,7 @@ def test_at_most_so_many():
     )
 
 
-def test_where():
+def test_where_keeps_the_events_that_fulfil_it():
     high = {"apex_z": 1, "1": 0.4}
     both = kr.solve(
         GENERAL, 60, events=[events.plane((1, 0, 0)), events.plane((1, 0, 0), where=high)]
@@ -187,7 +187,7 @@ def test_constant_of_the_motion_has_no_events():
     )
 
 
-def test_what_the_docstring_shows():
+def test_what_the_docstring_shows_runs():
     scope = {"kr": kr, "scene": GENERAL}
     lines = [line.strip() for line in events.__doc__.splitlines() if "kr." in line]
     exec("\n".join(lines), scope)
@@ -255,7 +255,7 @@ def test_what_the_docstring_shows():
         ),
     ],
 )
-def test_refused(make, error, message):
+def test_what_is_no_event_is_refused(make, error, message):
     with pytest.raises(error, match=message):
         make()
 
@@ -271,7 +271,7 @@ def test_failure_keeps_what_was_found():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals to a process")
-def test_ctrl_c():
+def test_ctrl_c_keeps_the_events_found():
     code = """
 import os, signal, threading, kreisel as kr
 threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()

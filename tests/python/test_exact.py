@@ -1,4 +1,4 @@
-"""kreisel.exact from Python: what it gives, what it refuses, what auto makes of it. The figures are in validation/."""
+"""kreisel.exact: what it gives, what it refuses, what auto makes of it."""
 
 import copy
 import dataclasses
@@ -68,7 +68,7 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
-def test_rates(name):
+def test_rates_are_those_of_the_axis(name):
     """After a period the axis is as high as before, and further by the mean precession."""
     scene = SCENES[name]
     top = kr.exact(scene)
@@ -113,7 +113,7 @@ def test_rates_of_the_map_tend_to_the_tops():
         assert 0 < near < far / 4 < 2e-3
 
 
-def test_sleeping():
+def test_a_sleeping_top_has_no_period():
     top = kr.exact(THESIS.replace(momentum=(0, 0, 5)))
     assert top.period == math.inf and top.precession == 0
     assert top.spin == pytest.approx(5 / THESIS.body.moments[2], rel=1e-15)
@@ -121,7 +121,7 @@ def test_sleeping():
 
 @pytest.mark.parametrize("step", [0.1, -0.1])
 @pytest.mark.parametrize("name", ["thesis", "tilted", "hanging", "turned", "spherical"])
-def test_map(name, step):
+def test_the_closed_form_of_the_map_gives_its_steps(name, step):
     scene = SCENES[name]
     closed = kr.exact(scene, map="bobenko_suris", step=step)
     stepped = kr.solve(scene, 50 * step, method="bobenko_suris", step=abs(step), every=1)
@@ -133,19 +133,19 @@ def test_map(name, step):
     assert np.array_equal(closed(7).states[0], path.states[7])
 
 
-def test_refusals():
+def test_scenes_without_a_closed_form_are_refused():
     with pytest.raises(
         ValueError, match="no closed form is known for this body of kind 'kowalewski' under gravity"
     ):
         kr.exact(kr.scenes.kowalewski)
     with pytest.raises(
         ValueError,
-        match="'exact' does not apply to this body of kind 'kowalewski'.*without torque; these",
+        match=r"'exact' does not apply to this body of kind 'kowalewski'.*without torque; these",
     ):
         kr.solve(kr.scenes.kowalewski, 1, method="exact")
     assert kr.exact(kr.scenes.kowalewski.replace(gravity=0.0))(1e6).q.shape == (1, 4)
     with pytest.raises(
-        ValueError, match="no closed form is known for the map at the step 0.1 .* of a separatrix"
+        ValueError, match=r"no closed form is known for the map at the step 0.1 .* of a separatrix"
     ):
         kr.exact(
             THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)),
@@ -192,12 +192,12 @@ def test_refusals():
         (lambda: kr.solve(THESIS, 1, method="exact", every=2), ValueError, "exact has none"),
     ],
 )
-def test_bad_input(call, error, match):
+def test_wrong_words_are_refused(call, error, match):
     with pytest.raises(error, match=match):
         call()
 
 
-def test_plans_are_values():
+def test_closed_forms_are_values():
     top = kr.exact(THESIS)
     for other in (copy.deepcopy(top), pickle.loads(pickle.dumps(top))):
         assert other == top and np.array_equal(other(3.0).states, top(3.0).states)

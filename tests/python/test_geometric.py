@@ -1,4 +1,4 @@
-"""method="geometric": the error asked for is met, what was chosen is said, and what cannot be met is refused."""
+"""method="geometric" meets the error asked for, says what it chose, refuses what cannot be met."""
 
 import kreisel as kr
 import numpy as np
@@ -11,7 +11,7 @@ LAGRANGE, KOWALEWSKI, ASYMMETRIC = kr.scenes.thesis, kr.scenes.kowalewski, kr.sc
 @pytest.mark.parametrize(
     "scene", [LAGRANGE, KOWALEWSKI, ASYMMETRIC], ids=["lagrange", "kowalewski", "asymmetric"]
 )
-def test_error_is_met(scene, target):
+def test_the_error_is_met(scene, target):
     times = np.linspace(0, 20, 41)
     path = kr.solve(scene, times, method="geometric", error=target)
     truth = kr.solve(scene, times, method="kahan_li8", step=0.005)
@@ -24,7 +24,7 @@ def test_error_is_met(scene, target):
     )
 
 
-def test_says_what_was_chosen_and_what_it_cost():
+def test_it_says_what_was_chosen_and_what_it_cost():
     path = kr.solve(LAGRANGE, 100, method="geometric", error=1e-7)
     plan = path.plan.choice
     assert path.stats.evaluations == plan.run + plan.trials and plan.trials > 0 and len(path) == 2
@@ -38,14 +38,14 @@ def test_says_what_was_chosen_and_what_it_cost():
     assert 1e-6 < kr.solve(LAGRANGE, 1, method="strang", step=0.1).error < 1e-2
 
 
-def test_no_more_than_it_takes():
+def test_no_more_is_done_than_it_takes():
     free = LAGRANGE.replace(gravity=0.0)  # its drift has no error
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.choice.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
 
 
-def test_at_any_times():
+def test_any_times_can_be_asked_for():
     back = kr.solve(LAGRANGE, [-1, -2.5, -7], method="geometric", error=1e-6)
     truth = kr.solve(LAGRANGE, [-1, -2.5, -7], method="extrap", tol=1e-12)
     assert back.t.tolist() == [-1, -2.5, -7] and kr.attitude_error(back.q, truth.q).max() < 2e-6
@@ -55,7 +55,7 @@ def test_at_any_times():
     assert tuple(kr.solve(LAGRANGE, 0, method="geometric", error=1e-6).m[-1]) == LAGRANGE.momentum
 
 
-def test_refuses_what_the_data_do_not_hold():
+def test_what_the_data_do_not_hold_is_refused():
     with pytest.raises(
         ValueError, match=r"cannot be met at t = 100.*moves the attitude by about \d"
     ):
@@ -73,12 +73,12 @@ def test_refuses_what_the_data_do_not_hold():
         ({"error": 1e-6, "method": "strang", "step": 0.1}, "error is for method='geometric'"),
     ],
 )
-def test_bad_words(words, message):
+def test_words_that_do_not_suit_are_refused(words, message):
     with pytest.raises(ValueError, match=message):
         kr.solve(LAGRANGE, 10, **{"method": "geometric", **words})
 
 
-def test_published_figures(capsys):
+def test_published_figures_are_met(capsys):
     pytest.importorskip("heyoka")
     from validation.bench import geometric
 

@@ -1,4 +1,4 @@
-"""Steps that are refused, and why: up to the limit a step is crude but no nonsense, and above it there is none."""
+"""Steps that are too large for a method are refused; up to the limit they are only crude."""
 
 import re
 
@@ -45,9 +45,12 @@ def error(scene, method, step):
     return kr.attitude_error(path.q, kr.solve(scene, path.t, tol=1e-12, method="taylor").q).max()
 
 
-def test_bobenko_suris4():
-    """Refused where h^2 times 2 |E| or the torque at its largest, in units of I1 and without the spin, is above 1; E is
-    that of the map, which the step changes by a few per cent there."""
+def test_bobenko_suris4_takes_what_its_series_can():
+    """A step is refused where h^2 times 2 |E| or times the largest torque is above 1.
+
+    Both are in units of I1 and without the spin. E is that of the map, which the step changes by a
+    few per cent there.
+    """
     taken = 0
     for scene, step in thrown(200, ["lagrange"], 1):
         i1, i3 = scene.body.moments[0], scene.body.moments[2]
@@ -70,9 +73,9 @@ def test_bobenko_suris4():
         ("veselov4", ["lagrange", "kowalewski", "asymmetric"], 1.25),
     ],
 )
-def test_methods_with_a_modified_kick(method, kinds, most):
-    """Refused where the top, as fast as its energy allows, may turn by more than `most` [rad] in a step, or where h^2
-    |A| over the least moment is above 2."""
+def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
+    """A step is refused where h^2 |A| over the least moment is above 2, or where the top, as fast
+    as its energy allows, may turn by more than `most` [rad] in it."""
     taken = 0
     for scene, step in thrown(200, kinds, 2):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]

@@ -1,4 +1,4 @@
-"""Bodies and scenes are values, in any frame, in any words, and as TOML; the named scenes show what they say."""
+"""Bodies and scenes are values, in any frame and words; the named scenes show what they say."""
 
 import dataclasses
 import json
@@ -17,7 +17,7 @@ RNG = np.random.default_rng(3)
 # Bodies
 
 
-def test_cuboid_about_its_corner():
+def test_a_cuboid_about_its_corner_has_the_moments_of_the_books():
     a, b, c = 0.5, 1.0, 2.0
     body = kr.Body.cuboid(half=(a, b, c), pivot=(-a, -b, -c), density=3)
     mass = 24 * a * b * c
@@ -33,7 +33,7 @@ def test_cuboid_about_its_corner():
 
 
 @pytest.mark.parametrize("scale", [1e-40, 1e-3, 1, 1e40])
-def test_axes_diagonalise(scale):
+def test_the_axes_diagonalise_the_inertia(scale):
     for _ in range(20):
         half, pivot = RNG.uniform(0.1, 1, 3), RNG.uniform(-1, 1, 3)
         body = kr.Body.cuboid(half=half * scale, pivot=pivot * scale, density=scale**-2)
@@ -57,7 +57,7 @@ def test_from_com_agrees_with_the_cuboid():
     np.testing.assert_allclose(moved.com, CORNER.com, rtol=1e-14)
 
 
-def test_symmetric():
+def test_a_symmetric_body_is_one_of_three_moments():
     body = kr.Body.symmetric(mass=2, i1=3, i3=1, height=0.5)
     assert body == kr.Body(mass=2, inertia=(3, 3, 1), com=(0, 0, 0.5))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0) and body.moments == (3, 3, 1)
@@ -80,7 +80,7 @@ def test_lagrange_top_in_a_rotated_frame_keeps_t_along_its_axis():
     np.testing.assert_allclose(body.principal_com, (0, 0, 0.7), atol=1e-15)
 
 
-def test_equal_moments():
+def test_equal_moments_leave_the_axes_as_they_were():
     body = kr.Body(mass=1, inertia=(2, 2, 2), com=(0.1, 0.2, 0.3))
     assert body.kind == "lagrange" and body.axes == (1, 0, 0, 0)
     turned = kr.Body(
@@ -99,7 +99,7 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """From far away the principal axes come out in another order, and fixed steps make other errors of their order."""
+    """Far away the principal axes come out in another order, and fixed steps make other errors."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,
@@ -121,7 +121,7 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     assert kr.attitude_error(back, own.q).max() < atol
 
 
-def test_momentum_and_velocity_in_space_and_body():
+def test_momentum_and_velocity_say_the_same_in_space_and_body():
     q = np.array(matrix(TILT))
     tensor = np.array(CORNER.inertia)
     velocity = np.array([0.3, -0.2, 1.1])
@@ -146,13 +146,13 @@ def test_what_needs_no_rounding_is_exact():
     assert kr.Scene(CORNER, body_momentum=(0.1, 0.7, 0.3)).momentum == (0.1, 0.7, 0.3)
 
 
-def test_scalar_last():
+def test_the_attitude_can_be_given_scalar_last():
     w, x, y, z = TILT
     scene = kr.Scene(CORNER, momentum=GENERAL.momentum, attitude_xyzw=(x, y, z, w))
     assert scene == GENERAL and scene.attitude_xyzw == (x, y, z, w)
 
 
-def test_values():
+def test_scenes_and_bodies_are_values():
     again = kr.Scene(
         kr.Body(CORNER.mass, CORNER.inertia, CORNER.com), GENERAL.momentum, GENERAL.attitude, 1
     )
@@ -165,7 +165,7 @@ def test_values():
         CORNER.mass = 2.0
 
 
-def test_replace():
+def test_replace_changes_one_word():
     assert dataclasses.replace(GENERAL, gravity=2).gravity == 2.0
     assert dataclasses.replace(CORNER, mass=2).mass == 2.0
     slow = GENERAL.replace(body_velocity=(0, 0, 1), attitude_xyzw=(0, 0, 0, 1))

@@ -1,4 +1,4 @@
-"""Names and conventions: what is public, what a method and the core are called, how attitudes are counted."""
+"""Names and conventions: what is public, what a method and the core say they are, attitudes."""
 
 import kreisel as kr
 import numpy as np

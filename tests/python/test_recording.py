@@ -1,4 +1,4 @@
-"""Recording: the times asked for, and paths, whose quantities are computed when they are asked for."""
+"""Recording: the times asked for, and paths, which compute their quantities when asked."""
 
 import pickle
 import threading
@@ -44,10 +44,10 @@ def test_no_times_give_an_empty_path():
         assert getattr(path, name).shape == (0, *shape)
     assert "0 states" in repr(path)
     with pytest.raises(IndexError):
-        path.end
+        _ = path.end
 
 
-def test_start_is_as_given():
+def test_the_start_is_as_given():
     path = kr.solve(GENERAL, 1)
     assert tuple(path.q[0]) == GENERAL.attitude and tuple(path.m[0]) == GENERAL.momentum
 
@@ -68,14 +68,14 @@ def test_auto_is_taylor():
     assert kr.solve(GENERAL, 3, tol=1e-6).tol == 1e-6
 
 
-def test_back_in_time():
+def test_the_way_back_in_time_leads_to_the_start():
     there = kr.solve(GENERAL, 4, tol=1e-12)
     back = kr.solve(there.end, [-1, -4], tol=1e-12)
     assert kr.attitude_error(back.q[-1], GENERAL.attitude) < 1e-8
     assert kr.solve(GENERAL, -4, "rk4", step=0.01).step == -0.01
 
 
-def test_shapes_and_views():
+def test_states_are_viewed_and_quantities_kept_and_neither_can_be_written():
     path = kr.solve(GENERAL, np.linspace(0, 1, 5))
     for view, shape in ((path.t, (5,)), (path.q, (5, 4)), (path.m, (5, 3))):
         assert np.shares_memory(view, path.states) and view.shape == shape
@@ -89,7 +89,7 @@ def test_shapes_and_views():
         path.q[0] = 0
 
 
-def test_quantities_from_their_definitions():
+def test_quantities_are_what_their_definitions_say():
     path = kr.solve(GENERAL, [0, 0.7, 1.9])
     tensor, mass, com = np.array(CORNER.inertia), CORNER.mass, np.array(CORNER.com)
     for i, q in enumerate(matrix(tuple(q)) for q in path.q):
@@ -125,15 +125,15 @@ def test_nothing_is_computed_unasked(name, monkeypatch):
 def test_unknown_names_get_a_hint():
     path = kr.solve(GENERAL, [1.0])
     with pytest.raises(AttributeError, match="did you mean 'velocity'"):
-        path.velocty
-    with pytest.raises(AttributeError, match="there are .*energy"):
-        path.nothing_like_it
+        _ = path.velocty
+    with pytest.raises(AttributeError, match=r"there are .*energy"):
+        _ = path.nothing_like_it
     assert not hasattr(path, "plane")
 
 
 def test_path_is_pickled_with_its_scene():
     path = kr.solve(GENERAL, 1)
-    path.energy
+    _ = path.energy
     again = pickle.loads(pickle.dumps(path))
     assert (
         np.array_equal(again.states, path.states)
@@ -151,7 +151,7 @@ def test_scene_at_goes_on():
         path.scene_at(3)
 
 
-def test_rotations():
+def test_rotations_are_those_of_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     path = kr.solve(GENERAL, [0, 1, 2])
     np.testing.assert_allclose(

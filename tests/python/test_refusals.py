@@ -69,7 +69,7 @@ def nothing_runs(monkeypatch):
         ({"com": {1, 2, 3}}, TypeError, "com must be 3 numbers"),
     ],
 )
-def test_body(change, exception, message):
+def test_a_body_that_is_none_is_refused(change, exception, message):
     refused(kr.Body, BODY | change, exception, message)
 
 
@@ -85,7 +85,7 @@ def test_body(change, exception, message):
         ({"pivot": (0, 1e200, 0)}, ValueError, "inertia must be finite"),
     ],
 )
-def test_cuboid(change, exception, message):
+def test_a_cuboid_that_is_none_is_refused(change, exception, message):
     refused(kr.Body.cuboid, CUBOID | change, exception, message)
 
 
@@ -137,14 +137,14 @@ def test_plates_and_rods_are_bodies():
         ({"gravty": 1}, TypeError, "gravty"),
     ],
 )
-def test_scene(change, exception, message):
+def test_a_scene_that_is_none_is_refused(change, exception, message):
     if message is None:
         change = change | {"body": kr.Body(mass=1, inertia=(20, 20, 10), com=(0, 0, 1))}
         message = "not finite"
     refused(kr.Scene, SCENE | change, exception, message)
 
 
-def test_attitude_up_to_rounding():
+def test_an_attitude_may_be_off_by_rounding():
     q = np.array([0.8, 0.4, -0.2, 0.4])
     assert kr.Scene(LAGRANGE, (0, 0, 1), tuple(q * (1 + 4e-13))).attitude[0] > 0.8
     with pytest.raises(ValueError, match="divide by it"):
@@ -216,7 +216,7 @@ def test_attitude_up_to_rounding():
         ({"eps": 1e-3}, TypeError, "eps"),
     ],
 )
-def test_solve(words, exception, message):
+def test_wrong_words_of_solve_are_refused(words, exception, message):
     refused(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
@@ -226,18 +226,18 @@ def test_what_reads_a_path_takes_no_scene(reader):
         reader(TOP)
 
 
-def test_method_that_does_not_apply():
+def test_a_method_that_does_not_apply_is_refused():
     asymmetric = kr.scenes.asymmetric
     with pytest.raises(
         ValueError,
-        match="'bobenko_suris' does not apply to this body of kind 'general'.*strang, .*rk4",
+        match=r"'bobenko_suris' does not apply to this body of kind 'general'.*strang, .*rk4",
     ):
         kr.solve(asymmetric, 1, "bobenko_suris", step=0.1)
 
 
 @pytest.mark.parametrize("name", sorted({"gsl_rk8pd", "gsl_bsimp"} - set(kr.methods)))
 def test_methods_of_gsl_say_how_to_get_them(name):
-    with pytest.raises(ValueError, match="GNU Scientific Library .*KREISEL_GSL=ON"):
+    with pytest.raises(ValueError, match=r"GNU Scientific Library .*KREISEL_GSL=ON"):
         kr.solve(TOP, 1, name)
 
 
@@ -259,5 +259,5 @@ def test_methods_of_gsl_say_how_to_get_them(name):
         ({"methods": ["extrap"], "truth": "rk44"}, ValueError, "unknown method 'rk44'"),
     ],
 )
-def test_compare(words, exception, message):
+def test_wrong_words_of_compare_are_refused(words, exception, message):
     refused(kr.compare, {"scene": TOP, "t": 10, **words}, exception, message)

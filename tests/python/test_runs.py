@@ -28,14 +28,14 @@ def test_stream_gives_the_bits_of_solve(method, chunk):
 
 
 @pytest.mark.parametrize("end", [20.0, -20.0, 19.99])
-def test_stream_on_the_grid(end):
+def test_stream_on_the_grid_gives_the_path_in_pieces(end):
     whole = kr.solve(TOP, end, "strang", step=0.01, every=7)
     paths = list(kr.stream(TOP, end, "strang", step=0.01, every=7, chunk=50, want=("t", "energy")))
     assert np.array_equal(np.concatenate([path.t for path in paths]), whole.t)
     assert np.array_equal(np.concatenate([path.energy for path in paths]), whole.energy)
 
 
-def test_streams_without_end():
+def test_streams_need_not_end():
     grid = kr.stream(TOP, math.inf, "strang", step=0.01, every=10, chunk=100)
     some = list(itertools.islice(grid, 5))
     whole = kr.solve(TOP, 49.9, "strang", step=0.01, every=10)
@@ -136,7 +136,7 @@ def test_a_run_leads_on():
     assert run.to(1).t.tolist() == [0, 1] and run.to(2).t.tolist() == [1, 2] and run.t == 2
     assert run.to(2.1, every=5).t.tolist() == [205 * 0.01, 210 * 0.01]
     assert "strang at t = 2.1" in repr(run) and run.plan == kr.plan(TOP, method="strang", step=0.01)
-    with pytest.raises(ValueError, match="goes back from the run's 2.1"):
+    with pytest.raises(ValueError, match=r"goes back from the run's 2.1"):
         run.to([1.0])
     with pytest.raises(ValueError, match="goes back"):
         run.to(-3)

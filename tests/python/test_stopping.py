@@ -13,9 +13,9 @@ from tops import GENERAL
 TOP = kr.scenes.asymmetric
 
 
-def test_limit_of_steps():
+def test_a_limit_of_steps_ends_a_run():
     with pytest.raises(
-        kr.Error, match="largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
+        kr.Error, match=r"largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
     ) as failure:
         kr.solve(GENERAL, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
     error = failure.value
@@ -29,9 +29,9 @@ def test_limit_of_steps():
 
 
 @pytest.mark.parametrize("first, reached", [(0.0, [0, 1.5]), (1.0, [1, 1.5]), (50.0, [1.5])])
-def test_a_state_that_stops_being_finite(first, reached):
+def test_a_state_that_stops_being_finite_ends_a_run(first, reached):
     wild = GENERAL.replace(momentum=(5, -10, 5), attitude=(1, 0, 0, 0))
-    with pytest.raises(kr.Error, match="finite.* in 3 steps") as failure:
+    with pytest.raises(kr.Error, match=r"finite.* in 3 steps") as failure:
         kr.solve(wild, [first, 50.0], "rk4", step=0.5)
     path = failure.value.path
     assert failure.value.status == "ERR_NOT_FINITE" and path.t.tolist() == reached
@@ -39,7 +39,7 @@ def test_a_state_that_stops_being_finite(first, reached):
     assert np.array_equal(path.states[-1], kr.solve(wild, 1.5, "rk4", step=0.5).states[-1])
 
 
-def test_tolerance_out_of_reach():
+def test_a_tolerance_out_of_reach_ends_a_run():
     with pytest.raises(kr.Error) as failure:
         kr.solve(GENERAL, 1, tol=1e-300)
     assert failure.value.status == "ERR_STEP" and failure.value.path.t.tolist()[0] == 0

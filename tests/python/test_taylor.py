@@ -11,7 +11,10 @@ from tops import GENERAL
 def angle(a, b):
     """Between the last attitudes of two paths, without losing a digit."""
     p, q = (
-        [Fraction(float(x)) + Fraction(float(y)) for x, y in zip(path.q[-1], path.q_low[-1])]
+        [
+            Fraction(float(x)) + Fraction(float(y))
+            for x, y in zip(path.q[-1], path.q_low[-1], strict=True)
+        ]
         for path in (a, b)
     )
     vec = [
@@ -29,7 +32,7 @@ def test_digits_are_what_they_say():
     assert plain.q_low.shape == (2, 4) and plain.m_low.shape == (2, 3)
     norm = sum(
         (Fraction(x) + Fraction(y)) ** 2
-        for x, y in zip(thirty.q[-1].tolist(), thirty.q_low[-1].tolist())
+        for x, y in zip(thirty.q[-1].tolist(), thirty.q_low[-1].tolist(), strict=True)
     )
     assert abs(float(norm - 1)) < 1e-30
     assert abs(thirty.m[-1, 2] - 1.46 + thirty.m_low[-1, 2]) < 1e-28
@@ -63,7 +66,7 @@ def test_sixteen_digits_are_the_default():
         ),
     ],
 )
-def test_wrong_digits(how, error, message):
+def test_wrong_digits_are_refused(how, error, message):
     with pytest.raises(error, match=message):
         kr.solve(GENERAL, 1, **how)
 
@@ -86,7 +89,7 @@ def test_a_path_knows_its_error(how, low, high):
         assert path.error == pytest.approx(angle(path, truth), rel=1e-3)
 
 
-def test_the_error_of_nothing():
+def test_no_time_makes_no_error():
     assert kr.solve(GENERAL, []).error == 0.0
     assert kr.solve(GENERAL, [0.0]).error < 1e-15
 
@@ -98,7 +101,7 @@ def test_looks_cost_no_steps_and_change_nothing():
     assert np.ptp(many.energy) < 1e-14 * many.kinetic.max()
 
 
-def test_back_in_time():
+def test_the_way_back_in_time_leads_to_the_start():
     for digits, bound in ((16, 1e-12), (20, 1e-12)):
         there = kr.solve(GENERAL, 8, digits=digits)
         back = kr.solve(there.end, -8, digits=digits)
@@ -107,7 +110,9 @@ def test_back_in_time():
 
 def test_compare_takes_twenty_digits_for_the_truth():
     table = kr.compare(GENERAL, 10, ["taylor"], tols=[1e-6, 1e-12], repeats=1)
-    assert [row.attitude_error < bound for row, bound in zip(table, (1e-4, 1e-10))] == [True, True]
+    assert [
+        row.attitude_error < bound for row, bound in zip(table, (1e-4, 1e-10), strict=True)
+    ] == [True, True]
     assert table[1].attitude_error > 0
 
 

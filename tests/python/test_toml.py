@@ -34,7 +34,8 @@ def test_toml_keeps_every_bit(scale, tmp_path):
             kr.Body.symmetric(1, 2, 1.5, 0.5),
         ),
         (
-            "from_com = { mass = 1, inertia_about_com = [2, 2, 1.5], com = [0, 0, 1], pivot = [0, 0.5, 0] }",
+            "from_com = { mass = 1, inertia_about_com = [2, 2, 1.5], com = [0, 0, 1], "
+            "pivot = [0, 0.5, 0] }",
             kr.Body.from_com(1, (2, 2, 1.5), (0, 0, 1), (0, 0.5, 0)),
         ),
         (
@@ -80,7 +81,7 @@ def test_toml_takes_the_words_of_the_constructors(body, expected, tmp_path):
         ("momentum = [0, 0, 1\n", ValueError, "Unclosed array"),
     ],
 )
-def test_toml_that_is_wrong(text, exception, message, tmp_path):
+def test_toml_that_is_wrong_is_refused(text, exception, message, tmp_path):
     file = tmp_path / "top.toml"
     file.write_text(text)
     with pytest.raises(exception, match=f"top.toml: .*{message}"):

@@ -335,9 +335,13 @@ class _Stopped(BaseException):
 class Error(_Stopped, RuntimeError):
     """A run failed. `.path` holds what was reached, `.status` the reason's name."""
 
+    __module__ = "kreisel"  # a traceback names what users catch
+
 
 class Interrupted(_Stopped, KeyboardInterrupt):
     """Ctrl-C during a run. `.path` holds what was reached."""
+
+    __module__ = "kreisel"
 
 
 def stopped(status: str, path: Path, where: str) -> BaseException:
