@@ -5,8 +5,8 @@
 #include "exact/dispatch.h"
 
 const char *bench_isa(int isa);
-double bench_plan(const kr_scene *scene, int n);
-double bench_plan_and_state(const kr_scene *scene, double t, int n);
+double bench_closed_form(const kr_scene *scene, int n);
+double bench_closed_form_and_state(const kr_scene *scene, double t, int n);
 double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[]);
 double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[]);
@@ -20,19 +20,19 @@ static double now(void)
 }
 static volatile double keep;
 
-double bench_plan(const kr_scene *scene, int n)
+double bench_closed_form(const kr_scene *scene, int n)
 {
-    kr_exact plan;
+    kr_exact form;
     const double begin = now();
-    for (int i = 0; i < n; i++) keep = kr_exact_plan(scene, &plan) == KR_OK ? plan.period : 0.0;
+    for (int i = 0; i < n; i++) keep = kr_exact_plan(scene, &form) == KR_OK ? form.period : 0.0;
     return (now() - begin) / n;
 }
-double bench_plan_and_state(const kr_scene *scene, double t, int n)
+double bench_closed_form_and_state(const kr_scene *scene, double t, int n)
 {
-    kr_exact plan;
+    kr_exact form;
     const double begin = now();
     for (int i = 0; i < n; i++)
-        keep = kr_exact_plan(scene, &plan) == KR_OK ? kr_exact_state(&plan, t).q.w : 0.0;
+        keep = kr_exact_plan(scene, &form) == KR_OK ? kr_exact_state(&form, t).q.w : 0.0;
     return (now() - begin) / n;
 }
 const char *bench_isa(int isa) /* NULL: beyond the last */
@@ -45,10 +45,10 @@ double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_
 {
     kr_state (*const state)(const kr_exact *, double) =
         isa < 0 ? kr_exact_state : kr_exact_isa_at(isa)->one->state;
-    kr_exact plan;
-    if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
+    kr_exact form;
+    if (kr_exact_plan(scene, &form) != KR_OK) return -1.0;
     const double begin = now();
-    for (int i = 0; i < n; i++) out[i] = state(&plan, t[i]);
+    for (int i = 0; i < n; i++) out[i] = state(&form, t[i]);
     return (now() - begin) / n;
 }
 /* n times, so many at once. */
@@ -56,11 +56,11 @@ double bench_batch(const kr_scene *scene, int isa, int batch, int n, const doubl
                    kr_state out[])
 {
     kr_exact_many *const states = isa < 0 ? kr_exact_states : kr_exact_isa_at(isa)->many;
-    kr_exact plan;
-    if (kr_exact_plan(scene, &plan) != KR_OK) return -1.0;
+    kr_exact form;
+    if (kr_exact_plan(scene, &form) != KR_OK) return -1.0;
     const double begin = now();
     for (int from = 0; from < n; from += batch)
-        states(&plan, (size_t)(n - from < batch ? n - from : batch), t + from, out + from);
+        states(&form, (size_t)(n - from < batch ? n - from : batch), t + from, out + from);
     return (now() - begin) / n;
 }
 double bench_map_state(const kr_scene *scene, double step, int n)

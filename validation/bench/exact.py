@@ -42,7 +42,7 @@ def library():
     """Compiles the core with all its instruction sets, and the loops that time it."""
     with tempfile.TemporaryDirectory() as folder:
         loops = compiled(folder, Path(__file__).with_suffix(".c"))
-    for name in ("plan", "plan_and_state", "states", "batch", "map_state"):
+    for name in ("closed_form", "closed_form_and_state", "states", "batch", "map_state"):
         getattr(loops, f"bench_{name}").restype = ctypes.c_double
     loops.bench_isa.restype = ctypes.c_char_p
     return loops
@@ -65,10 +65,10 @@ class Ours:
         self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
 
     def closed_form(self):
-        return self.loops.bench_plan(self.scene, 200)
+        return self.loops.bench_closed_form(self.scene, 200)
 
     def closed_form_and_state(self):
-        return self.loops.bench_plan_and_state(self.scene, ctypes.c_double(END), 200)
+        return self.loops.bench_closed_form_and_state(self.scene, ctypes.c_double(END), 200)
 
     def state(self, isa=AS_CALLED):
         return self.loops.bench_states(self.scene, isa, BATCH, *self.arrays)

@@ -29,11 +29,13 @@ READY = """new Promise((done) => { const look = () => {
 }; look(); })"""
 # Milliseconds a frame for stepping alone, over 2000 frames: eleven times.
 STEPPING = """(methods) => Array.from({ length: 11 }, () => {
-    kreisel.page.load({ ...kreisel.presets[1], methods, eps: [0.01, 0.01] });
+    const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
+    kreisel.page.load({ ...preset, methods, eps: [0.01, 0.01] });
     const begin = performance.now();
     for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
+LOAD = "(name) => kreisel.page.load(kreisel.presets.find((preset) => preset.name === name))"
 # Of each pointermove: how many frames until it was drawn, and after how many milliseconds.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
     const { render } = kreisel.view.renderer.info, before = render.frame;
@@ -94,7 +96,7 @@ def main(argv=None):
         for pair in PAIRS:
             name = f"stepping, two {pair[0]}, two {pair[1]}"
             say(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
-        page.evaluate("kreisel.page.load(kreisel.presets[0])")
+        page.evaluate(LOAD, "Lagrange's top")
         frames, after = zip(*drag(page), strict=True)
         say("a drag is drawn", frames, "frame(s)", 0)
         say("a drag is drawn", after, "ms", 0)

@@ -154,7 +154,7 @@ def judge(case, truth_of):
 
 
 def summary(cases):
-    """Prints, and gives the part that is kept, and the price."""
+    """Prints the part of the scenes that is kept and the price, and gives both."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
     price, alone = (

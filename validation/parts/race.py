@@ -41,7 +41,7 @@ def fastest_of(rows, scene, target, wanted):
 
 
 def races(rows, scenes):
-    """For each scene and target: the fastest row of kreisel, and the fastest of a peer."""
+    """Gives for each scene and target the fastest row of kreisel, and the fastest of a peer."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_of(rows, scene, target, lambda row: not row.peer)
@@ -49,8 +49,8 @@ def races(rows, scenes):
 
 
 def times(rows, scene):
-    """For each method of a scene: milliseconds to each target, the fastest marked, and its smallest
-    error."""
+    """Gives for each method of a scene the milliseconds to each target, the fastest marked, and its
+    smallest error."""
     groups = by_method(rows, scene)
     seconds = {
         name: [hit and hit.seconds for hit in (reaching(own, target) for target in TARGETS)]
@@ -76,7 +76,8 @@ def references(methods):
 
 
 def summary(rows, scenes):
-    """For each scene and target: the fastest method of kreisel, beside those to compare with."""
+    """Gives for each scene and target the fastest method of kreisel, beside those to compare
+    with."""
     known = references({row.method for row in rows})
 
     def seconds(scene, target, name):

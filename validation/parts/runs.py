@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The best of all rounds: a disturbance only ever adds."""
+        """Takes the best of all rounds, for a disturbance only ever adds."""
         return min(self.samples, default=self.about)
 
     @property
@@ -75,7 +75,7 @@ def looks(end, step):
     return every * np.arange(int(end / every) + 1)
 
 
-class Bench:
+class SceneRuns:
     """One scene with its truth, and the runs made so far: the times need them again."""
 
     def __init__(self, problem, end, truth, budget):
@@ -143,7 +143,7 @@ def enough(rows, longest):
 
 
 def truth_task(problem, end):
-    """The finding that all errors on a scene are measured against."""
+    """Makes the truth of a scene, which all errors on it are measured against."""
     return Task(truth_key(problem), partial(reference.of, problem, end), 0.2)
 
 
@@ -152,21 +152,21 @@ def truth_key(problem):
 
 
 def tasks(problem, end, budget, store):
-    """The findings to make on one scene: its truth, the errors of each method, then rounds of
+    """Lists the findings to make on one scene: its truth, the errors of each method, then rounds of
     times, all in turn."""
     yield truth_task(problem, end)
-    bench = Bench(problem, end, lambda: store.known[truth_key(problem)], budget)
-    for who in bench.contenders.values():
+    made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
+    for who in made.contenders.values():
         key = f"runs/{problem.name}/{who.name}"
-        yield Task(key, partial(bench.explore, who), 0.1 if budget.quick else 0.6)
+        yield Task(key, partial(made.explore, who), 0.1 if budget.quick else 0.6)
     for i in range(budget.rounds):
         yield Task(
             f"times/{problem.name}/{i}",
-            lambda: bench.times(explored(store, problem.name)),
+            lambda: made.times(explored(store, problem.name)),
             0.1 if budget.quick else 1.5,
             None if i < budget.least_rounds else ROUNDS_UNTIL,
         )
-    yield Task(None, bench.runs.clear)
+    yield Task(None, made.runs.clear)
 
 
 def explored(store, scene):

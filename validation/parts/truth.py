@@ -52,8 +52,8 @@ def has_many_digits(way):
 
 
 def agreement(lines):
-    """For each scene: how far the ways of many digits are from the truth, and which of the others
-    is furthest, in roundings of the data."""
+    """Gives for each scene how far the ways of many digits are from the truth, and which of the
+    others is furthest, in roundings of the data."""
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
         many = [angle for angle, way in apart if has_many_digits(way)]

@@ -35,7 +35,7 @@ class Setting:
 
     @property
     def words(self):
-        """The keywords of kr.solve."""
+        """Gives the keywords of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
     def __str__(self):

@@ -35,12 +35,12 @@ class Course:
 
     @property
     def axial_momentum(self):
-        """<m, a>"""
+        """Gives <m, a>."""
         return self.path.axial_momentum
 
     @property
     def vertical_momentum(self):
-        """<m, e3>; the thesis has <m, p>, which is this times gravity."""
+        """Gives <m, e3>; the thesis has <m, p>, which is this times gravity."""
         return self.path.vertical_momentum
 
     @property

@@ -49,7 +49,8 @@ class Four:
 
     @cached_property
     def L(self):
-        """Frame errors, against the truth and as the text has them: between two of its own runs."""
+        """Gives the frame errors, against the truth and as the text has them: between two of its
+        own courses."""
         return {
             "BS": frame_error(self.blue, self.true),
             "Ext": frame_error(self.green, self.true),
@@ -63,8 +64,8 @@ class Four:
 
     @cached_property
     def term(self):
-        """What 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in scaled
-        units, less its start."""
+        """Gives what 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in
+        scaled units, less its start."""
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
         return -(term - term[0])

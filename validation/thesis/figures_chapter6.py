@@ -20,7 +20,7 @@ def until(t, values, end):
 
 
 def geodesic():
-    """The sketch 6.5."""
+    """Draws the sketch 6.5."""
     return Figure(
         "6.5",
         "L(E) is the length of the geodesic from E to N",

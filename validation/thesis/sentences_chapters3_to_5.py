@@ -22,7 +22,8 @@ SPECIAL = {  # how the text makes them, and how large their equal moments are be
 
 
 def chapter3(forms, frozen):
-    """3.4: which form of the equations. `frozen`: {interval: attitude error}."""
+    """Judges the sentences of 3.4 on the form of the equations. `frozen`: {interval: attitude
+    error}."""
 
     def at_tolerance(form, tol=1e-8):
         return next(r for r in forms if (r.scene, r.form, r.tol) == ("thesis", form, tol))

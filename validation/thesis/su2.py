@@ -12,17 +12,17 @@ BASIS = (E1, E2, E3)
 
 
 def hat(x):
-    """A vector as a matrix."""
+    """Writes a vector as a matrix."""
     return x[0] * E1 + x[1] * E2 + x[2] * E3
 
 
 def vec(X):
-    """<X, e_i> = -2 tr(X e_i)."""
+    """Writes a matrix as a vector: <X, e_i> = -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 
 def turned(Phi, x):
-    """Phi^-1 x Phi."""
+    """Turns x: Phi^-1 x Phi."""
     return vec(np.linalg.inv(Phi) @ hat(x) @ Phi)
 
 
@@ -33,7 +33,7 @@ def rotation(axis, angle):
 
 
 def quaternion(G):
-    """(w, x, y, z) of w Id + 2 hat(x, y, z)."""
+    """Gives (w, x, y, z) of w Id + 2 hat(x, y, z)."""
     return np.array([np.trace(G).real / 2, *(vec(G) / 2)])
 
 
@@ -52,7 +52,7 @@ def xi(form, m, a, b, c, alpha, eps, second=None):
 
 
 def step_of(m, a, eps, g):
-    """Theorem 4.1: p = g e3."""
+    """Makes a step by theorem 4.1, where p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
     X = ID + eps * hat(m)
     return m, vec(X @ hat(a) @ np.linalg.inv(X))
@@ -79,5 +79,5 @@ def theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
 
 
 def exact(scene, end):
-    """The true attitude at the end, (w, x, y, z)."""
+    """Gives the true attitude at the end, (w, x, y, z)."""
     return truth(scene, [end]).path.q[-1]

@@ -1,0 +1,75 @@
+"""The report takes in a method of a later day unasked."""
+
+import ast
+from dataclasses import fields
+
+import kreisel as kr
+import pytest
+from toolbox import ROOT
+
+from validation.parts import cases, cells, ensemble, left_out, published, stiff
+from validation.peers import contenders, families
+from validation.truth.problems import load
+
+MACHINERY = [
+    file
+    for folder in ("peers", "drawing", "parts", "report")
+    for file in sorted((ROOT / "validation" / folder).glob("*.py"))
+]
+NAMED = {  # why each of these files knows a method by name
+    "left_out": {"suzuki4", "taylor"},  # what is left out of which
+    "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
+    "race": {"gsl_rk8pd"},  # whom the tables compare with
+    "readme_picture": {"bobenko_suris"},  # what is drawn
+    "stiff": {"exact"},  # a truth, not one of those compared
+}
+NEW = "of_a_later_day"
+
+
+class Newcomer(kr.Method):
+    """suzuki4 under a name that nothing knows."""
+
+    def suits(self, scene):
+        return kr.methods["suzuki4"].suits(scene)
+
+
+@pytest.fixture
+def newcomer(monkeypatch):
+    known, solve = kr.methods["suzuki4"], kr.solve
+
+    def solving(scene, t, method="auto", **words):
+        return solve(scene, t, "suzuki4" if method == NEW else method, **words)
+
+    monkeypatch.setattr(kr, "solve", solving)
+    words = {field.name: getattr(known, field.name) for field in fields(known)}
+    monkeypatch.setitem(kr.methods, NEW, Newcomer(**words | {"name": NEW}))
+
+
+def test_a_method_of_a_later_day_is_everywhere(newcomer):
+    case = next(case for case in cases.gravities())
+    assert NEW in {cell["method"] for cell in cells.examine(case)}
+    assert NEW in {line["method"] for line in stiff.examine()}
+    assert NEW in {run["method"] for run in ensemble.examine("general", 1)}
+    (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
+    assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
+    assert NEW in {row["name"] for row in left_out.by_form(1)}
+    assert NEW in {who.name for who in contenders.ours(load("asymmetric"))}
+    assert [title for title, (own, _) in families.families().items() if NEW in own] == [
+        "fixed step, order 3 and 4"
+    ]
+
+
+def test_every_method_is_in_one_family_or_a_peer():
+    places = [name for own, _ in families.families().values() for name in own]
+    peers = next(iter(families.families().values()))[1]
+    assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)
+
+
+@pytest.mark.parametrize("file", MACHINERY, ids=lambda file: file.stem)
+def test_the_machinery_knows_no_method_by_name(file):
+    words = {
+        node.value
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Constant) and node.value in kr.methods
+    }
+    assert words == NAMED.get(file.stem, set()) & set(kr.methods)

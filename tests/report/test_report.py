@@ -1,0 +1,128 @@
+"""The report as it is written, of its own scenes and of a user's. Nothing here asserts a time."""
+
+import csv
+import re
+
+import kreisel as kr
+import pytest
+
+from validation.parts import cases, race, workprecision
+from validation.peers import machine
+from validation.report import main as report
+from validation.truth.problems import HORIZONS, load
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    assert report.main(["--quick", "--only", "workprecision,truth", "--out", str(out)]) == 0
+    return out
+
+
+def rows_of(out):
+    lines = (out / "workprecision.csv").read_text().splitlines()
+    return list(csv.DictReader(line for line in lines if not line.startswith("#")))
+
+
+def test_the_report_writes_its_table(quick):
+    header = [
+        line
+        for line in (quick / "workprecision.csv").read_text().splitlines()
+        if line.startswith("# ")
+    ]
+    for key in ("machine", "compiler", "commit", "GSL"):
+        assert any(re.match(rf"# {key}: \S", line) for line in header), key
+    assert tuple(rows_of(quick)[0]) == workprecision.COLUMNS
+    for name in HORIZONS:
+        ran = {
+            run["method"]: run for run in rows_of(quick) if run["scene"] == name
+        }  # the tightest of each
+        scene = load(name).scene()
+        suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
+        assert set(ran) == suited | {"heyoka", "scipy_dop853"}
+        for method, run in ran.items():
+            assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
+            if method != "scipy_dop853":  # stopped early where it is slow
+                assert float(run["attitude_error"]) < 0.1 and float(run["energy_error"]) < 1e-2, (
+                    f"{method} on {name}"
+                )
+
+
+def test_the_report_writes_its_page(quick):
+    page = (quick / "index.html").read_text()
+    assert page.count("<svg") >= 7 * len(HORIZONS), (
+        "the path of the apex, at least three families and three overviews a scene"
+    )
+    assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", page)
+    assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page), "the page stands alone"
+    assert (machine.GSL_MISSING in page) == (not machine.has_gsl())
+    scenes = [load(name).scene() for name in HORIZONS]
+    for name, method in kr.methods.items():
+        assert (f">{name}<" in page) == any(method.suits(scene) for scene in scenes)
+    anchors = set(re.findall(r'\bid="([^"]+)"', page))
+    assert set(re.findall(r'href="#([^"]+)"', page.split("<svg")[0])) <= anchors, (
+        "links within the page"
+    )
+    for file in set(re.findall(r'href="([^#"]+)"', page)) - {
+        "thesis.html"
+    }:  # that one has a command of its own
+        assert (quick / file).exists(), file
+
+
+def test_the_report_writes_the_table_of_the_readme(quick):
+    lines = (quick / "readme_table.md").read_text().splitlines()
+    assert len(lines) == 2 + len(HORIZONS) * len(race.TARGETS)
+    assert len({line.count("|") for line in lines}) == 1
+
+
+def test_the_report_takes_a_scene_of_ones_own(tmp_path):
+    """It is described in a frame that is not its principal one: errors must come out small all the
+    same."""
+    turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
+    kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
+    assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0
+    best = {run["method"]: float(run["attitude_error"]) for run in rows_of(tmp_path)}
+    assert {run["scene"] for run in rows_of(tmp_path)} == {"mine"}
+    assert best["heyoka"] < 1e-9 and best["extrap"] < 1e-5 and best["rk4"] < 1e-2
+    assert report.main(["--out", str(tmp_path), str(tmp_path / "missing.toml")]) == 2
+
+
+ODD = {
+    "free": kr.Scene(kr.Body(1.0, (1.0, 0.8, 0.5), (0.0, 0.0, 0.0)), body_velocity=(0.5, 0.2, 3.0)),
+    "nanoparticle": cases.at(
+        lambda: cases.lagrange(1.2e-33, 1e-33, 1e-18, 1e-9),
+        body_velocity=(1e6, 0.0, 1e9),
+        gravity=9.81,
+    )(),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_the_report_takes_odd_scenes(name, tmp_path):
+    ODD[name].to_toml(tmp_path / f"{name}.toml")
+    assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / f"{name}.toml")]) == 0
+    page = (tmp_path / "index.html").read_text()
+    assert f'id="{name}"' in page and not re.search(
+        r"{{|{%|\bNone\b|\bnan\b|\binf\b|Undefined", page
+    )
+
+
+@pytest.mark.parametrize("content", ["", "[body\nmass = 1", "mass = 1"])
+def test_the_report_refuses_what_is_no_scene_by_name(content, tmp_path, capsys):
+    (tmp_path / "wrong.toml").write_text(content)
+    assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "wrong.toml")]) == 2
+    assert "wrong.toml" in capsys.readouterr().out.replace("\n", "")
+
+
+def test_the_report_refuses_a_top_that_rests_for_ever(tmp_path, capsys):
+    ODD["free"].replace(momentum=(0.0, 0.0, 0.0)).to_toml(tmp_path / "still.toml")
+    assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "still.toml")]) == 2
+    assert "rests for ever" in capsys.readouterr().out.replace("\n", " ")
+
+
+def test_the_report_refuses_an_unknown_part(capsys):
+    with pytest.raises(SystemExit) as refused:
+        report.main(["--only", "truth,magic"])
+    assert refused.value.code == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "'magic' is none of workprecision, truth, atlas" in said

@@ -1,0 +1,63 @@
+"""What is kept of runs: the fastest that counts, what was measured, what was found."""
+
+from dataclasses import replace
+
+from validation.parts import race, runs
+from validation.parts.budget import BUDGETS, Task, work_through
+from validation.parts.store import Store
+from validation.peers import measure
+
+
+def row(error, energy, seconds):
+    known = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
+    return runs.Measurement("thesis", 1.0, "m", False, **known)
+
+
+def test_a_lucky_zero_does_not_win():
+    lucky, honest, finer = row(1e-13, 1e-13, 1), row(5e-7, 1e-8, 2), row(1e-8, 1e-9, 3)
+    assert race.reaching([lucky, honest, finer], 1e-6) is lucky
+    assert race.reaching([lucky, honest, finer], 1e-9) is None, "the next tighter run is worse"
+    assert race.reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
+        "the energy disagrees"
+    )
+    assert race.reaching([honest], 1e-6) is None, "nothing tighter bears it out"
+    closed_form = replace(honest, tol=None)
+    assert race.reaching([closed_form], 1e-6) is closed_form
+
+
+def test_an_interruption_keeps_what_was_measured():
+    calls = []
+
+    def call():
+        calls.append(1)
+        if len(calls) == 5:
+            raise KeyboardInterrupt
+
+    samples, interrupted = measure.interleaved([call, call], [1.0, 1.0], rounds=10)
+    assert interrupted and [len(own) for own in samples] == [2, 2]
+
+
+def test_what_was_found_is_kept_and_not_found_again(tmp_path):
+    made = []
+
+    def make(i):
+        if i == 2 and len(made) < 3:
+            made.append("interrupted")
+            raise KeyboardInterrupt
+        made.append(i)
+        return i
+
+    class Bar:
+        add_task = update = advance = staticmethod(lambda *args, **words: None)
+
+    for expected in ("interrupted", ""):
+        store = Store(tmp_path / "findings.jsonl", ["as before"])
+        outcome = work_through(
+            [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)], store, BUDGETS["quick"], Bar
+        )
+        assert outcome.startswith(expected) and bool(outcome) == bool(expected)
+    assert made == [0, 1, "interrupted", 2, 3]
+    kept = (tmp_path / "findings.jsonl").read_text()
+    (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
+    assert Store(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
+    assert Store(tmp_path / "findings.jsonl", ["another machine"]).known == {}

@@ -1,0 +1,120 @@
+"""The truths: computed anew, by several ways, and kept; and heyoka and kreisel beside them."""
+
+import kreisel as kr
+import mpmath as mp
+import pytest
+
+from validation.peers import contenders
+from validation.truth import reference
+from validation.truth.problems import HORIZONS, SHORT, attitude_error, described, load
+
+TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
+
+
+def numbers(texts):
+    with mp.workdps(reference.DIGITS):
+        return [mp.mpf(x) for x in texts]
+
+
+def test_a_truth_computed_anew_is_the_one_kept():
+    problem = load("thesis")
+    kept = reference.stored("thesis", SHORT)
+    (state,) = reference.states(problem, [SHORT])
+    assert reference.angle(state, numbers(kept["attitude"])) < 1e-31
+    with mp.workdps(reference.DIGITS):
+        assert (
+            max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]), strict=True))
+            < 1e-30
+        )
+
+
+@pytest.mark.parametrize("name, t", TIMES)
+def test_truths_keep_what_a_top_keeps(name, t):
+    problem, kept = load(name), reference.stored(name, t)
+    state = numbers(kept["attitude"] + kept["body_momentum"])
+    with mp.workdps(reference.DIGITS):
+        w, x, y, z = state[:4]
+        up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
+        assert abs(sum(c * c for c in state[:4]) - 1) < 1e-32, "unit quaternion"
+        assert (
+            abs(
+                sum(m * u for m, u in zip(state[4:], up, strict=True)) - mp.mpf(problem.momentum[2])
+            )
+            < 1e-30
+        ), "<m, e3>"
+    assert reference.energy_error(problem, state) < 1e-31
+    assert 0 < kept["agreement"] < 1e-28
+    assert 1e-15 < kept["conditioning"] < 1e-10
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_truths_by_all_ways_agree_within_the_conditioning(name):
+    kept = reference.stored(name, SHORT)
+    apart = dict(reference.ways(load(name), SHORT, kept))
+    assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
+    assert apart.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
+    assert apart.pop("heyoka, 80 bit") < kept["conditioning"] / 10
+    for way, angle in apart.items():
+        assert angle < 10 * kept["conditioning"], way
+
+
+def test_the_conditioning_is_what_a_moved_scene_shows():
+    problem, size = load("asymmetric"), 1e-8
+    moved = kr.Scene(
+        problem.scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude
+    )
+    ends = [
+        kr.solve(scene, 30.0, method="extrap", tol=1e-13).q[-1]
+        for scene in (problem.scene(), moved)
+    ]
+    expected = reference.stored("asymmetric", 30.0)["conditioning"] * size / reference.ROUNDING
+    assert 0.01 * expected < attitude_error(*ends) < expected, (
+        "the momentum is only part of the data"
+    )
+
+
+def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
+    scene = kr.scenes.thesis
+    here = reference.on_the_way(described("here", scene), SHORT)
+    assert attitude_error(here["attitude"], reference.stored("thesis", SHORT)["attitude"]) < 1e-18
+    far = kr.Scene(
+        kr.Body(
+            2.0**-60,
+            [x * 2.0**-100 for x in scene.body.inertia],
+            [z * 2.0**-20 for z in scene.body.com],
+        ),
+        [m * 2.0**-90 for m in scene.momentum],
+        gravity=1.0,
+    )
+    with_rate = reference.on_the_way(described("far", far), SHORT * 2.0**-10)
+    assert attitude_error(here["attitude"], with_rate["attitude"]) < 1e-18
+
+
+@pytest.mark.parametrize("name, t", TIMES)
+def test_heyoka_in_double_agrees_with_the_truth(name, t):
+    kept = reference.stored(name, t)
+    run = contenders.HeyokaRun(load(name), t, contenders.Setting(tol=contenders.EPS))
+    assert attitude_error(run.solve(), kept["attitude"]) < 100 * kept["conditioning"]
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_extrap_agrees_with_the_truth(name):
+    problem = load(name)
+    path = kr.solve(problem.scene(), t=SHORT, method="extrap", tol=1e-12)
+    assert attitude_error(path.q[-1], reference.stored(name, SHORT)["attitude"]) < 1e-8
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_energies_are_those_of_kreisel(name):
+    problem = load(name)
+    path = kr.solve(problem.scene(), t=[0, 1, 2, 3])
+    kinetic, potential = problem.energies(path.q, path.m)
+    assert (kinetic + potential).astype(float) == pytest.approx(path.energy, rel=1e-14)
+    assert problem.energy_error(path.q, path.m) < 1e-8
+
+
+def test_attitude_error_is_an_angle_to_the_last_digit():
+    for angle in (1e-15, 1e-9, 1e-3, 3.0):
+        q = [mp.cos(angle / 2), 0, mp.sin(angle / 2), 0]
+        assert attitude_error(list(map(float, q)), [1, 0, 0, 0]) == pytest.approx(angle, rel=1e-14)
+    assert attitude_error([-1, 0, 0, 0], [1, 0, 0, 0]) == 0
