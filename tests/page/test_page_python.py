@@ -49,7 +49,7 @@ def test_python_and_page_count_the_same_ticks(browser, tmp_path):
 
 def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     shown = kr.view(kr.scenes.cusps, methods=["strang", "rk4"], step=0.02, speed=2, open=False)
-    assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["eps"] == [0.02]
+    assert shown.scene["methods"] == ["strang", "rk4"] and shown.scene["step"] == [0.02]
     assert "cusps" in shown.html
     assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])

@@ -30,7 +30,7 @@ READY = """new Promise((done) => { const look = () => {
 # Milliseconds a frame for stepping alone, over 2000 frames: eleven times.
 STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
-    kreisel.page.load({ ...preset, methods, eps: [0.01, 0.01] });
+    kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
     const begin = performance.now();
     for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;

@@ -35,7 +35,7 @@ class _Body(TypedDict):
 
 class _Track(TypedDict):
     name: str
-    eps: float
+    step: float
     states: str
 
 
@@ -50,7 +50,7 @@ class _Scene(TypedDict):
     momentum: Vector
     gravity: float
     methods: list[str]
-    eps: list[float]
+    step: list[float]
     speed: float
     tracks: list[_Track]
 
@@ -118,7 +118,7 @@ def view(
     scene = what if isinstance(what, Scene) else what.scene
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
-        step = what.step if what.step and _is_whole(what.step) else tracks[0]["eps"]
+        step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
     page = View(_shown(scene, _methods(methods, scene), step, positive("speed", speed), tracks))
     if open and not _in_notebook():
         page.open()
@@ -138,7 +138,7 @@ def _shown(
         "momentum": scene.momentum,
         "gravity": scene.gravity,
         "methods": methods,
-        "eps": [_step(0.01 if step is None else step)],
+        "step": [_step(0.01 if step is None else step)],
         "speed": speed,
         "tracks": tracks,
     }
@@ -188,7 +188,7 @@ def _track(path: Path) -> _Track:
     states = np.ascontiguousarray(path.states, dtype="<f8")
     return {
         "name": path.method,
-        "eps": _step(step),
+        "step": _step(step),
         "states": base64.b64encode(states.tobytes()).decode(),
     }
 
