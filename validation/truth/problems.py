@@ -110,20 +110,23 @@ class Problem:
 
 def turn_back(q, v):
     """Sees vectors of space from the body: q* v q, in rows."""
-    return np.stack(kr.quaternion.turn_back(np.asarray(q).T, np.asarray(v).T), -1)
+    w, u = q[..., :1], q[..., 1:]
+    t = 2 * np.cross(v, u)
+    return v + w * t + np.cross(t, u)
 
 
 def turn(q, v):
     """Sees vectors of the body from space: q v q*, in rows."""
-    return np.stack(kr.quaternion.turn(np.asarray(q).T, np.asarray(v).T), -1)
+    return turn_back(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_error(q, truth):
     """Gives the angle of the rotation between two attitudes, 0 .. pi [rad]; 2 acos |w| would lose
     half the digits."""
-    back = kr.quaternion.conjugate(np.array(q, np.longdouble))
-    w, *vec = kr.quaternion.multiply(back, np.array(truth, np.longdouble))
-    return float(2 * np.arctan2(np.sqrt(np.dot(vec, vec)), abs(w)))
+    (a, *u), (b, *v) = np.array(q, np.longdouble), np.array(truth, np.longdouble)
+    u, v = np.array(u), np.array(v)
+    vec = a * v - b * u - np.cross(u, v)
+    return float(2 * np.arctan2(np.sqrt(vec @ vec), abs(a * b + u @ v)))
 
 
 def load(name):
