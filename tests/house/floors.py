@@ -1,5 +1,5 @@
 """What ARCHITECTURE.md says of the floors, and what the files really use: includes in C, imports
-in Python, wherever in a file an import stands."""
+in Python wherever they stand, and imports in the page's scripts."""
 
 import ast
 import re
@@ -9,7 +9,7 @@ from pathlib import Path
 from toolbox import ROOT
 
 PLAN = ROOT / "ARCHITECTURE.md"
-C, PYTHON = {".c", ".h", ".def"}, {".py"}
+C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 
 @cache
@@ -24,12 +24,13 @@ def floors():
 
 def files(tree):
     folder = ROOT / tree
-    return sorted(file for file in folder.rglob("*") if file.suffix in C | PYTHON and is_ours(file))
+    known = C | PYTHON | SCRIPTS
+    return sorted(file for file in folder.rglob("*") if file.suffix in known and is_ours(file))
 
 
 def is_ours(file):
     parts = file.relative_to(ROOT).parts
-    return not {"node_modules", "__pycache__", "viewer", "install"} & set(parts)
+    return not {"node_modules", "__pycache__", "install"} & set(parts)
 
 
 def floor(file, tree):
@@ -46,15 +47,20 @@ def floor(file, tree):
 
 def targets(file, tree):
     """The files of the same tree that a file uses."""
-    found = included(file) if file.suffix in C else imported(file)
+    uses = included if file.suffix in C else imported if file.suffix in PYTHON else scripted
     folder = ROOT / tree
-    return {other for other in found if other != file and other.is_relative_to(folder)}
+    return {other for other in uses(file) if other != file and other.is_relative_to(folder)}
 
 
 def included(file):
     for name in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.M):
         beside = (file.parent / name).resolve()
         yield beside if beside.exists() else ROOT / "csrc" / name
+
+
+def scripted(file):
+    for name in re.findall(r'^(?:import|\} from)\b.*"(\./.+\.js)";', file.read_text(), re.M):
+        yield (file.parent / name).resolve()
 
 
 def imported(file):

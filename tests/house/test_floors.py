@@ -13,7 +13,7 @@ FILES = [
 
 
 def test_the_plan_has_all_trees():
-    assert TREES == ["csrc", "python/kreisel", "tests", "validation"]
+    assert TREES == ["csrc", "python/kreisel", "python/viewer", "tests", "validation"]
 
 
 @pytest.mark.parametrize(("tree", "file"), FILES)
@@ -29,6 +29,10 @@ def test_a_file_uses_what_stands_below_it_or_in_its_folder(tree, file):
 @pytest.mark.parametrize("tree", TREES)
 def test_no_files_go_round_in_a_circle(tree):
     assert circle({file: targets(file, tree) for file in files(tree)}) == []
+
+
+def test_the_plan_hangs_on_one_wall():
+    assert len(PLAN.read_text().splitlines()) <= 80
 
 
 def test_a_circle_is_seen():

@@ -4,7 +4,6 @@ import csv
 import gzip
 import io
 import json
-import re
 
 import kreisel as kr
 import numpy as np
@@ -29,8 +28,7 @@ from browser import (
     visit,
     words,
 )
-from floors import circle
-from toolbox import ROOT, need
+from toolbox import need
 
 ALGEBRAIC = [  # methods of + - * / sqrt alone have the same bits everywhere
     "bobenko_suris",
@@ -77,13 +75,6 @@ def test_starts_by_itself(browser):
 def test_waits_where_motion_is_not_wanted(page):
     page.wait_for_timeout(900)
     assert clock(page) == 0 and page.get_by_role("button", name="Start").is_visible()
-
-
-def test_its_scripts_do_not_go_round_in_a_circle():
-    scripts = {file.name: file.read_text() for file in (ROOT / "python/viewer").glob("*.js")}
-    uses = {name: set(re.findall(r'from "\./(.+\.js)"', text)) for name, text in scripts.items()}
-    assert uses["main.js"] and set().union(*uses.values()) <= set(uses)
-    assert circle(uses) == []
 
 
 # The numbers
