@@ -13,10 +13,8 @@ FLAGS = (
     *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
 )
 OF_LOOPS = "states.c"  # its loops over times are left to the compiler's vectorizer
-ISAS = {
-    "avx2": ("-mavx2", "-mfma"),
-    "avx512": ("-mavx2", "-mfma", "-mavx512f", "-mavx512vl", "-mavx512dq"),
-}
+AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
+ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 
 
 def core():
