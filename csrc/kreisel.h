@@ -265,6 +265,9 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
                                size_t *done);
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
+/* Makes the top the one that kr_top_create would make with this start: in units of its own, and
+ * with nothing counted yet. Its events are watched on. Where it is refused, for whatever
+ * kr_top_create would refuse, the top stays as it was to the last bit. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top); /* what kr_top_state leaves out */
