@@ -257,8 +257,8 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* The next four move the top; on failure it stays at the last good state, not before where it was.
  * They go to the end of the method's next step; to t; and to each of t[0], t[1], ... in the
- * direction of the step, where `done` (may be NULL) counts the states that are good, and `low` gets
- * what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
+ * direction of the step, where `done` (may be NULL) counts the states that are good, those behind
+ * them stay as they were, and `low` gets what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
 KR_API kr_status kr_top_step(kr_top *top);
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],

@@ -49,9 +49,10 @@ static kr_state to_own(const kr_top *top, const kr_state *state)
     return own;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
- * if the state is not finite. */
+ * if the state is not a good one. */
 static int to_user(kr_top *top, double t, kr_state *state)
 {
+    const kr_state low = top->low;
     state->t = t;
     if (is_deep(top)) {
         kr_deep_out(top, state);
@@ -59,7 +60,9 @@ static int to_user(kr_top *top, double t, kr_state *state)
         if (top->turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
-    return isfinite(fabs(state->q.w) + fabs(state->m.x) + fabs(state->m.y) + fabs(state->m.z));
+    if (kr_state_is_good(state->q, state->m)) return 1;
+    top->low = low;
+    return 0;
 }
 
 /* Times. */
@@ -135,17 +138,20 @@ double kr_top_time(const kr_top *top)
     return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time_unit
                                             : grid(top, top->steps);
 }
-void kr_top_come_up(kr_top *top, double t)
+kr_status kr_top_come_up(kr_top *top, double t)
 {
     const double at = kr_top_time(top);
-    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
+    kr_state state;
+    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
     top->main.low = (kr_state){0};
     if (is_deep(top))
-        top->method->at(&top->main, top->main.clock, &top->now);
+        top->method->at(&top->main, top->main.clock, &state);
     else
-        top->method->read(&top->main, &top->now);
-    to_user(top, at, &top->now);
+        top->method->read(&top->main, &state);
+    if (!to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
+    top->now = state;
     top->asked = at;
+    return KR_OK;
 }
 
 /* Gives 16, 20 or 30 for what these include; 0 where the tolerance decides; -1 for what cannot
@@ -268,15 +274,20 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
                             size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
+    kr_state before = {0};
     size_t i = 0;
     while (i < n && status == KR_OK) {
+        before = out[i];
         status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED
                                                                : state_at(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
     if (i > 0) top->now = out[i - 1];
-    if (status != KR_OK && i < n && top && t) kr_top_come_up(top, t[i]);
+    if (status != KR_OK && i < n && top && t && out) {
+        out[i] = before;
+        kr_top_come_up(top, t[i]);
+    }
     if (done) *done = i;
     return status;
 }
@@ -292,8 +303,8 @@ kr_status kr_top_step(kr_top *top)
     if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
         status =
             top->method->at ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
-    kr_top_come_up(top, top->forward * INFINITY);
-    return status;
+    const kr_status up = kr_top_come_up(top, top->forward * INFINITY);
+    return status == KR_OK ? up : status;
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }
