@@ -12,9 +12,10 @@
 #include "gsl.h"
 
 enum { TRIES = 1000 };
-/* A step turns the top by so much at most [rad]: whole turns inside a step fool the error estimate
- * of the semi-implicit method, which damps what it does not resolve. */
-static const double most_turn = 3.0;
+/* A step turns the top by so much at most [rad], which extrapolation.h keeps by itself: whole turns
+ * inside a step fool the error estimate of the semi-implicit method, which damps what it does not
+ * resolve. */
+static const double most_turn = 4.0;
 
 typedef struct {
     gsl_odeiv2_step *step;
