@@ -41,6 +41,8 @@ extern "C" {
                                   "be positive, none larger than the other two together")         \
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
     X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                         \
+    X(ERR_RESOLUTION,  INPUT,     "by such a time the top turns more often than a double can "    \
+                                  "tell")                                                         \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
     X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, " \
@@ -229,6 +231,12 @@ KR_API unsigned kr_method_flags(const kr_method *method);
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
+/* The time from which on, before and after 0, a double does not tell where the top is: there it has
+ * turned by 2^53 rad since, at the rate of its momentum or of a pendulum, whichever is faster. No
+ * top is moved there (KR_ERR_RESOLUTION). INFINITY for one at rest on which nothing pulls; 0 for
+ * what is no scene [T]. */
+KR_API double kr_scene_horizon(const kr_scene *scene);
+
 /* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the
  * grid is read by a motion of its own from the grid point before it. An adaptive method likewise
  * takes the steps that it would take anyway. So a state depends neither on what else was asked for
@@ -238,8 +246,11 @@ typedef struct kr_config {
      * negative one leads back in time [T]. */
     double step;
     double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
-    int64_t max_steps; /* 0: no limit */
-    /* This is called at least every 256 steps and 1024 states; not 0 stops the top. May be NULL. */
+    /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps, are
+     * limited likewise, and to 1024. */
+    int64_t max_steps;
+    /* This is called at least every 256 steps and 1024 states, by an adaptive method in every step
+     * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
     int digits; /* for KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol */
@@ -257,14 +268,17 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* The next four move the top; on failure it stays at the last good state, not before where it was.
  * They go to the end of the method's next step; to t; and to each of t[0], t[1], ... in the
- * direction of the step, where `done` (may be NULL) counts the states that are good, and `low` gets
- * what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
+ * direction of the step, where `done` (may be NULL) counts the states that are good, those behind
+ * them stay as they were, and `low` gets what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
 KR_API kr_status kr_top_step(kr_top *top);
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
+/* Makes the top the one that kr_top_create would make with this start: in units of its own, and
+ * with nothing counted yet. Its events are watched on. Where it is refused, for whatever
+ * kr_top_create would refuse, the top stays as it was to the last bit. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top); /* what kr_top_state leaves out */
@@ -345,6 +359,7 @@ typedef struct kr_exact {
     kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
+/* From kr_scene_horizon on it is still a state with every integral, but of any attitude. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);

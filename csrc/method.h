@@ -54,7 +54,7 @@ struct kr_method {
     unsigned flags; /* without KR_DENSE, which follows from `at` */
     size_t work;
     /* Begins anew at a state (q, m; its t is not used): at the start, and whenever the state is
-     * set. */
+     * set. A dense method that refuses leaves work and aux as they were. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Makes one step: of motion->step, or of an adaptive method's own choice, which ends at clock =
      * until where that comes first. A dense method may pass `until`; it sees to finiteness itself
@@ -66,6 +66,9 @@ struct kr_method {
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Gives the last step of a dense method as a polynomial. NULL: it has none. */
     kr_piece (*piece)(const kr_motion *motion);
+    /* Says whether the numbers in work that count, index or loop are in their ranges, which those of
+     * a checkpoint need not be. NULL: there are none. */
+    int (*is_sound)(const void *work);
     /* Gives back aux. May be NULL. */
     void (*done)(kr_motion *motion);
     /* Names the kernel in use, and its order. May be NULL. */

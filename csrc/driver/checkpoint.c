@@ -96,6 +96,27 @@ static int alike(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->leave_heading == its->leave_heading;
 }
+/* Whether a motion of a checkpoint is one of this top's: by what it is told to do, and by the
+ * numbers in its work that index or loop. Right sums can be made for any bytes. */
+static int is_motion_of(const kr_top *top, const kr_motion *motion, const void *work)
+{
+    const kr_motion *own = &top->main;
+    const kr_stats *stats = &motion->stats;
+    const int64_t most = (int64_t)1 << 62;
+    if (motion->digits != own->digits || motion->leave_heading != own->leave_heading) return 0;
+    if (!(motion->step * top->forward >= 0.0)) return 0;
+    if (stats->rejected < 0 || stats->evaluations < 0 || stats->iterations < 0) return 0;
+    if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
+    return !top->method->is_sound || top->method->is_sound(work);
+}
+static int is_sound(const kr_top *top, const kr_top *image, const unsigned char *work)
+{
+    const int64_t most = (int64_t)1 << 53;
+    if (image->forward != top->forward || kr_scene_check(&image->scene) != KR_OK) return 0;
+    if (image->kept_steps < 0 || image->steps < image->kept_steps || image->steps > most) return 0;
+    if (!is_motion_of(top, &image->main, work)) return 0;
+    return motions(top) < 2 || is_motion_of(top, &image->kept, work + work_size(top));
+}
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
     const unsigned char *from = memory;
@@ -109,6 +130,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     own = header_of(top);
     own.sum = sum_of(from + sizeof head, size - sizeof head);
     if (memcmp(&head, &own, sizeof head) != 0 || !alike(&image, top)) return KR_ERR_CHECKPOINT;
+    if (!is_sound(top, &image, work)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* max_steps may be another */
@@ -116,6 +138,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED);
+    top->horizon = kr_scene_horizon(&top->scene);
     for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
     memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));

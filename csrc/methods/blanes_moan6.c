@@ -20,4 +20,5 @@ const kr_method kr_method_blanes_moan6 = {
     .reset = reset,
     .step = composed_step,
     .read = composed_read,
+    .is_sound = composed_is_sound,
 };

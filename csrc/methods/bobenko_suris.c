@@ -35,4 +35,5 @@ const kr_method kr_method_bobenko_suris = {
     .reset = reset,
     .step = step,
     .read = read,
+    .is_sound = bobenko_suris_is_sound,
 };

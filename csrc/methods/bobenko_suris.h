@@ -58,6 +58,13 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
+/* Says whether the orbit, with which the work begins, has made a number of steps that is one. */
+static inline int bobenko_suris_is_sound(const void *work)
+{
+    bobenko_suris_orbit o;
+    memcpy(&o, work, sizeof o);
+    return fabs(o.n) < 0x1p53;
+}
 static inline void bobenko_suris_read(const bobenko_suris_orbit *o, kr_state *s)
 {
     s->q = q_mul_z(o->q, o->cosine, o->sine);

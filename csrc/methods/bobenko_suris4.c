@@ -71,4 +71,5 @@ const kr_method kr_method_bobenko_suris4 = {
     .reset = reset,
     .step = step,
     .read = read,
+    .is_sound = bobenko_suris_is_sound,
 };

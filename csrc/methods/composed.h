@@ -34,6 +34,13 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     motion->stats.evaluations += p->c.stages;
     return KR_OK;
 }
+/* Says whether there are as many stages as the arrays of a composition may have. */
+static inline int composed_is_sound(const void *work)
+{
+    composed p;
+    memcpy(&p, work, sizeof p);
+    return p.c.stages >= 1 && p.c.stages <= COMPOSE_MOST;
+}
 static inline void composed_read(const kr_motion *motion, kr_state *out)
 {
     const composed *p = (const composed *)motion->work;

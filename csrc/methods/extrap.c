@@ -29,4 +29,5 @@ const kr_method kr_method_extrap = {
     .reset = reset,
     .step = step,
     .read = read,
+    .is_sound = gbs_is_sound,
 };

@@ -71,4 +71,5 @@ const kr_method kr_method_extrap_kirchhoff = {
     .reset = reset,
     .step = step,
     .read = read,
+    .is_sound = gbs_is_sound,
 };

@@ -231,6 +231,13 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
+/* Says whether the row that the next step aims at is one of the table. */
+static inline int gbs_is_sound(const void *work)
+{
+    gbs_path p;
+    memcpy(&p, work, sizeof p);
+    return p.next.target >= 2 && p.next.target < GBS_ROWS && p.next.h > 0.0;
+}
 static inline void gbs_read(const kr_motion *motion, kr_state *s, const gbs_form *form)
 {
     const gbs_path *p = (const gbs_path *)motion->work;

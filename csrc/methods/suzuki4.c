@@ -19,4 +19,5 @@ const kr_method kr_method_suzuki4 = {
     .reset = reset,
     .step = composed_step,
     .read = composed_read,
+    .is_sound = composed_is_sound,
 };

@@ -55,6 +55,13 @@ static void read(const kr_motion *motion, kr_state *out)
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
+/* Says whether there are as many stages as the arrays of a composition may have. */
+static int is_sound(const void *work)
+{
+    path p;
+    memcpy(&p, work, sizeof p);
+    return p.c.stages >= 0 && p.c.stages <= COMPOSE_MOST;
+}
 
 const kr_method kr_method_takahashi_imada4 = {
     .name = "takahashi_imada4",
@@ -67,4 +74,5 @@ const kr_method kr_method_takahashi_imada4 = {
     .reset = reset,
     .step = step,
     .read = read,
+    .is_sound = is_sound,
 };

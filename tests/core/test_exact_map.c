@@ -185,8 +185,21 @@ static void refusals(void)
     bad = thesis(q_exp(v3(1e-14, 0, 0)), v3(0, 0, 0), 1.0);
     IS(kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_STEP_SIZE && closed.step == 7.0);
 }
+/* Steps of any size are refused or give states, and convert no number that is none. */
+static void huge_steps(void)
+{
+    const kr_scene s = kr_scene_default();
+    for (double step = 1.0; step < 1e300; step *= 7.0) {
+        kr_exact_map map;
+        const kr_status status = kr_exact_map_plan(&s, step, &map);
+        const kr_state state = status == KR_OK ? kr_exact_map_state(&map, 10) : s.start;
+        IS(status != KR_OK || state.t == 10.0 * step);
+    }
+}
+
 int main(void)
 {
+    huge_steps();
     rates();
     map();
     far_away(scene(1), 0.1, 2e-15);

@@ -217,8 +217,54 @@ static void format(const kr_method *method)
     kr_top_free(top);
 }
 
+/* Writes a number into a checkpoint, and the sum that goes with it. */
+static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, size_t width)
+{
+    uint64_t sum = 0xcbf29ce484222325, word;
+    memcpy(saved + at, &number, width);
+    for (size_t i = 104; i + sizeof word <= size; i += sizeof word) {
+        memcpy(&word, saved + i, sizeof word);
+        sum = (sum ^ word) * 0x100000001b3;
+        sum ^= sum >> 29;
+    }
+    memcpy(saved + 96, &sum, sizeof sum);
+}
+/* Numbers that index or loop are refused beyond their ranges, though the sums are right. */
+static void hostile(const kr_method *method)
+{
+    enum { HEADER = 104, TOP = 1184, MAIN = HEADER + 280 };
+    static unsigned char saved[MOST], bad[MOST];
+    static const char *const counting[] = {"extrap", "extrap_kirchhoff", "kahan_li8", "suzuki4"};
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = kr_top_save_size(top);
+    save(top, saved);
+    memcpy(bad, saved, size);
+    forge(bad, size, MAIN + 120, 0, sizeof(int));
+    IS(kr_top_load(top, size, bad) == KR_OK); /* a sum of the test's own is right */
+    const size_t numbers[] = {MAIN + 120, MAIN + 124, HEADER + 952, HEADER + 960, HEADER + 272};
+    for (int i = 0; i < 5; i++) {
+        memcpy(bad, saved, size);
+        forge(bad, size, numbers[i], i < 2 ? 77 : -77, i < 2 ? sizeof(int) : 8);
+        IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    }
+    /* No integer in the work may become a large one: those above 0 and below 100 are tried. */
+    int refused = 0;
+    for (size_t at = HEADER + TOP; at + 4 <= HEADER + TOP + 8 * method->work; at += 4) {
+        int32_t number;
+        memcpy(&number, saved + at, sizeof number);
+        if (number < 1 || number > 99) continue;
+        memcpy(bad, saved, size);
+        forge(bad, size, at, 100000, sizeof number);
+        refused += kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT;
+    }
+    for (int i = 0; i < 4; i++) IS(strcmp(counting[i], method->name) != 0 || refused > 0);
+    kr_top_free(top);
+}
+
 int main(void)
 {
+    for (size_t i = 0; i < kr_method_count(); i++) hostile(kr_method_at(i));
     if (sizeof(void *) == 8)
         for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));
 
