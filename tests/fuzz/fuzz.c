@@ -164,7 +164,8 @@ void __sanitizer_set_death_callback(void (*callback)(void));
 static void keep_watch(void)
 {
     const struct itimerval second = {{1, 0}, {1, 0}};
-    signal(SIGPROF, tick);
+    const struct sigaction ticking = {.sa_handler = tick, .sa_flags = SA_RESTART};
+    sigaction(SIGPROF, &ticking, NULL);
     setitimer(ITIMER_PROF, &second, NULL);
 #  ifdef KR_SANITIZED
     __sanitizer_set_death_callback(say_where);

@@ -105,6 +105,7 @@ void call_repeat(place *p)
     kr_state first, second, third;
     const double t = any_time(p);
     begin_call(p);
+    p->imaged = 0; /* To load is to change when it asks whether to go on. */
     const size_t size = image_of(p->top, image);
     call("advance to %a, and again from a checkpoint", t);
     const kr_status status = go(p->top, t, &first);
