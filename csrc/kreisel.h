@@ -257,14 +257,17 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* The next four move the top; on failure it stays at the last good state, not before where it was.
  * They go to the end of the method's next step; to t; and to each of t[0], t[1], ... in the
- * direction of the step, where `done` (may be NULL) counts the states that are good, and `low` gets
- * what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
+ * direction of the step, where `done` (may be NULL) counts the states that are good, those behind
+ * them stay as they were, and `low` gets what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
 KR_API kr_status kr_top_step(kr_top *top);
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
+/* Makes the top the one that kr_top_create would make with this start: in units of its own, and
+ * with nothing counted yet. Its events are watched on. Where it is refused, for whatever
+ * kr_top_create would refuse, the top stays as it was to the last bit. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 KR_API kr_state kr_top_state(const kr_top *top);
 KR_API kr_state kr_top_low(const kr_top *top); /* what kr_top_state leaves out */

@@ -54,7 +54,7 @@ struct kr_method {
     unsigned flags; /* without KR_DENSE, which follows from `at` */
     size_t work;
     /* Begins anew at a state (q, m; its t is not used): at the start, and whenever the state is
-     * set. */
+     * set. A dense method that refuses leaves work and aux as they were. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
     /* Makes one step: of motion->step, or of an adaptive method's own choice, which ends at clock =
      * until where that comes first. A dense method may pass `until`; it sees to finiteness itself

@@ -6,16 +6,16 @@
 
 enum { CHECK = 256 };
 
-static int is_finite(const kr_state *state)
+/* Whether this state of main's, in own units, is a good one in the user's too. */
+static int is_good_state(const kr_top *top, const kr_state *state)
 {
-    const kr_vec3 m = state->m;
-    return isfinite(q_dot(state->q, state->q) + (fabs(m.x) + fabs(m.y) + fabs(m.z)));
+    return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
 static int is_good(const kr_top *top)
 {
     kr_state state;
     top->method->read(&top->main, &state);
-    return is_finite(&state);
+    return is_good_state(top, &state);
 }
 
 /* Copies all but what points to memory: each motion has its own. */
@@ -114,26 +114,40 @@ kr_status kr_steps_dense(kr_top *top, double until)
     }
     return status == KR_OK ? one_step(top, until) : status;
 }
-kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
+/* Takes the side motion from a state to `span` after it. */
+static kr_status go_aside(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
     kr_motion *side = &top->side;
-    kr_stats *total = &top->main.stats;
-    kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
-    if (status != KR_OK) return status;
     copy_motion(side, &top->main, 0);
     side->step = span;
     side->clock = 0.0;
     side->stats = (kr_stats){0};
-    status = method->reset(side, from);
+    kr_status status = method->reset(side, from);
     if (status == KR_OK) status = method->step(side, span);
     while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span)
         status = method->step(side, span);
-    total->evaluations += side->stats.evaluations;
-    total->rejected += side->stats.rejected;
-    total->iterations += side->stats.iterations;
-    top->inspect_at--; /* so that many times between two points are inspected now and then, too */
+    return status;
+}
+kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
+{
+    const kr_stats *spent = &top->side.stats;
+    kr_stats *total = &top->main.stats;
+    kr_state state;
+    kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
     if (status != KR_OK) return status;
-    method->read(side, end);
-    return is_finite(end) ? KR_OK : KR_ERR_NOT_FINITE;
+    status = go_aside(top, from, span);
+    total->evaluations += spent->evaluations;
+    total->rejected += spent->rejected;
+    total->iterations += spent->iterations;
+    top->inspect_at--; /* so that many times between two points are inspected now and then, too */
+    if (status == KR_OK) {
+        top->method->read(&top->side, &state);
+        if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;
+    }
+    if (status == KR_OK)
+        *end = state;
+    else if (!is_good(top)) /* It may have failed before the side motion did. */
+        status = kr_steps_recover(top);
+    return status;
 }

@@ -49,9 +49,10 @@ static kr_state to_own(const kr_top *top, const kr_state *state)
     return own;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
- * if the state is not finite. */
+ * if the state is not a good one. */
 static int to_user(kr_top *top, double t, kr_state *state)
 {
+    const kr_state low = top->low;
     state->t = t;
     if (is_deep(top)) {
         kr_deep_out(top, state);
@@ -59,7 +60,9 @@ static int to_user(kr_top *top, double t, kr_state *state)
         if (top->turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
-    return isfinite(fabs(state->q.w) + fabs(state->m.x) + fabs(state->m.y) + fabs(state->m.z));
+    if (kr_state_is_good(state->q, state->m)) return 1;
+    top->low = low;
+    return 0;
 }
 
 /* Times. */
@@ -135,34 +138,22 @@ double kr_top_time(const kr_top *top)
     return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time_unit
                                             : grid(top, top->steps);
 }
-void kr_top_come_up(kr_top *top, double t)
+kr_status kr_top_come_up(kr_top *top, double t)
 {
     const double at = kr_top_time(top);
-    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return;
+    kr_state state;
+    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
     top->main.low = (kr_state){0};
     if (is_deep(top))
-        top->method->at(&top->main, top->main.clock, &top->now);
+        top->method->at(&top->main, top->main.clock, &state);
     else
-        top->method->read(&top->main, &top->now);
-    to_user(top, at, &top->now);
+        top->method->read(&top->main, &state);
+    if (!to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
+    top->now = state;
     top->asked = at;
-}
-
-static kr_status begin(kr_top *top, const kr_state *start)
-{
-    const kr_state own = is_deep(top) ? kr_deep_in(top, start) : to_own(top, start);
-    top->scene.start = top->now = *start;
-    top->low = (kr_state){0};
-    top->asked = start->t;
-    top->main.clock = 0.0;
-    top->main.stats = (kr_stats){0};
-    top->steps = 0;
-    for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
-    const kr_status status = top->method->reset(&top->main, &own);
-    if (status != KR_OK) return status;
-    kr_steps_keep(top);
     return KR_OK;
 }
+
 /* Gives 16, 20 or 30 for what these include; 0 where the tolerance decides; -1 for what cannot
  * be. */
 static int digits_of(const kr_method *method, const kr_config *config)
@@ -186,6 +177,24 @@ static kr_status check(const kr_scene *scene, const kr_method *method, const kr_
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
+/* Begins a top whose motion has its memory as a scene, a method and a config ask, which were
+ * checked. */
+static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *method,
+                       const kr_config *config)
+{
+    top->scene = *scene;
+    top->method = method;
+    top->config = *config;
+    top->forward = config->step < 0.0 ? -1.0 : 1.0;
+    top->main.digits = digits_of(method, config);
+    top->main.leave_heading = config->leave_heading;
+    top->now = scene->start;
+    top->asked = scene->start.t;
+    const kr_status status = choose_units(top);
+    if (status != KR_OK) return status;
+    const kr_state own = is_deep(top) ? kr_deep_in(top, &scene->start) : to_own(top, &scene->start);
+    return method->reset(&top->main, &own);
+}
 /* Main's work begins on a line of the cache. */
 static void share_memory(kr_top *top)
 {
@@ -203,19 +212,15 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (status != KR_OK) return status;
     kr_top *top = calloc(1, sizeof *top + (LINE + work_of_all(method)) * sizeof(double));
     if (!top) return KR_ERR_MEMORY;
-    top->scene = *scene;
     top->method = method;
-    top->config = config;
-    top->forward = config.step < 0.0 ? -1.0 : 1.0;
-    top->main.digits = digits_of(method, &config);
-    top->main.leave_heading = config.leave_heading;
     share_memory(top);
-    status = choose_units(top);
-    if (status == KR_OK) status = begin(top, &scene->start);
-    if (status == KR_OK)
+    status = begin(top, scene, method, &config);
+    if (status == KR_OK) {
+        kr_steps_keep(top);
         *out = top;
-    else
+    } else {
         kr_top_free(top);
+    }
     return status;
 }
 void kr_top_free(kr_top *top)
@@ -226,13 +231,39 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
+/* Makes the top another one that was begun beside it, in side's memory unless the method is dense.
+ * The memory stays the top's. */
+static void adopt(kr_top *top, const kr_top *begun)
+{
+    const kr_motion main = top->main, side = top->side, kept = top->kept;
+    *top = *begun;
+    top->main.scene = &top->scene;
+    top->main.work = main.work;
+    top->side.work = side.work;
+    top->kept.work = kept.work;
+    top->side.aux = main.aux;
+    if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
+    for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
+    kr_steps_keep(top);
+}
 kr_status kr_top_reset(kr_top *top, const kr_state *state)
 {
     if (!top || !state) return KR_ERR_ARGUMENT;
+    kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_scene scene = top->scene;
     scene.start = *state;
-    const kr_status status = kr_scene_check(&scene);
-    return status == KR_OK ? begin(top, state) : status;
+    kr_status status = kr_scene_check(&scene);
+    if (status == KR_OK) status = check(&scene, top->method, &top->config);
+    if (status != KR_OK) return status;
+    kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
+    begun.main.work = spare->work;
+    begun.main.aux = spare->aux;
+    status = begin(&begun, &scene, top->method, &top->config);
+    if (status == KR_OK)
+        adopt(top, &begun);
+    else
+        spare->aux = begun.main.aux;
+    return status;
 }
 kr_status kr_top_advance(kr_top *top, double t)
 {
@@ -243,15 +274,20 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
                             size_t *done)
 {
     kr_status status = top && (!n || (t && out)) ? KR_OK : KR_ERR_ARGUMENT;
+    kr_state before = {0};
     size_t i = 0;
     while (i < n && status == KR_OK) {
+        before = out[i];
         status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED
                                                                : state_at(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
     if (i > 0) top->now = out[i - 1];
-    if (status != KR_OK && i < n && top && t) kr_top_come_up(top, t[i]);
+    if (status != KR_OK && i < n && top && t && out) {
+        out[i] = before;
+        kr_top_come_up(top, t[i]);
+    }
     if (done) *done = i;
     return status;
 }
@@ -267,8 +303,8 @@ kr_status kr_top_step(kr_top *top)
     if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
         status =
             top->method->at ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
-    kr_top_come_up(top, top->forward * INFINITY);
-    return status;
+    const kr_status up = kr_top_come_up(top, top->forward * INFINITY);
+    return status == KR_OK ? up : status;
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

@@ -60,9 +60,15 @@ kr_state kr_deep_in(kr_top *top, const kr_state *start);
 /* Takes a state of main's out of own units, and what doubles leave out into the top's `low`. */
 void kr_deep_out(kr_top *top, kr_state *state);
 
+/* Whether a state is one: finite, and with an attitude of unit length, which what overflows on its
+ * way to a unit quaternion loses. */
+static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
+{
+    return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
+}
 /* After a failure on the way to t this makes main's own state the top's, where it is further than
- * what was asked for last. */
-void kr_top_come_up(kr_top *top, double t);
+ * what was asked for last, unless it is not finite in the user's units. */
+kr_status kr_top_come_up(kr_top *top, double t);
 /* Main failed, or is not finite, since it was kept: this goes back there, and on as far as all is
  * well. It says what failed. */
 kr_status kr_steps_recover(kr_top *top);

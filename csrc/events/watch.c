@@ -34,19 +34,25 @@ static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const k
     const double size = kr_terms_size(top, piece, n, terms);
     return isfinite(size) && unsure * size > 0.0;
 }
+/* Says whether these events can be looked for on this top's way. */
+static int are_events(const kr_top *top, size_t n, const kr_event events[])
+{
+    for (size_t i = 0; i < n; i++) {
+        const kr_piece piece = top->method->piece(&top->main);
+        const kr_event *event = &events[i];
+        if (event->direction < -1 || event->direction > 1) return 0;
+        if (!are_terms(top, &piece, event->count, event->terms)) return 0;
+        if (event->where_count > 0 && !are_terms(top, &piece, event->where_count, event->where))
+            return 0;
+    }
+    return 1;
+}
 kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
 {
     static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
-    for (size_t i = 0; i < n; i++) {
-        const kr_piece piece = top->method->piece(&top->main);
-        const kr_event *event = &events[i];
-        if (event->direction < -1 || event->direction > 1) return KR_ERR_ARGUMENT;
-        if (!are_terms(top, &piece, event->count, event->terms)) return KR_ERR_ARGUMENT;
-        if (event->where_count > 0 && !are_terms(top, &piece, event->where_count, event->where))
-            return KR_ERR_ARGUMENT;
-    }
+    if (!are_events(top, n, events)) return KR_ERR_ARGUMENT;
     for (size_t i = 0; i < n; i++) events[i].own.searched = -1;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     top->events = events;
@@ -136,6 +142,10 @@ kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
 {
     kr_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
+    /* A reset may have brought units in which an event is beyond all numbers. */
+    if (top->watched > 0 && top->events->own.searched < 0 &&
+        !are_events(top, top->watched, top->events))
+        return KR_ERR_ARGUMENT;
     if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
     while (top->watched > 0) {
         kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;

@@ -1,0 +1,147 @@
+/* What a run that fails leaves behind: the last good state of its path, outputs as they were, and a
+ * top that goes on from there as if it had come no other way. */
+#include <stdlib.h>
+#include "random.h"
+#include "tops.h"
+
+enum { TOPS = 60, TIMES = 5 };
+
+static int is_state(const kr_state *s)
+{
+    return fabs(q_dot(s->q, s->q) - 1.0) < 1e-6 && v_finite(s->m) && isfinite(s->t);
+}
+static kr_scene wild_scene(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
+    s.start.q = random_quat();
+    s.start.m = v_scale(ldexp(1.0, (int)uniform(-3, 9)), random_vec(1.0));
+    return s;
+}
+/* Whether a state that a failure left is one of the path: on the grid, or asked for before. */
+static int is_on_path(const kr_state *state, const kr_scene *s, const kr_method *method,
+                      kr_config config)
+{
+    return same(*state, state_at(state->t, s, method, config));
+}
+/* Tries to fail on the way to random times. Returns whether it did. */
+static int fails(const kr_method *method, kr_config config)
+{
+    const kr_scene s = wild_scene(method);
+    kr_state out[TIMES], marked[TIMES];
+    double t[TIMES];
+    size_t done = 0;
+    kr_top *top = NULL;
+    if (kr_top_create(&s, method, config, &top) != KR_OK) return 0;
+    for (int i = 0; i < TIMES; i++) t[i] = (i ? t[i - 1] : 0.0) + config.step * uniform(0.2, 40.0);
+    memset(out, 0x55, sizeof out);
+    memcpy(marked, out, sizeof out);
+    const kr_status why = kr_top_record(top, TIMES, t, out, &done);
+    if (why != KR_OK) {
+        const kr_state last = kr_top_state(top);
+        IS(is_state(&last) && is_on_path(&last, &s, method, config));
+        IS(memcmp(out + done, marked + done, sizeof *out * (TIMES - done)) == 0);
+        IS(!done || last.t * config.step >= t[done - 1] * config.step);
+        for (size_t i = 0; i < done; i++) IS(is_state(&out[i]));
+        /* What failed aside, off the grid, may be good at a later time. */
+        const kr_status again = kr_top_advance(top, t[TIMES - 1]);
+        const kr_state then = kr_top_state(top);
+        IS(is_state(&then) && (again == KR_OK || is_on_path(&then, &s, method, config)));
+    }
+    kr_top_free(top);
+    return why != KR_OK;
+}
+static void wild_steps(void)
+{
+    int failed = 0;
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        if (kr_method_flags(method) & KR_ADAPTIVE) continue;
+        for (int k = 0; k < TOPS; k++)
+            failed += fails(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});
+    }
+    IS(failed > 50);
+}
+/* It blew up between two inspections, and the time asked for lies off the grid. */
+static void between_inspections(void)
+{
+    const kr_scene s = kr_scene_default();
+    const kr_config config = {.step = 4.0};
+    for (double end = 4.0; end < 200.0; end += 4.0) {
+        kr_top *top = make(&s, kr_method_find("rk4"), config);
+        const kr_status status = kr_top_advance(top, end + 1.0);
+        const kr_state last = kr_top_state(top);
+        IS(status == KR_OK || status == KR_ERR_NOT_FINITE);
+        IS(is_state(&last) && (status != KR_OK || last.t == end + 1.0));
+        kr_top_free(top);
+    }
+}
+
+static int stop(void *context)
+{
+    (void)context;
+    return 1;
+}
+/* A failure between two grid points does not lead back to the first of them. */
+static void not_back(void)
+{
+    const kr_scene s = tilted();
+    const kr_config config = {.step = 0.1, .poll = stop};
+    kr_top *top = make(&s, kr_method_find("strang"), config);
+    kr_status status = KR_OK;
+    double t = 0.25, last = 0.0;
+    while (status == KR_OK && t < 0.29) {
+        last = t;
+        status = kr_top_advance(top, t += 1e-4);
+    }
+    IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last && kr_top_time(top) < last);
+    kr_top_free(top);
+}
+/* Where a failure has led the top on, that is where it is: there is no way to a time before. */
+static void is_there(void)
+{
+    const kr_scene s = tilted();
+    const kr_config config = {.step = 0.1, .max_steps = 30};
+    kr_top *top = make(&s, kr_method_find("strang"), config);
+    IS(kr_top_advance(top, 0.25) == KR_OK && kr_top_advance(top, 9.0) == KR_ERR_LIMIT);
+    NEAR(kr_top_state(top).t, 3.0, 1e-14);
+    IS(kr_top_advance(top, 2.9) == KR_ERR_TIME);
+    IS(same(kr_top_state(top),
+            state_at(30 * 0.1, &s, kr_method_find("strang"), (kr_config){.step = 0.1})));
+    kr_top_free(top);
+}
+/* The user's units have no number for the momentum that the torque makes. */
+static void beyond_the_users_numbers(void)
+{
+    kr_scene s = tilted();
+    s.body.mass *= 0x1p1000;
+    s.body.inertia = v_scale(0x1p1000, s.body.inertia);
+    s.body.com = v_scale(1.5, s.body.com);
+    s.gravity *= 0x1p40;
+    s.start.m = v3(0, 0, 0);
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        kr_top *top = NULL;
+        if (!kr_method_suits(method, &s)) continue;
+        const kr_config config = {.step = 0x1p-25};
+        kr_status status = kr_top_create(&s, method, config, &top);
+        for (int k = 0; k < 3000 && status == KR_OK; k++) {
+            status = kr_top_step(top);
+            const kr_state now = kr_top_state(top);
+            IS(is_state(&now));
+        }
+        const kr_state last = kr_top_state(top);
+        IS(status == KR_ERR_NOT_FINITE && is_state(&last));
+        kr_top_free(top);
+    }
+}
+
+int main(void)
+{
+    wild_steps();
+    between_inspections();
+    not_back();
+    is_there();
+    beyond_the_users_numbers();
+    return check_result();
+}
