@@ -28,7 +28,7 @@ static int poll(void *context)
 void begin_call(place *p)
 {
     p->polls = 0;
-    p->patience = 1 + (int)choose(8);
+    p->patience = 1 + (int)choose(odds(90) ? 2 : 8);
     p->was = kr_top_state(p->top);
     p->was_stats = kr_top_stats(p->top);
     p->imaged = odds(25);
@@ -75,7 +75,7 @@ void end_call(place *p, kr_status status)
 
 static double any_step(double pace)
 {
-    const double step = either_sign(pace * spread(1e-4, 1.0));
+    const double step = either_sign(pace * spread(odds(90) ? 1e-2 : 1e-4, 1.0));
     return spoiled(odds(10) ? 0.0 : step, 4);
 }
 static kr_config any_config(const kr_scene *scene, const kr_method *method)
@@ -117,6 +117,7 @@ static void create(place *p)
     p->config.context = p;
     p->landed = 1;
     p->search[0].count = p->search[1].count = 0;
+    p->watched = 0;
     tell_scene(&p->scene);
     call("top %d: create %s, step %a, tol %a, digits %d, heading %d, most %lld", (int)(p - places),
          kr_method_name(p->method), p->config.step, p->config.tol, p->config.digits,
