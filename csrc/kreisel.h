@@ -238,8 +238,11 @@ typedef struct kr_config {
      * negative one leads back in time [T]. */
     double step;
     double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
-    int64_t max_steps; /* 0: no limit */
-    /* This is called at least every 256 steps and 1024 states; not 0 stops the top. May be NULL. */
+    /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps, are
+     * limited likewise, and to 1024. */
+    int64_t max_steps;
+    /* This is called at least every 256 steps and 1024 states, by an adaptive method in every step
+     * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
     int digits; /* for KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol */

@@ -4,7 +4,10 @@
  * last good state. An adaptive motion is inspected in every step; a dense one by its method. */
 #include "top.h"
 
-enum { CHECK = 256 };
+enum {
+    CHECK = 256,
+    ASIDE = 1024 /* steps that a side motion takes at most inside a single one of main's */
+};
 
 /* Whether this state of main's, in own units, is a good one in the user's too. */
 static int is_good_state(const kr_top *top, const kr_state *state)
@@ -114,6 +117,14 @@ kr_status kr_steps_dense(kr_top *top, double until)
     }
     return status == KR_OK ? one_step(top, until) : status;
 }
+/* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
+ * that its tolerance should have let pass. */
+static kr_status ask_aside(kr_top *top, int64_t steps)
+{
+    const int64_t limit = top->config.max_steps;
+    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
+    return steps >= ASIDE || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
+}
 /* Takes the side motion from a state to `span` after it. */
 static kr_status go_aside(kr_top *top, const kr_state *from, double span)
 {
@@ -125,8 +136,11 @@ static kr_status go_aside(kr_top *top, const kr_state *from, double span)
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
     if (status == KR_OK) status = method->step(side, span);
-    while (status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span)
-        status = method->step(side, span);
+    for (int64_t n = 1; status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span;
+         n++) {
+        status = ask_aside(top, n);
+        if (status == KR_OK) status = method->step(side, span);
+    }
     return status;
 }
 kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)

@@ -136,6 +136,50 @@ static void beyond_the_users_numbers(void)
     }
 }
 
+static int count_calls(void *context)
+{
+    ++*(int *)context;
+    return 0;
+}
+/* Any body as thin as can be, or at rest, or not: side motions at a loose tolerance lose their way
+ * among these. */
+static kr_scene loose_scene(void)
+{
+    const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
+    const kr_scene s = {{1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}},
+                        random_bits() % 2 ? 1.0 : 0.0,
+                        {0.0, {1, 0, 0, 0}, random_vec(3.0)}};
+    return s;
+}
+/* Loose tolerances let a step pass inside which the side motion finds no end: it is asked whether
+ * to go on in every step, and ends by itself. */
+static void no_way_aside(const char *name, int limit)
+{
+    enum { SCENES = 400, LOOKS = 20 };
+    int64_t most = 0;
+    int stuck = 0;
+    for (int k = 0; k < SCENES; k++) {
+        const kr_scene s = loose_scene();
+        int calls = 0;
+        const kr_config config = {
+            .tol = uniform(0.25, 0.99), .max_steps = limit, .poll = count_calls, .context = &calls};
+        kr_top *top = make(&s, kr_method_find(name), config);
+        kr_status status = KR_OK;
+        double t = 0.0;
+        for (int i = 0; i < LOOKS && status == KR_OK; i++)
+            status = kr_top_advance(top, t += uniform(0.0, 20.0));
+        const kr_state last = kr_top_state(top);
+        const kr_stats stats = kr_top_stats(top);
+        IS(status == KR_OK || status == KR_ERR_LIMIT || status == KR_ERR_STEP ||
+           status == KR_ERR_NOT_FINITE);
+        IS(is_state(&last) && calls >= stats.steps);
+        stuck += status != KR_OK;
+        if (stats.evaluations > most) most = stats.evaluations;
+        kr_top_free(top);
+    }
+    IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
+}
+
 int main(void)
 {
     wild_steps();
@@ -143,5 +187,7 @@ int main(void)
     not_back();
     is_there();
     beyond_the_users_numbers();
+    no_way_aside("extrap_kirchhoff", 1000);
+    no_way_aside("extrap", 1000);
     return check_result();
 }
