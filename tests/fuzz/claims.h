@@ -11,6 +11,10 @@ void call(const char *format, ...);
 void tell(const char *format, ...); /* tells without counting */
 
 enum what_went_wrong { NONE, INPUT, FAILURE, MEMORY, INTERRUPT };
+/* Counts what is left out because the library is known to fail there, by its name; all are told at
+ * the end. */
+void leave_out(const char *name);
+
 /* Says to which of these a status belongs; claims that it is one of the list. */
 enum what_went_wrong went_wrong(kr_status status);
 int same_bits(const void *one, const void *other, size_t size);

@@ -20,6 +20,10 @@ static void add(void)
     const double tol = spoiled(spread(1e-12, 0.1), 5);
     const int against = (int)choose(10) - 1, tops = stage.tops;
     if (odds(90)) scene.start.t = 0.0;
+    if ((double)step / KR_STAGE_TICKS > 1e4 * pace_of(&scene)) {
+        leave_out("the stage does not ask whether to go on");
+        return;
+    }
     tell_scene(&scene);
     call("stage: add %s, step %lld, tol %a, against %d", method ? kr_method_name(method) : "none",
          (long long)step, tol, against);
