@@ -20,7 +20,7 @@ static void add(void)
     const double tol = spoiled(spread(1e-12, 0.1), 5);
     const int against = (int)choose(10) - 1, tops = stage.tops;
     if (odds(90)) scene.start.t = 0.0;
-    if ((double)step / KR_STAGE_TICKS > 1e4 * pace_of(&scene)) {
+    if ((double)step / KR_STAGE_TICKS > 100.0 * pace_of(&scene)) {
         leave_out("the stage does not ask whether to go on");
         return;
     }

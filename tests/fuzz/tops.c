@@ -1,4 +1,4 @@
-/* The tops of a round: making them, choosing what to do with them, what holds after each call. */
+/* The tops of a round: they are made, chosen, and held to what is claimed after each call. */
 #include "tops.h"
 #include <math.h>
 #include "calls.h"
