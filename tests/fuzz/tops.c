@@ -43,7 +43,7 @@ static void claim_stats(const place *p, kr_status status)
         CLAIM(stats.steps <= p->config.max_steps);
     if (status == KR_ERR_LIMIT) CLAIM(p->config.max_steps > 0);
 }
-/* What is refused leaves every bit as it was; what fails leaves the top where it was, or further. */
+/* What is refused leaves every bit as it was; what fails leaves the top there, or further. */
 static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];
