@@ -41,7 +41,9 @@ static void claim_stats(const place *p, kr_status status)
     CLAIM(stats.evaluations >= was->evaluations && stats.iterations >= was->iterations);
     if (p->config.max_steps > 0 && stats.steps > was->steps)
         CLAIM(stats.steps <= p->config.max_steps);
-    if (status == KR_ERR_LIMIT) CLAIM(p->config.max_steps > 0);
+    const unsigned flags = kr_method_flags(p->method);
+    if (status == KR_ERR_LIMIT)
+        CLAIM(p->config.max_steps > 0 || (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE);
 }
 /* What is refused leaves every bit as it was; what fails leaves the top there, or further. */
 static void claim_failure(place *p, kr_status status)
