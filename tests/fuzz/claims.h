@@ -11,8 +11,10 @@ void call(const char *format, ...);
 void tell(const char *format, ...); /* tells without counting */
 
 enum what_went_wrong { NONE, INPUT, FAILURE, MEMORY, INTERRUPT };
-/* Counts what is left out because the library is known to fail there, by its name; all are told at
- * the end. */
+/* A claim that the library is known to owe: where it does not hold, its name is counted and its
+ * round ends. What is left out for another reason is counted likewise. All are told at the end. */
+#define OWED(name, what) ((what) ? (void)0 : claim_owed(name))
+void claim_owed(const char *name);
 void leave_out(const char *name);
 
 /* Says to which of these a status belongs; claims that it is one of the list. */

@@ -20,7 +20,9 @@ static void add(void)
     const double tol = spoiled(spread(1e-12, 0.1), 5);
     const int against = (int)choose(10) - 1, tops = stage.tops;
     if (odds(90)) scene.start.t = 0.0;
-    if ((double)step / KR_STAGE_TICKS > 100.0 * pace_of(&scene)) {
+    const kr_vec3 i = scene.body.inertia;
+    if ((double)step / KR_STAGE_TICKS > 100.0 * pace_of(&scene) ||
+        fmin(fmin(i.x, i.y), i.z) < 1e-4 * v_largest(i)) {
         leave_out("the stage does not ask whether to go on");
         return;
     }

@@ -38,7 +38,8 @@ static void claim_stats(const place *p, kr_status status)
 {
     const kr_stats stats = kr_top_stats(p->top), *was = &p->was_stats;
     CLAIM(stats.steps >= was->steps && stats.rejected >= was->rejected);
-    CLAIM(stats.evaluations >= was->evaluations && stats.iterations >= was->iterations);
+    OWED("what a failed way has cost stays counted",
+         stats.evaluations >= was->evaluations && stats.iterations >= was->iterations);
     if (p->config.max_steps > 0 && stats.steps > was->steps)
         CLAIM(stats.steps <= p->config.max_steps);
     const unsigned flags = kr_method_flags(p->method);
