@@ -41,6 +41,8 @@ extern "C" {
                                   "be positive, none larger than the other two together")         \
     X(ERR_ATTITUDE,    INPUT,     "the attitude is not a unit quaternion")                        \
     X(ERR_TIME,        INPUT,     "a time lies behind the one before it")                         \
+    X(ERR_RESOLUTION,  INPUT,     "by such a time the top turns more often than a double can "    \
+                                  "tell")                                                         \
     X(ERR_METHOD,      INPUT,     "the method does not apply to this body")                       \
     X(ERR_STEP_SIZE,   INPUT,     "the step is too large for this method on this top")            \
     X(ERR_CHECKPOINT,  INPUT,     "no checkpoint of such a top: damaged, or of another version, " \
@@ -229,6 +231,12 @@ KR_API unsigned kr_method_flags(const kr_method *method);
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
+/* The time from which on, before and after 0, a double does not tell where the top is: there it has
+ * turned by 2^53 rad since, at the rate of its momentum or of a pendulum, whichever is faster. No
+ * top is moved there (KR_ERR_RESOLUTION). INFINITY for one at rest on which nothing pulls; 0 for
+ * what is no scene [T]. */
+KR_API double kr_scene_horizon(const kr_scene *scene);
+
 /* A top in motion. A fixed-step method has one step and the grid start.t + k step; a time off the
  * grid is read by a motion of its own from the grid point before it. An adaptive method likewise
  * takes the steps that it would take anyway. So a state depends neither on what else was asked for
@@ -351,6 +359,7 @@ typedef struct kr_exact {
     kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
+/* From kr_scene_horizon on it is still a state with every integral, but of any attitude. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);

@@ -28,6 +28,8 @@ static kr_status choose_units(kr_top *top)
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
+    top->horizon = kr_units_horizon(&own, &top->scene, &working);
+    if (!(fabs(top->scene.start.t) < top->horizon)) return KR_ERR_RESOLUTION;
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
@@ -115,11 +117,11 @@ static kr_status state_at(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = (top->method->flags & KR_ADAPTIVE) != 0;
     kr_status status;
-    /* The next grid point is what is asked for most often: it goes without the questions. */
+    if (!(fabs(t) < top->horizon)) return isfinite(t) ? KR_ERR_RESOLUTION : KR_ERR_ARGUMENT;
+    /* The next grid point is what is asked for most often: it goes without more questions. */
     if (!adaptive && t == grid(top, top->steps + 1)) {
         status = kr_steps_walk(top, top->steps + 1, state);
     } else {
-        if (!isfinite(t)) return KR_ERR_ARGUMENT;
         if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
         if (t == top->scene.start.t) {
             *state = top->scene.start;
@@ -286,7 +288,7 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     if (i > 0) top->now = out[i - 1];
     if (status != KR_OK && i < n && top && t && out) {
         out[i] = before;
-        kr_top_come_up(top, t[i]);
+        if (fabs(t[i]) < top->horizon) kr_top_come_up(top, t[i]);
     }
     if (done) *done = i;
     return status;
@@ -295,16 +297,24 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
+/* Moves by a step of an adaptive method, or up to the end of that which has been read last. */
+static kr_status adaptive_step(kr_top *top)
+{
+    const double end = top->forward * INFINITY, asked = top->asked;
+    kr_status status = KR_OK;
+    if (!(top->forward * (kr_top_time(top) - asked) > 0.0))
+        status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
+    if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_RESOLUTION;
+    const kr_status up = kr_top_come_up(top, end);
+    if (status == KR_OK) status = up;
+    return status == KR_OK && top->asked == asked ? KR_ERR_STEP : status;
+}
 kr_status kr_top_step(kr_top *top)
 {
-    kr_status status = KR_OK;
     if (!top) return KR_ERR_ARGUMENT;
-    if (!(top->method->flags & KR_ADAPTIVE)) return kr_top_advance(top, grid(top, top->steps + 1));
-    if (!(top->forward * (kr_top_time(top) - top->asked) > 0.0))
-        status =
-            top->method->at ? kr_steps_dense(top, top->forward * INFINITY) : kr_steps_adaptive(top);
-    const kr_status up = kr_top_come_up(top, top->forward * INFINITY);
-    return status == KR_OK ? up : status;
+    if (top->method->flags & KR_ADAPTIVE) return adaptive_step(top);
+    const double next = grid(top, top->steps + 1);
+    return next == top->asked ? KR_ERR_STEP : kr_top_advance(top, next);
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

@@ -26,6 +26,7 @@ struct kr_top {
     kr_state now;         /* the state at that time, the user's */
     kr_state low;         /* what the doubles of `now` leave out */
     /* Here a checkpoint ends. */
+    double horizon;   /* the time from which on nothing can be told: kr_scene_horizon */
     kr_event *events; /* what is watched: the user's memory */
     size_t watched;   /* how many events these are */
     kr_vec3 apex;     /* unit vector towards the centre of mass, working axes; for the events */

@@ -142,6 +142,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
 {
     kr_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
+    if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
     /* A reset may have brought units in which an event is beyond all numbers. */
     if (top->watched > 0 && top->events->own.searched < 0 &&
         !are_events(top, top->watched, top->events))

@@ -38,3 +38,19 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
     units->lever = lever;
     return KR_OK;
 }
+double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
+{
+    /* In own units no square overflows. */
+    const double moment = v_largest(working->inertia) / units->moment;
+    const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
+                  lever = v_scale(units->time, v_scale(units->time, units->lever));
+    return 0x1p53 * units->time / fmax(v_length(m) / moment, sqrt(v_length(lever) / moment));
+}
+double kr_scene_horizon(const kr_scene *scene)
+{
+    kr_units units;
+    if (kr_scene_check(scene) != KR_OK) return 0.0;
+    const kr_working working = kr_body_working(&scene->body);
+    const kr_status status = kr_scene_units(scene, &working, &units);
+    return status == KR_OK ? kr_units_horizon(&units, scene, &working) : 0.0;
+}

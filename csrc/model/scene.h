@@ -10,4 +10,6 @@ typedef struct kr_units {
     kr_vec3 lever;       /* mass gravity com / moment, in working axes [T^-2] */
 } kr_units;
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
+/* Gives kr_scene_horizon where these are known. */
+double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -1,0 +1,104 @@
+/* Times at which a double no longer tells where a top is are refused, by every method and every way
+ * to go there, and a step that makes no way says so. */
+#include <float.h>
+#include "random.h"
+#include "tops.h"
+
+enum { TOPS = 50 };
+
+static kr_scene scene_for(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
+    s.start.m = v_scale(ldexp(1.0, (int)uniform(-30, 30)), random_vec(1.0));
+    return s;
+}
+/* By a horizon of its own formula: |m| / moment and sqrt(torque / moment), whichever is faster. */
+static void horizon_of(const kr_scene *s)
+{
+    const double moment = v_largest(s->body.inertia),
+                 torque = s->body.mass * fabs(s->gravity) * v_length(s->body.com);
+    const double rate = fmax(v_length(s->start.m) / moment, sqrt(torque / moment));
+    NEAR(kr_scene_horizon(s) * rate / 9007199254740992.0, 1.0, 1e-14);
+}
+static void refused(const kr_method *method)
+{
+    kr_scene s = scene_for(method);
+    const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
+    const double far[] = {horizon, 2.0 * horizon, DBL_MAX, INFINITY, NAN};
+    const int dense = (kr_method_flags(method) & KR_DENSE) != 0;
+    const kr_config config = {.step = sign * horizon * 0x1p-50};
+    kr_top *top = NULL;
+    horizon_of(&s);
+    if (kr_top_create(&s, method, config, &top) != KR_OK) return; /* such a step is large */
+    if (dense) IS(kr_top_advance(top, sign * 0x1p-52 * horizon) == KR_OK);
+    const kr_state was = kr_top_state(top);
+    const double time = kr_top_time(top);
+    for (int i = 0; i < 5; i++) {
+        const kr_status want = isfinite(far[i]) ? KR_ERR_RESOLUTION : KR_ERR_ARGUMENT;
+        kr_hit hit = {7, 7};
+        IS(kr_top_advance(top, sign * far[i]) == want);
+        IS(kr_top_seek(top, sign * far[i], &hit) == want && hit.which == 7);
+        IS(same(kr_top_state(top), was) && kr_top_time(top) == time);
+    }
+    kr_state late = s.start;
+    late.t = -horizon;
+    IS(kr_top_reset(top, &late) != KR_OK && same(kr_top_state(top), was));
+    kr_top_free(top);
+    top = NULL;
+    s.start.t = horizon;
+    IS(kr_top_create(&s, method, config, &top) == KR_ERR_RESOLUTION && !top);
+}
+/* A checkpoint brings the horizon of its own start along. */
+static void loaded(void)
+{
+    kr_scene s = tilted();
+    static unsigned char saved[1 << 14];
+    kr_top *top = make(&s, taylor(), (kr_config){0}), *other = make(&s, taylor(), (kr_config){0});
+    const size_t size = kr_top_save_size(top);
+    s.start.m = v_scale(1e9, s.start.m);
+    IS(kr_top_reset(top, &s.start) == KR_OK && size <= sizeof saved);
+    IS(kr_top_save(top, size, saved) == KR_OK && kr_top_load(other, size, saved) == KR_OK);
+    IS(kr_top_advance(other, 1.01 * kr_scene_horizon(&s)) == KR_ERR_RESOLUTION);
+    kr_top_free(top);
+    kr_top_free(other);
+}
+/* Steps below the resolution of the time are no steps. */
+static void no_way(void)
+{
+    const kr_scene s = kr_scene_default();
+    kr_top *top = make(&s, kr_method_find("exact"), (kr_config){.step = 0.05});
+    IS(kr_top_advance(top, 8e15) == KR_OK);
+    for (int i = 0; i < 3; i++) IS(kr_top_step(top) == KR_ERR_STEP && kr_top_state(top).t == 8e15);
+    IS(kr_top_advance(top, 8.1e15) == KR_OK && kr_top_state(top).t == 8.1e15);
+    kr_top_free(top);
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        kr_scene late = s;
+        kr_status status = KR_OK;
+        late.start.t = 4e15;
+        if (kr_top_create(&late, kr_method_at(i), (kr_config){.step = 0.5}, &top) != KR_OK)
+            continue; /* not for this body, or not at such a step */
+        for (int k = 0; k < 20; k++) {
+            const double before = kr_top_state(top).t;
+            status = kr_top_step(top);
+            IS((status == KR_OK) == (kr_top_state(top).t > before));
+            IS(status == KR_OK || status == KR_ERR_STEP);
+        }
+        kr_top_free(top);
+    }
+}
+
+int main(void)
+{
+    for (size_t i = 0; i < kr_method_count(); i++)
+        for (int k = 0; k < TOPS; k++) refused(kr_method_at(i));
+    kr_scene s = kr_scene_default();
+    s.gravity = 0.0;
+    s.start.m = v3(0, 0, 0);
+    IS(kr_scene_horizon(&s) == INFINITY);
+    s.start.q.w = 2.0;
+    IS(kr_scene_horizon(&s) == 0.0 && kr_scene_horizon(NULL) == 0.0);
+    loaded();
+    no_way();
+    return check_result();
+}
