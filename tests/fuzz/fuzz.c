@@ -175,13 +175,6 @@ static void say_and_end(int signal_number)
     say_where();
     _exit(128 + signal_number);
 }
-#  if defined __SANITIZE_ADDRESS__
-#    define KR_SANITIZED
-#  elif defined __has_feature
-#    if __has_feature(address_sanitizer)
-#      define KR_SANITIZED
-#    endif
-#  endif
 #  ifdef KR_SANITIZED
 void __sanitizer_set_death_callback(void (*callback)(void));
 #  endif

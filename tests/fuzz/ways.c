@@ -14,7 +14,7 @@ void call_step(place *p)
     if (status == KR_OK) {
         const int fixed = !(kr_method_flags(p->method) & KR_ADAPTIVE);
         const double grid = p->scene.start.t + (double)kr_top_stats(p->top).steps * p->config.step;
-        OWED("a step makes way", forward(p) * (state.t - p->was.t) > 0.0);
+        CLAIM(forward(p) * (state.t - p->was.t) > 0.0);
         if (fixed) CLAIM(state.t == grid);
         p->landed = fixed;
     }
