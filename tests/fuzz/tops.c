@@ -51,9 +51,15 @@ static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];
     const kr_state state = kr_top_state(p->top);
+    if (status == KR_ERR_STEP_SIZE)
+        OWED("a step too large is refused before anything runs",
+             same_bits(&state, &p->was, sizeof state));
     if (went_wrong(status) == INPUT) {
+        const int is_same = !p->imaged || same_bits(image, p->was_image, image_of(p->top, image));
         CLAIM(same_bits(&state, &p->was, sizeof state));
-        if (p->imaged) CLAIM(same_bits(image, p->was_image, image_of(p->top, image)));
+        if (status == KR_ERR_RESOLUTION || status == KR_ERR_STEP_SIZE)
+            OWED("what is refused on the way has not run", is_same);
+        CLAIM(is_same);
     }
     if (state.t == p->was.t)
         CLAIM(same_bits(&state, &p->was, sizeof state));

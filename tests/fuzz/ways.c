@@ -47,6 +47,9 @@ static void claim_recorded(place *p, kr_status status, size_t n, size_t done, co
     if (low) CLAIM(is_marked(low + done, (MANY - done) * sizeof *low));
     if (done > 0 && status == KR_OK) CLAIM(same_bits(&state, &out[n - 1], sizeof state));
     if (done == 0 || status == KR_OK) return;
+    if (status == KR_ERR_STEP_SIZE)
+        OWED("a step too large is refused before anything runs",
+             same_bits(&state, &out[done - 1], sizeof state));
     if (went_wrong(status) == INPUT || state.t == out[done - 1].t)
         CLAIM(same_bits(&state, &out[done - 1], sizeof state));
     else
