@@ -12,6 +12,9 @@
 #include "gsl.h"
 
 enum { TRIES = 1000 };
+/* A step turns the top by so much at most [rad]: whole turns inside a step fool the error estimate
+ * of the semi-implicit method, which damps what it does not resolve. */
+static const double most_turn = 3.0;
 
 typedef struct {
     gsl_odeiv2_step *step;
@@ -134,7 +137,9 @@ static kr_status step(kr_motion *motion, double until)
     path *p = (path *)motion->work, next = *p;
     /* No step in doubles can meet such a tolerance. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
+    const double rate = v_length(velocity(p->y));
     for (int rejected = 0; rejected < TRIES; rejected++) {
+        if (fabs(next.h) * rate > most_turn) next.h = copysign(most_turn / rate, next.h);
         const int lands =
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
