@@ -115,7 +115,6 @@ void call_repeat(place *p)
         CLAIM(kr_top_load(other, size, image) == KR_OK);
         CLAIM(go(other, t, &second) == status);
         CLAIM(same_bits(&first, &second, sizeof first));
-        kr_top_free(other);
     }
     const int polls = p->polls;
     p->patience += 1000;

@@ -9,6 +9,7 @@
 
 enum { PLACES = 3 };
 static place places[PLACES];
+static kr_top *alike; /* made to be compared with one of them */
 
 double forward(const place *p) { return p->config.step < 0.0 ? -1.0 : 1.0; }
 size_t image_of(const kr_top *top, unsigned char *bytes)
@@ -37,9 +38,10 @@ void begin_call(place *p)
 static void claim_stats(const place *p, kr_status status)
 {
     const kr_stats stats = kr_top_stats(p->top), *was = &p->was_stats;
-    CLAIM(stats.steps >= was->steps && stats.rejected >= was->rejected);
-    OWED("what a failed way has cost stays counted",
-         stats.evaluations >= was->evaluations && stats.iterations >= was->iterations);
+    CLAIM(stats.steps >= was->steps);
+    OWED("what a failed way has cost stays counted", stats.rejected >= was->rejected &&
+                                                         stats.evaluations >= was->evaluations &&
+                                                         stats.iterations >= was->iterations);
     if (p->config.max_steps > 0 && stats.steps > was->steps)
         CLAIM(stats.steps <= p->config.max_steps);
     const unsigned flags = kr_method_flags(p->method);
@@ -138,12 +140,13 @@ static void create(place *p)
 }
 kr_top *make_alike(const place *p)
 {
-    kr_top *top = NULL;
     kr_config config = p->config;
     config.poll = NULL;
     config.max_steps = 0;
-    CLAIM(kr_top_create(&p->scene, p->method, config, &top) == KR_OK);
-    return top;
+    kr_top_free(alike);
+    alike = NULL;
+    CLAIM(kr_top_create(&p->scene, p->method, config, &alike) == KR_OK);
+    return alike;
 }
 
 double any_time(const place *p)
@@ -219,5 +222,7 @@ void call_top(void)
 void clear_tops(void)
 {
     for (int i = 0; i < PLACES; i++) release(&places[i]);
+    kr_top_free(alike);
+    alike = NULL;
     forget_saved();
 }

@@ -33,7 +33,7 @@ void begin_call(place *p);
 void end_call(place *p, kr_status status);
 /* A time for such a top to go to; often near, seldom none. */
 double any_time(const place *p);
-/* Makes a top alike, which asks nobody and has no limits. */
+/* Makes a top alike, which asks nobody and has no limits, and lives until the next is made. */
 kr_top *make_alike(const place *p);
 
 void call_step(place *p);
