@@ -1,5 +1,5 @@
 # The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
-.PHONY: help build report test view clean installed
+.PHONY: help build report test fuzz view clean installed
 # Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -19,6 +19,9 @@ report: build   ## accuracy, speed and stability of every method, in report/
 
 test: build     ## the tests in C, again under sanitizers, and in Python
 	@.ci/test
+
+fuzz:           ## random calls of the C library for HOURS (1) from SEED, under sanitizers
+	@.ci/fuzz $(or $(HOURS),1) $(SEED)
 
 view: build     ## the top in a browser
 	@.venv/bin/kreisel view

@@ -1,0 +1,22 @@
+/* What a fuzzed round does is a sequence of choices: made by a generator from a seed, or read from
+ * the bytes that a fuzzer offers, which then decide on everything. */
+#ifndef KR_CHOICE_H
+#define KR_CHOICE_H
+#include "kreisel.h"
+
+void choose_by_seed(uint64_t seed);
+void choose_by_bytes(const uint8_t *bytes, size_t size);
+int choices_are_over(void); /* Bytes come to an end, and are zeros from there; a seed has none. */
+
+uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */
+int odds(int percent);                   /* 1 so often */
+double between(double low, double high); /* evenly */
+double spread(double low, double high);  /* evenly in the logarithm */
+double either_sign(double x);
+/* Any double: ordinary, whole, tiny, huge, denormal, next to one, infinite, NaN, or of any bits. */
+double any_double(void);
+/* Puts into the place of x, once in so many times, any double. */
+double spoiled(double x, int percent);
+kr_vec3 vector_between(double low, double high);
+kr_quat any_attitude(void); /* a unit quaternion; some are half turns, upright, or nearly so */
+#endif

@@ -1,0 +1,131 @@
+/* Checkpoints: what is loaded goes on as what was saved, and nothing else is taken. */
+#include <stdlib.h>
+#include <string.h>
+#include "choice.h"
+#include "claims.h"
+#include "tops.h"
+
+/* The bytes saved last, and what they are of. */
+static struct {
+    unsigned char *bytes;
+    size_t size;
+    kr_scene scene;
+    const kr_method *method;
+    kr_config config;
+    int landed;
+} saved;
+
+void forget_saved(void)
+{
+    free(saved.bytes);
+    saved.bytes = NULL;
+}
+void call_save(place *p)
+{
+    const size_t size = kr_top_save_size(p->top);
+    forget_saved();
+    saved.bytes = malloc(size);
+    begin_call(p);
+    call("save");
+    leave_mark(saved.bytes, size);
+    CLAIM(kr_top_save(p->top, size - 1, saved.bytes) == KR_ERR_ARGUMENT);
+    CLAIM(kr_top_save(p->top, size, NULL) == KR_ERR_ARGUMENT);
+    CLAIM(is_marked(saved.bytes, size));
+    const kr_status status = kr_top_save(p->top, size, saved.bytes);
+    CLAIM(status == KR_OK);
+    saved.size = size;
+    saved.scene = p->scene;
+    saved.method = p->method;
+    saved.config = p->config;
+    saved.landed = p->landed;
+    end_call(p, status);
+}
+static int is_alike(const place *p)
+{
+    const kr_config *one = &p->config, *other = &saved.config;
+    return p->method == saved.method &&
+           same_bits(&p->scene.body, &saved.scene.body, sizeof(kr_body)) &&
+           p->scene.gravity == saved.scene.gravity && one->step == other->step &&
+           one->tol == other->tol && one->digits == other->digits &&
+           one->leave_heading == other->leave_heading;
+}
+void call_load(place *p)
+{
+    static unsigned char image[MOST_IMAGE], again[MOST_IMAGE];
+    if (!saved.bytes) return;
+    begin_call(p);
+    image_of(p->top, image);
+    call("load");
+    const kr_status status = kr_top_load(p->top, saved.size, saved.bytes);
+    CLAIM(status == (is_alike(p) ? KR_OK : KR_ERR_CHECKPOINT));
+    if (status == KR_OK) {
+        p->scene = saved.scene;
+        p->landed = saved.landed;
+        p->was = kr_top_state(p->top);
+        p->was_stats = kr_top_stats(p->top);
+    } else
+        CLAIM(same_bits(image, again, image_of(p->top, again)));
+    end_call(p, status);
+}
+void call_damage(place *p)
+{
+    const size_t size = kr_top_save_size(p->top);
+    size_t shown = size;
+    unsigned char *bytes = malloc(size);
+    begin_call(p);
+    p->imaged = 1;
+    image_of(p->top, p->was_image);
+    memcpy(bytes, p->was_image, size);
+    const size_t at = (size_t)choose(size);
+    if (odds(80))
+        bytes[at] ^= (unsigned char)(1 + choose(255));
+    else if (odds(50))
+        shown = at;
+    else
+        for (size_t i = at & ~(size_t)7; i < size; i++) bytes[i] = (unsigned char)choose(256);
+    call("load what is damaged, %zu of %zu bytes, at %zu", shown, size, at);
+    unsigned char *exactly = malloc(shown + 1); /* so that a byte too much is seen to be read */
+    memcpy(exactly + 1, bytes, shown);
+    const kr_status status = kr_top_load(p->top, shown, exactly + 1);
+    CLAIM(status == KR_ERR_CHECKPOINT || same_bits(bytes, p->was_image, size));
+    free(exactly);
+    free(bytes);
+    end_call(p, status);
+}
+/* Goes to t, gives the state there, and what came of it. */
+static kr_status go(kr_top *top, double t, kr_state *state)
+{
+    const kr_status status = kr_top_advance(top, t);
+    *state = kr_top_state(top);
+    return status;
+}
+void call_repeat(place *p)
+{
+    static unsigned char image[MOST_IMAGE];
+    kr_state first, second, third;
+    const double t = any_time(p);
+    begin_call(p);
+    p->imaged = 0; /* To load is to change when it asks whether to go on. */
+    const size_t size = image_of(p->top, image);
+    call("advance to %a, and again from a checkpoint", t);
+    const kr_status status = go(p->top, t, &first);
+    const int stopped = status == KR_ERR_INTERRUPTED || status == KR_ERR_LIMIT;
+    if (!stopped) {
+        kr_top *other = make_alike(p);
+        CLAIM(kr_top_load(other, size, image) == KR_OK);
+        CLAIM(go(other, t, &second) == status);
+        CLAIM(same_bits(&first, &second, sizeof first));
+    }
+    const int polls = p->polls;
+    p->patience += 1000;
+    CLAIM(kr_top_load(p->top, size, image) == KR_OK);
+    const kr_status once_more = go(p->top, t, &third);
+    p->patience -= 1000;
+    if (!stopped) {
+        CLAIM(once_more == status);
+        CLAIM(same_bits(&first, &third, sizeof first));
+    }
+    p->polls = once_more == KR_ERR_INTERRUPTED ? p->patience : polls < p->patience ? polls : 0;
+    if (once_more == KR_OK) p->landed = 1;
+    end_call(p, once_more);
+}

@@ -1,0 +1,100 @@
+/* Scenes: see scenes.h. */
+#include "scenes.h"
+#include <math.h>
+#include "choice.h"
+#include "numbers/su2.h"
+
+static kr_body known_kind(void)
+{
+    static const double ratio[6][3] = {{1, 1, 2}, {2, 2, 1}, {4, 4, 1},
+                                       {1, 1, 1}, {2, 1, 1}, {1, 1, 1e-3}};
+    const double *i = ratio[choose(6)], size = spread(0.1, 10.0), lever = between(-2.0, 2.0);
+    const kr_vec3 axis = odds(50) ? v3(0, 0, 1) : odds(50) ? v3(1, 0, 0) : vector_between(-1, 1);
+    const kr_body body = {spread(0.1, 10.0), v3(size * i[0], size * i[1], size * i[2]),
+                          v_scale(odds(30) ? 0.0 : lever, axis), q_one()};
+    return body;
+}
+static kr_body any_three_moments(void)
+{
+    const double a = spread(1e-6, 3.0), b = spread(0.1, 3.0), c = spread(0.1, 3.0);
+    const double flat = odds(10) ? 0.0 : a;
+    const kr_body body = {spread(0.1, 10.0), v3(b + c, c + flat, flat + b), vector_between(-1, 1),
+                          any_attitude()};
+    return body;
+}
+/* Moves moments and centre of mass a little, down to a rounding. */
+static void move_a_little(kr_body *body)
+{
+    const double by = either_sign(spread(1e-17, 1e-5));
+    if (choose(2)) body->inertia.x *= 1.0 + by;
+    if (choose(2)) body->com.x += by;
+}
+static kr_body any_body(void)
+{
+    kr_body body = odds(50) ? known_kind() : any_three_moments();
+    if (odds(30)) move_a_little(&body);
+    return body;
+}
+
+static kr_vec3 any_momentum(const kr_scene *scene)
+{
+    const kr_vec3 axis = v3(choose(2) ? 1.0 : 0.0, choose(2) ? 1.0 : 0.0, 1.0);
+    const double size = spread(1e-3, 1e2);
+    switch (choose(6)) {
+    case 0:
+        return v3(0, 0, 0);
+    case 1:
+        return v_scale(either_sign(size), q_turn(scene->start.q, axis));
+    case 2:
+        return v3(0, 0, either_sign(size));
+    case 3:
+        return v_scale(spread(1e-170, 1e-6), vector_between(-1, 1));
+    default:
+        return v_scale(odds(20) ? size : 3.0, vector_between(-1, 1));
+    }
+}
+static double any_beginning(void)
+{
+    return odds(60) ? 0.0 : odds(70) ? between(-9.0, 9.0) : either_sign(spread(1e3, 1e18));
+}
+/* Carries a scene into other units of mass, length and time. */
+static void change_units(kr_scene *scene)
+{
+    const double mass = spread(1e-40, 1e40), length = spread(1e-30, 1e30),
+                 time = spread(1e-30, 1e30), moment = mass * length * length;
+    scene->body.mass *= mass;
+    scene->body.inertia = v_scale(moment, scene->body.inertia);
+    scene->body.com = v_scale(length, scene->body.com);
+    scene->gravity *= length / time / time;
+    scene->start.m = v_scale(moment / time, scene->start.m);
+    scene->start.t *= time;
+}
+/* Puts any double into the place of one number of the scene. */
+static void spoil(kr_scene *scene)
+{
+    double *const place[] = {&scene->body.mass,  &scene->body.inertia.x, &scene->body.inertia.z,
+                             &scene->body.com.x, &scene->body.com.z,     &scene->body.axes.w,
+                             &scene->gravity,    &scene->start.t,        &scene->start.q.w,
+                             &scene->start.q.z,  &scene->start.m.x,      &scene->start.m.z};
+    *place[choose(sizeof place / sizeof *place)] = any_double();
+}
+kr_scene any_scene(void)
+{
+    kr_scene scene = kr_scene_default();
+    if (odds(90)) scene.body = any_body();
+    scene.gravity = odds(60) ? 1.0 : odds(40) ? 0.0 : either_sign(spread(1e-3, 1e3));
+    scene.start.q = any_attitude();
+    scene.start.m = any_momentum(&scene);
+    scene.start.t = any_beginning();
+    if (odds(15)) change_units(&scene);
+    if (odds(12)) spoil(&scene);
+    return scene;
+}
+double pace_of(const kr_scene *scene)
+{
+    const kr_body *body = &scene->body;
+    const double moment = v_largest(body->inertia),
+                 rate = v_length(scene->start.m) / moment +
+                        sqrt(fabs(scene->gravity) * body->mass / moment * v_length(body->com));
+    return isfinite(1.0 / rate) && rate > 0.0 ? 1.0 / rate : 1.0;
+}

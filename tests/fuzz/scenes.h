@@ -1,0 +1,10 @@
+/* Scenes of all sorts: of every kind and nearly so, at rest, near the motions that are not stable,
+ * in units of any size, and some with a number that no scene has. */
+#ifndef KR_SCENES_H
+#define KR_SCENES_H
+#include "kreisel.h"
+
+kr_scene any_scene(void);
+/* A time in which such a top turns by about one radian; 1 where there is none. */
+double pace_of(const kr_scene *scene);
+#endif

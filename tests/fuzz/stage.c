@@ -1,0 +1,100 @@
+/* Calls of the page's stage, and of its pictures. */
+#include "page/stage.h"
+#include <math.h>
+#include "calls.h"
+#include "choice.h"
+#include "claims.h"
+#include "numbers/su2.h"
+#include "page/picture.h"
+#include "scenes.h"
+
+static kr_stage stage;
+
+void clear_stage(void) { kr_stage_clear(&stage); }
+
+static void add(void)
+{
+    kr_scene scene = any_scene();
+    const kr_method *method = kr_method_at((size_t)choose(kr_method_count() + 1));
+    const int64_t step = odds(90) ? 1 + (int64_t)choose(60000) : (int64_t)choose(UINT64_MAX);
+    const double tol = spoiled(spread(1e-12, 0.1), 5);
+    const int against = (int)choose(10) - 1, tops = stage.tops;
+    if (odds(90)) scene.start.t = 0.0;
+    const kr_vec3 i = scene.body.inertia;
+    if ((double)step / KR_STAGE_TICKS > 100.0 * pace_of(&scene) ||
+        fmin(fmin(i.x, i.y), i.z) < 1e-4 * v_largest(i)) {
+        leave_out("the stage does not ask whether to go on");
+        return;
+    }
+    tell_scene(&scene);
+    call("stage: add %s, step %lld, tol %a, against %d", method ? kr_method_name(method) : "none",
+         (long long)step, tol, against);
+    const kr_status status = kr_stage_add(&stage, &scene, method, step, tol, against);
+    went_wrong(status);
+    CLAIM(stage.tops == tops + (status == KR_OK));
+    if (status != KR_OK) return;
+    CLAIM(kr_scene_check(&scene) == KR_OK && stage.actor[tops].status == KR_OK);
+}
+static void measure(void)
+{
+    double measures[KR_STAGE_MEASURES + 1];
+    for (int i = 0; i < stage.tops; i++) {
+        leave_mark(measures, sizeof measures);
+        call("stage: measure %d", i);
+        kr_stage_measure(&stage, i, measures);
+        CLAIM(is_marked(&measures[KR_STAGE_MEASURES], sizeof *measures));
+    }
+}
+static void advance(void)
+{
+    const int64_t clock = stage.clock,
+                  target = clock + (int64_t)choose(odds(90) ? 3000000 : UINT64_MAX / 4),
+                  most = (int64_t)choose(40);
+    call("stage: advance to %lld, %lld steps at most", (long long)target, (long long)most);
+    const int64_t got = kr_stage_advance(&stage, target, most);
+    CLAIM(got == stage.clock && got >= clock && got <= target);
+    CLAIM(stage.rows <= KR_STAGE_ROWS);
+    for (int i = 0; i < stage.tops; i++) {
+        const kr_actor *actor = &stage.actor[i];
+        went_wrong(actor->status);
+        CLAIM(is_good(actor->now));
+    }
+}
+static void picture(void)
+{
+    static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES + KR_PICTURE_POINTS][3];
+    double momentum, velocity;
+    if (stage.tops == 0) return;
+    const kr_actor *actor = &stage.actor[choose((uint64_t)stage.tops)];
+    const kr_trail trail = {actor->trace, KR_STAGE_TRACE, actor->steps,
+                            (double)actor->step / KR_STAGE_TICKS};
+    call("stage: picture");
+    (void)kr_picture_box(&actor->scene.body);
+    kr_picture_reach(&actor->scene, &momentum, &velocity);
+    const int way = kr_picture_way(&actor->scene.body, &trail, 1.0, points);
+    CLAIM(way >= 0 && way <= KR_PICTURE_POINTS);
+    const int rings = kr_picture_rod(&actor->scene.body, &trail, 1.0, 0.1, points);
+    CLAIM(rings >= 0 && rings <= KR_PICTURE_RINGS);
+}
+void call_stage(void)
+{
+    switch (choose(8)) {
+    case 0:
+        call("stage: clear");
+        kr_stage_clear(&stage);
+        break;
+    case 1:
+    case 2:
+        add();
+        break;
+    case 3:
+        measure();
+        break;
+    case 4:
+        picture();
+        break;
+    default:
+        advance();
+        break;
+    }
+}

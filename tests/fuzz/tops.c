@@ -1,0 +1,228 @@
+/* The tops of a round: they are made, chosen, and held to what is claimed after each call. */
+#include "tops.h"
+#include <math.h>
+#include "calls.h"
+#include "choice.h"
+#include "claims.h"
+#include "numbers/su2.h"
+#include "scenes.h"
+
+enum { PLACES = 3 };
+static place places[PLACES];
+static kr_top *alike; /* made to be compared with one of them */
+
+double forward(const place *p) { return p->config.step < 0.0 ? -1.0 : 1.0; }
+size_t image_of(const kr_top *top, unsigned char *bytes)
+{
+    const size_t size = kr_top_save_size(top);
+    CLAIM(size > 0 && size <= MOST_IMAGE);
+    CLAIM(kr_top_save(top, size, bytes) == KR_OK);
+    return size;
+}
+static int poll(void *context)
+{
+    place *p = context;
+    if (p->top) CLAIM(!isnan(kr_top_time(p->top)));
+    return ++p->polls >= p->patience;
+}
+
+void begin_call(place *p)
+{
+    p->polls = 0;
+    p->patience = 1 + (int)choose(odds(90) ? 2 : 8);
+    p->was = kr_top_state(p->top);
+    p->was_stats = kr_top_stats(p->top);
+    p->imaged = odds(25);
+    if (p->imaged) image_of(p->top, p->was_image);
+}
+static void claim_stats(const place *p, kr_status status)
+{
+    const kr_stats stats = kr_top_stats(p->top), *was = &p->was_stats;
+    CLAIM(stats.steps >= was->steps);
+    OWED("what a failed way has cost stays counted", stats.rejected >= was->rejected &&
+                                                         stats.evaluations >= was->evaluations &&
+                                                         stats.iterations >= was->iterations);
+    if (p->config.max_steps > 0 && stats.steps > was->steps)
+        CLAIM(stats.steps <= p->config.max_steps);
+    const unsigned flags = kr_method_flags(p->method);
+    if (status == KR_ERR_LIMIT)
+        CLAIM(p->config.max_steps > 0 || (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE);
+}
+/* What is refused leaves every bit as it was; what fails leaves the top there, or further. */
+static void claim_failure(place *p, kr_status status)
+{
+    static unsigned char image[MOST_IMAGE];
+    const kr_state state = kr_top_state(p->top);
+    if (status == KR_ERR_STEP_SIZE)
+        OWED("a step too large is refused before anything runs",
+             same_bits(&state, &p->was, sizeof state));
+    if (went_wrong(status) == INPUT) {
+        const int is_same = !p->imaged || same_bits(image, p->was_image, image_of(p->top, image));
+        CLAIM(same_bits(&state, &p->was, sizeof state));
+        if (status == KR_ERR_RESOLUTION || status == KR_ERR_STEP_SIZE)
+            OWED("what is refused on the way has not run", is_same);
+        CLAIM(is_same);
+    }
+    if (state.t == p->was.t)
+        CLAIM(same_bits(&state, &p->was, sizeof state));
+    else
+        CLAIM(forward(p) * (state.t - p->was.t) > 0.0);
+}
+void end_call(place *p, kr_status status)
+{
+    const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
+    int order;
+    tell("%s: t %a, q %a %a %a %a, m %a %a %a", kr_status_text(status), state.t, state.q.w,
+         state.q.x, state.q.y, state.q.z, state.m.x, state.m.y, state.m.z);
+    CLAIM(is_good(state));
+    CLAIM(low.t == 0.0 && isfinite(low.q.w + low.q.x + low.m.x + low.m.y + low.m.z));
+    CLAIM(kr_top_kernel(p->top, &order) != NULL && order >= 0);
+    CLAIM(p->polls <= p->patience);
+    CLAIM((status == KR_ERR_INTERRUPTED) == (p->polls == p->patience));
+    claim_stats(p, status);
+    if (status != KR_OK) claim_failure(p, status);
+    if (status != KR_OK && went_wrong(status) != INPUT) p->landed = 0;
+}
+
+static double any_step(double pace)
+{
+    const double step = either_sign(pace * spread(odds(90) ? 1e-2 : 1e-4, 1.0));
+    return spoiled(odds(10) ? 0.0 : step, 4);
+}
+static kr_config any_config(const kr_scene *scene, const kr_method *method)
+{
+    static const int digits[8] = {16, 20, 30, 17, 40, -1, 1, 29};
+    const unsigned flags = method ? kr_method_flags(method) : 0;
+    kr_config config = {.step = any_step(pace_of(scene)), .poll = poll};
+    if (flags & KR_ADAPTIVE && odds(60)) config.step = 0.0;
+    if (odds(60)) config.tol = odds(30) ? between(0.0, 1.0) : spread(1e-16, 0.9);
+    config.tol = spoiled(config.tol, 3);
+    if (flags & KR_DIGITS ? odds(50) : odds(2)) {
+        config.digits = digits[choose(odds(80) ? 3 : 8)];
+        if (odds(90)) config.tol = 0.0;
+    }
+    config.leave_heading = flags & KR_HEADLESS ? odds(40) : odds(2);
+    config.max_steps = odds(70) ? 0 : (int64_t)choose(odds(50) ? 20 : 2000);
+    if (odds(2)) config.max_steps = -(int64_t)choose(9);
+    return config;
+}
+static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
+{
+    CLAIM(status == KR_OK || top == mark);
+    p->top = status == KR_OK ? top : NULL;
+    const kr_status scene = kr_scene_check(&p->scene);
+    if (scene != KR_OK) CLAIM(status == scene);
+    if (status == KR_ERR_METHOD) CLAIM(!kr_method_suits(p->method, &p->scene));
+    if (status != KR_OK) return;
+    const kr_state state = kr_top_state(top);
+    CLAIM(kr_method_suits(p->method, &p->scene));
+    CLAIM(same_bits(&state, &p->scene.start, sizeof state));
+    CLAIM(kr_top_stats(top).steps == 0);
+}
+static void create(place *p)
+{
+    kr_top *mark = (kr_top *)(void *)p, *top = mark;
+    p->scene = any_scene();
+    p->method = kr_method_at((size_t)choose(kr_method_count()));
+    p->config = any_config(&p->scene, p->method);
+    p->config.context = p;
+    p->landed = 1;
+    p->search[0].count = p->search[1].count = 0;
+    p->watched = 0;
+    tell_scene(&p->scene);
+    call("top %d: create %s, step %a, tol %a, digits %d, heading %d, most %lld", (int)(p - places),
+         kr_method_name(p->method), p->config.step, p->config.tol, p->config.digits,
+         p->config.leave_heading, (long long)p->config.max_steps);
+    const kr_status status = kr_top_create(&p->scene, p->method, p->config, &top);
+    const enum what_went_wrong wrong = went_wrong(status);
+    CLAIM(wrong == NONE || wrong == INPUT || wrong == FAILURE);
+    claim_created(p, status, top, mark);
+}
+kr_top *make_alike(const place *p)
+{
+    kr_config config = p->config;
+    config.poll = NULL;
+    config.max_steps = 0;
+    kr_top_free(alike);
+    alike = NULL;
+    CLAIM(kr_top_create(&p->scene, p->method, config, &alike) == KR_OK);
+    return alike;
+}
+
+double any_time(const place *p)
+{
+    const kr_state now = kr_top_state(p->top);
+    const double pace = pace_of(&p->scene), far = forward(p) * pace * spread(1e-5, 30.0);
+    switch (choose(12)) {
+    case 0:
+        return now.t;
+    case 1:
+        return nextafter(now.t, forward(p) * INFINITY);
+    case 2:
+        return now.t + p->config.step * (double)choose(20);
+    case 3:
+        return now.t - far;
+    case 4:
+        return now.t + forward(p) * pace * spread(1.0, 1e20);
+    case 5:
+        return any_double();
+    default:
+        return now.t + far;
+    }
+}
+void call_reset(place *p)
+{
+    kr_state start = odds(40) ? kr_top_state(p->top) : any_scene().start;
+    kr_scene scene = p->scene;
+    kr_top *other = NULL;
+    kr_config config = p->config;
+    config.poll = NULL;
+    if (odds(40)) start.m = v_scale(spread(1e-4, 1e4), start.m);
+    scene.start = start;
+    begin_call(p);
+    tell_scene(&scene);
+    call("top %d: reset", (int)(p - places));
+    const kr_status would = kr_top_create(&scene, p->method, config, &other),
+                    status = kr_top_reset(p->top, odds(2) ? NULL : &start);
+    kr_top_free(other);
+    if (status == KR_OK) {
+        CLAIM(would == KR_OK);
+        p->was_stats = (kr_stats){0};
+        p->scene.start = start;
+        p->landed = 1;
+        const kr_state state = kr_top_state(p->top);
+        CLAIM(same_bits(&state, &start, sizeof state));
+        CLAIM(kr_top_stats(p->top).steps == 0);
+    } else {
+        const kr_state state = kr_top_state(p->top);
+        CLAIM(same_bits(&state, &p->was, sizeof state));
+    }
+    end_call(p, status);
+}
+
+static void release(place *p)
+{
+    kr_top_free(p->top);
+    p->top = NULL;
+}
+void call_top(void)
+{
+    static void (*const calls[])(place *) = {
+        call_step,  call_step,   call_advance, call_advance, call_advance, call_record, call_record,
+        call_watch, call_seek,   call_seek,    call_seek,    call_save,    call_load,   call_damage,
+        call_reset, call_repeat, call_compare, call_compare, release};
+    place *p = &places[choose(PLACES)];
+    if (!p->top)
+        create(p);
+    else {
+        tell("top %d:", (int)(p - places));
+        calls[choose(sizeof calls / sizeof *calls)](p);
+    }
+}
+void clear_tops(void)
+{
+    for (int i = 0; i < PLACES; i++) release(&places[i]);
+    kr_top_free(alike);
+    alike = NULL;
+    forget_saved();
+}

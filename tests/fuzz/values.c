@@ -1,0 +1,141 @@
+/* Calls without a top: makers of bodies, tables, functions of a state, closed forms. */
+#include <math.h>
+#include <stdio.h>
+#include "calls.h"
+#include "choice.h"
+#include "claims.h"
+#include "numbers/su2.h"
+#include "scenes.h"
+
+static kr_vec3 spoiled_vector(double low, double high)
+{
+    const kr_vec3 v = vector_between(low, high);
+    return v3(spoiled(v.x, 8), spoiled(v.y, 8), spoiled(v.z, 8));
+}
+static void any_tensor(double j[9])
+{
+    const double off[3] = {between(-0.3, 0.3), between(-0.3, 0.3), between(-0.3, 0.3)};
+    const double size = odds(80) ? 1.0 : spread(1e-300, 1e300);
+    for (int i = 0; i < 9; i++) j[i] = i % 4 ? off[i / 3 + i % 3 - 1] : between(0.5, 2.0);
+    if (odds(30)) j[1] = j[2] = j[3] = j[5] = j[6] = j[7] = 0.0;
+    if (odds(30)) j[0] = j[4] = j[8];
+    for (int i = 0; i < 9; i++) j[i] = spoiled(size * j[i], 2);
+}
+void call_bodies(void)
+{
+    double j[9];
+    kr_body body;
+    kr_status status;
+    const double mass = spoiled(spread(0.1, 10.0), 10), one = spoiled(spread(0.1, 10.0), 10),
+                 other = spoiled(spread(0.1, 10.0), 10), height = spoiled(between(-2.0, 2.0), 10);
+    const kr_vec3 com = spoiled_vector(-2.0, 2.0), pivot = spoiled_vector(-2.0, 2.0);
+    any_tensor(j);
+    leave_mark(&body, sizeof body);
+    const int maker = (int)choose(4);
+    call("make body %d", maker);
+    if (maker == 0)
+        status = kr_body_cuboid(mass, v3(one, other, fabs(height)), pivot, &body);
+    else if (maker == 1)
+        status = kr_body_symmetric(mass, one, other, height, &body);
+    else if (maker == 2)
+        status = kr_body_from_tensor(mass, j, com, &body);
+    else
+        status = kr_body_from_com(mass, j, com, pivot, &body);
+    const enum what_went_wrong wrong = went_wrong(status);
+    CLAIM(wrong == NONE || wrong == INPUT);
+    CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
+    CLAIM(status == KR_OK || is_marked(&body, sizeof body));
+    if (status == KR_OK) CLAIM(kr_kind_name(kr_body_kind(&body, spoiled(1e-12, 5))) != NULL);
+}
+
+static void check_quantity(const kr_quantity *quantity)
+{
+    static const size_t most = 9;
+    const size_t doubles = kr_quantity_doubles(quantity);
+    CLAIM(kr_quantity_find(kr_quantity_name(quantity)) == quantity);
+    CLAIM(kr_quantity_text(quantity) && kr_quantity_dimension(quantity));
+    CLAIM(doubles >= 1 && doubles <= most);
+    CLAIM(kr_quantity_axis(quantity, doubles) == NULL);
+    CLAIM(kr_quantity_axis(quantity, (size_t)choose(1u << 31) + doubles) == NULL);
+    for (size_t i = 0; i < doubles; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity),
+                 kr_quantity_axis(quantity, i));
+        CLAIM((kr_component_find(name) >= 0) == !!(kr_quantity_flags(quantity) & KR_SERIES));
+    }
+}
+static void check_method(const kr_method *method)
+{
+    kr_scene scene = any_scene();
+    CLAIM(kr_method_find(kr_method_name(method)) == method);
+    CLAIM(kr_method_text(method) && kr_method_conserves(method) && kr_method_reference(method));
+    CLAIM(kr_method_order(method) >= 0);
+    if (kr_method_applies(method, &scene.body)) CLAIM(kr_body_check(&scene.body) == KR_OK);
+    if (kr_method_suits(method, &scene)) CLAIM(kr_scene_check(&scene) == KR_OK);
+}
+void call_names(void)
+{
+    const unsigned flag = 1u << choose(32);
+    char name[12] = {0};
+    call("read tables");
+    for (size_t i = 0; i + 1 < sizeof name; i++) name[i] = i ? (char)choose(256) : '?';
+    CLAIM(!kr_quantity_find(name) && !kr_quantity_find(NULL));
+    CLAIM(!kr_method_find(name) && !kr_method_find(NULL));
+    CLAIM(kr_component_find(name) == -1);
+    CLAIM(kr_flag_find(name) == 0);
+    CLAIM(!kr_flag_name(flag) == !kr_flag_text(flag));
+    if (kr_flag_name(flag)) CLAIM(kr_flag_find(kr_flag_name(flag)) == flag);
+    CLAIM(kr_component_find("1") == KR_ONE);
+    CLAIM(!kr_quantity_at(kr_quantity_count()) && !kr_method_at(kr_method_count()));
+    check_quantity(kr_quantity_at((size_t)choose(kr_quantity_count())));
+    check_method(kr_method_at((size_t)choose(kr_method_count())));
+}
+
+/* A quantity writes as many doubles as it says, and none behind them. */
+static void value_of(const kr_quantity *quantity, const kr_scene *scene, const kr_state *state)
+{
+    const size_t doubles = kr_quantity_doubles(quantity);
+    const kr_state two[2] = {*state, scene->start};
+    double out[20], one[10];
+    leave_mark(out, sizeof out);
+    call("values of %s", kr_quantity_name(quantity));
+    kr_quantity_values(quantity, scene, 2, two, out);
+    kr_quantity_values(quantity, scene, 1, &two[1], one);
+    CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
+    CLAIM(same_bits(one, out + doubles, doubles * sizeof *out));
+}
+static void check_values(const kr_scene *scene, const kr_state *s)
+{
+    const kr_vec3 apex = kr_state_apex(scene, s);
+    const double nutation = kr_state_nutation(scene, s);
+    kr_vec3 frame[3];
+    kr_state_frame(scene, s, frame);
+    OWED("the apex of a tiny lever has the length one", fabs(v_length(apex) - 1.0) <= 1e-12);
+    CLAIM(nutation >= 0.0 && nutation <= 3.1415926535897936);
+    for (int i = 0; i < 3; i++) CLAIM(fabs(v_length(frame[i]) - 1.0) <= 1e-11);
+    CLAIM(kr_attitude_error(s->q, scene->start.q) <= 3.1415926535897936);
+}
+void call_values(void)
+{
+    const kr_scene scene = any_scene();
+    kr_state s = {spoiled(between(-9.0, 9.0), 5), any_attitude(), vector_between(-3.0, 3.0)};
+    kr_scene body_alone = scene;
+    const kr_term terms[2] = {{between(-1.0, 1.0), 0, (int)choose(8)},
+                              {between(-1.0, 1.0), (int)choose(8), 0}};
+    tell_scene(&scene);
+    body_alone.start = s;
+    const int sound = kr_scene_check(&scene) == KR_OK && kr_scene_check(&body_alone) == KR_OK;
+    value_of(kr_quantity_at((size_t)choose(kr_quantity_count())), &scene, &s);
+    if (sound) check_values(&scene, &s);
+    if (odds(20)) s.q = q4(any_double(), spoiled_vector(-1.0, 1.0));
+    (void)kr_state_velocity(&scene, &s);
+    (void)kr_state_torque(&scene, &s);
+    (void)kr_state_energy(&scene, &s);
+    (void)kr_state_vertical_momentum(&scene, &s);
+    (void)kr_state_axial_momentum(&scene, &s);
+    (void)kr_state_kowalewski(&scene, &s);
+    (void)kr_state_goryachev_chaplygin(&scene, &s);
+    (void)kr_state_modified_energy(&scene, &s, any_double());
+    (void)kr_state_modified_energy4(&scene, &s, any_double());
+    if (sound) (void)kr_terms_value(&scene, &s, 2, terms);
+}
