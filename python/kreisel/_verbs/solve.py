@@ -50,7 +50,9 @@ def solve(
                and path.m_low
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
-    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad];
+               met, by a reference with 20 digits or the closed form, or refused, at the latest
+               after 64 times the steps first thought of
     want       names, as ("nutation", "energy"): the path keeps t and these; without the heading
                where none needs it
     progress   called about ten times a second with the time reached [T]; what it raises stops the
