@@ -46,13 +46,14 @@ def closed_form_holds(scene: Scene) -> bool:
 
 def nudged(scene: Scene) -> Scene:
     """A neighbour of the scene: turned and pushed by a little, in the top's own units."""
-    turned = multiply((1.0, *(0.5 * NUDGE * x for x in _TURN)), scene.attitude)
+    x, y, z = (0.5 * NUDGE * along for along in _TURN)
+    turned = multiply((1.0, x, y, z), scene.attitude)
     norm = math.hypot(*turned)
     unit = NUDGE * max(scene.body.moments) * scene._fastest
     push = zip(scene.momentum, _PUSH, strict=True)
     return scene.replace(
-        attitude=tuple(x / norm for x in turned),
-        momentum=tuple(m + unit * x for m, x in push),
+        attitude=tuple(c / norm for c in turned),
+        momentum=tuple(m + unit * along for m, along in push),
     )
 
 
