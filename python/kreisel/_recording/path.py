@@ -365,11 +365,21 @@ def good(scene: Scene, done: Request, came: Rows) -> Path:
     """The path of what the core has recorded, kept to what is wanted; raises what its status stands
     for."""
     path = path_of(scene, done, came)
-    if done.want is not None:
-        path = path.only(done.want)
+    path = kept(path, done.want, came[-1])
     if came[0] != "OK":
         raise stopped(came[0], path, way(path, came[-1]))
     return path
+
+
+def kept(path: Path, want: tuple[str, ...] | None, end: float) -> Path:
+    """The path with no more than what is wanted; Ctrl-C while that is computed loses nothing."""
+    if want is None:
+        return path
+    try:
+        return path.only(want)
+    except KeyboardInterrupt:
+        part = path.only(want)
+        raise stopped("ERR_INTERRUPTED", part, way(part, end)) from None
 
 
 def way(path: Path, end: float) -> str:

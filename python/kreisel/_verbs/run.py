@@ -7,7 +7,7 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path as File
 
 import numpy as np
@@ -17,8 +17,8 @@ from .._core import start as start_top
 from .._core import statuses
 from .._ground.arguments import Array, whole
 from .._model.scene import Scene, parse
-from .._recording.path import Path, Stats, path_of, stopped, way
-from .._recording.recording import in_pieces
+from .._recording.path import Path, Stats, kept, path_of, stopped, way
+from .._recording.recording import in_pieces, told
 from .._request.plan import Plan, plan_of
 from .._request.request import Progress, Request, checked_every, checked_progress, request
 from .._request.times import (
@@ -79,8 +79,8 @@ class Run:
         else:
             status, path = in_pieces(times, self.want, lambda piece: self._record(piece, callback))
         if status != "OK":
-            raise stopped(status, path, way(path, float(times[-1])))
-        return path
+            raise stopped(status, path, way(path, float(times[-1]) if times.size else self.t))
+        return told(path, callback)
 
     def stream(
         self,
@@ -101,10 +101,12 @@ class Run:
         for piece in pieces:
             self._refuse(piece)
             status, path = self._record(piece, progress)
-            path = path if self.want is None else path.only(self.want)
+            path = kept(path, self.want, float(piece[-1]))
             if status != "OK":
                 raise stopped(status, path, way(path, float(piece[-1])))
             yield path
+        if progress is not None and not self._fresh:
+            progress(self.t)
 
     def _asked(self, t: ArrayLike, every: int | None) -> Array:
         number = checked_every(self._request.method, every)
@@ -154,6 +156,10 @@ class Run:
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
         return _MAGIC + b"%08x\n" % zlib.crc32(body) + body
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
+        """Copies and pickles go by the checkpoint: two runs never share a motion."""
+        return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the checkpoint; a file of that name is replaced once all is written, never left
