@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from itertools import combinations
 
+import numpy as np
+
 from .._core import KIND_RTOL
 from .._ground.arguments import Array
 from .._model.scene import Scene
@@ -22,6 +24,7 @@ from .rows import rows
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
 SERIES = Request(methods[ELSE], asked=ELSE)
 LONGER_SERIES = Request(methods[ELSE], digits=20, asked=ELSE)
+LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
 
 ROUNDING = 2.0**-53
 NUDGE = 2.0**-36  # by which the start is moved to see how far the attitude moves
@@ -63,3 +66,21 @@ def conditioning(scene: Scene, request: Request, times: Array, q: Array) -> floa
     status, states, *_ = rows(nudged(scene), request, times)
     reached = attitude_error(states[: len(q), 1:5], q[: len(states)]).max(initial=0.0)
     return float(reached) * ROUNDING / NUDGE if status == "OK" else math.inf
+
+
+def roundings(scene: Scene, request: Request, times: Array) -> float:
+    """How far one rounding of the state moves the attitude on the way [rad], by two runs of a
+    request."""
+    return conditioning(scene, request, times, rows(scene, request, times)[1][:, 1:5])
+
+
+def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+    """The largest angle between attitudes, each with what its doubles leave out: their difference
+    loses no digit."""
+    (p, p_low), (q, q_low) = one, other
+    dot = (p * q).sum(axis=1)
+    sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
+    d = (sign * q - p) + (sign * q_low - p_low)
+    # the vector of p* (q - p)
+    vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
+    return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())
