@@ -17,6 +17,7 @@ from typing import TypedDict
 import numpy as np
 
 from .._ground.arguments import Quaternion, Vector, positive
+from .._ground.files import write
 from .._model.scene import Scene
 from .._recording.path import Path
 from .._request.methods import fitting
@@ -78,7 +79,7 @@ class View:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the page. It works from a disk, without a network."""
-        File(file).write_text(self.html, encoding="utf-8")
+        write(file, self.html.encode())
 
     def open(self) -> None:
         """Show the page in a browser."""

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._ground.arguments import Array, whole
+from .._ground.files import write
 from .._model.scene import Scene, parse
 from .._recording.path import Path, Stats, kept, path_of, stopped, way
 from .._recording.recording import in_pieces, told
@@ -162,11 +163,9 @@ class Run:
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint; a file of that name is replaced once all is written, never left
+        """Write the checkpoint; a file of that name is replaced once all is on the disk, never left
         half done."""
-        whole, new = File(file), File(f"{os.fspath(file)}.new")
-        new.write_bytes(self.checkpoint)
-        os.replace(new, whole)
+        write(file, self.checkpoint)
 
 
 def start(
@@ -245,18 +244,35 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     if magic != _MAGIC + b"%08x\n" % zlib.crc32(body):
         raise ValueError(f"{name} is not what a run has saved, or damaged")
     line, _, memory = body.partition(b"\n")
+    try:
+        run, kernel = _restored(line, memory, max_steps)
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
+    now = run._top.kernel[0]
+    if kernel != now and {kernel, now} != _FUSED:
+        said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
+        warnings.warn(said, stacklevel=2)
+    return run
+
+
+def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
+    """The run of a checkpoint's two parts, and the kernel that it was made with."""
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
     words = method, step, tol, digits, limit, head["want"], head["asked"]
     scene = parse(head["scene"])
+    if not isinstance(head["back"], bool):
+        raise TypeError(f"back must be true or false, not {head['back']!r}")
     run = Run(scene, request(scene, *words), head["back"])
     status = run._top.load(memory)
     if status != "OK":
-        raise ValueError(f"{name} is {statuses[status][1]}")
-    run.t, run.stats, run._fresh = head["t"], Stats(*head["stats"]), head["fresh"]
-    then, now = head["kernel"], run._top.kernel[0]
-    if then != now and {then, now} != _FUSED:
-        said = f"{name} was made with the kernel {then!r}; {now!r} goes on to rounding only"
-        warnings.warn(said, stacklevel=2)
-    return run
+        raise ValueError(statuses[status][1])
+    t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
+    costs = [whole("a number of the stats", n, 0) for n in stats]
+    if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
+        raise ValueError("its time, stats and motion do not belong together")
+    if not isinstance(kernel, str):
+        raise TypeError(f"a kernel has a name, not {kernel!r}")
+    run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
+    return run, kernel
