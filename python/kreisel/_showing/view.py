@@ -169,11 +169,12 @@ def _is_whole(step: float) -> bool:
 
 
 def _step(step: float) -> float:
-    if not _is_whole(positive("step", step)):
+    length = positive("step", step)
+    if not _is_whole(length):
         raise ValueError(
             f"the page's steps are whole millionths, at most 2147: step = {step!r} is not"
         )
-    return round(step / _TICK) / 1e6
+    return round(length / _TICK) / 1e6
 
 
 def _track(path: Path) -> _Track:
