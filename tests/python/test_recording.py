@@ -4,6 +4,7 @@ import pickle
 import threading
 import time
 
+import copy
 import kreisel as kr
 import numpy as np
 import pytest
@@ -214,3 +215,36 @@ def test_the_error_of_30_digits_is_not_less_than_their_roundings():
         kr.Body(1, (1, 2, 2.5), (0, 0, 0)), momentum=(1e-5, 2.7, -1.6e-5), gravity=0.0
     )
     assert kr.solve(lingering, 80.0, digits=30).error > 1e-27
+
+
+@pytest.mark.parametrize("want", [None, ("energy", "apex")])
+@pytest.mark.parametrize(
+    "another", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+)
+def test_a_copy_of_a_path_is_read_only(want, another):
+    path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0, 2.0], want=want)
+    twin = another(path)
+    for name in ("t", "energy", "apex") + (() if want else ("states", "q", "m")):
+        assert np.array_equal(getattr(twin, name), getattr(path, name))
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(twin, name)[0] = 7.0
+
+
+def test_the_error_of_the_energy_is_the_largest():
+    path = kr.solve(kr.scenes.asymmetric, 20.0, "strang", step=0.1, every=1)
+    scene = path.scene
+    lever = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
+    change = np.abs(path.energy - path.energy[0])
+    assert change.max() > 100 * change[change > 0].min()
+    largest = change.max() / (path.kinetic.max() + lever)
+    assert path.energy_error == pytest.approx(largest, rel=1e-12)
+
+
+def test_the_page_has_neither_gsl_nor_auto_nor_steps_without_end():
+    for methods in ("auto", "gsl_rk8pd", ["strang", "auto"]):
+        with pytest.raises(ValueError):
+            kr.view(kr.scenes.asymmetric, methods=methods, open=False)
+    for step in (2e-7, 2148.0, 1.5e-6):
+        with pytest.raises(ValueError, match="whole millionths"):
+            kr.view(kr.scenes.asymmetric, step=step, open=False)
+    assert kr.view(kr.scenes.asymmetric, step=2147.0, open=False)

@@ -97,3 +97,9 @@ def vector(name: str, value: object) -> Vector:
     """Three finite floats."""
     x, y, z = row(name, value, 3, "3 numbers")
     return x, y, z
+
+
+def frozen(values: Array) -> Array:
+    """The array, read-only."""
+    values.flags.writeable = False
+    return values

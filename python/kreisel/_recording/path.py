@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import modified_energy, modified_energy4, statuses, values
-from .._ground.arguments import Array, number
+from .._ground.arguments import Array, frozen, number
 from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
@@ -110,6 +110,12 @@ class Path:
             column.flags.writeable = False
             if name not in _PARTS:
                 kept[name] = column
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        for array in (*state.values(), *(self._columns or {}).values()):
+            if isinstance(array, np.ndarray):
+                frozen(array)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -318,12 +324,6 @@ class Events:
     def states(self) -> Array:
         """(k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         return self.path.states
-
-
-def frozen(values: Array) -> Array:
-    """The array, read-only."""
-    values.flags.writeable = False
-    return values
 
 
 class _Stopped(BaseException):
