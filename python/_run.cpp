@@ -24,6 +24,7 @@ class run
     watch watching;
     std::unique_ptr<kr_top, void (*)(kr_top *)> top{nullptr, kr_top_free};
     std::atomic<bool> busy{false};
+    std::atomic<double> reached_time{0.0}; // by the last call that has ended
 
     // One thread at a time; and not from within its own progress.
     struct turn {
@@ -84,7 +85,9 @@ class run
     const char *load(const std::string &memory)
     {
         const turn mine(busy);
-        return name_of(kr_top_load(top.get(), memory.size(), memory.data()));
+        const kr_status status = kr_top_load(top.get(), memory.size(), memory.data());
+        reached_time = kr_top_state(top.get()).t;
+        return name_of(status);
     }
     py::tuple kernel() const
     {
@@ -92,7 +95,7 @@ class run
         const char *name = kr_top_kernel(top.get(), &order);
         return py::make_tuple(name, order);
     }
-    double time() const { return kr_top_state(top.get()).t; }
+    double time() const { return reached_time; }
 
   private:
     kr_status go(const given_times &t, kr_state *states, kr_state *rest, size_t *done,
@@ -105,9 +108,11 @@ class run
             status = kr_top_record_low(top.get(), t.size(), t.data(), states, rest, done);
         }
         if (status == KR_OK && watch::poll(&watching)) status = KR_ERR_INTERRUPTED;
+        reached_time = kr_top_state(top.get()).t;
         watching.progress = py::none();
-        if (watching.raised && !watching.raised->matches(PyExc_KeyboardInterrupt))
-            throw *watching.raised;
+        // What was raised holds frames, and these may hold this run: it is not kept.
+        const auto raised = std::move(watching.raised);
+        if (raised && !raised->matches(PyExc_KeyboardInterrupt)) throw *raised;
         return status;
     }
 };

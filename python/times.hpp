@@ -37,7 +37,8 @@ class given_times
     // A number, a list or tuple of numbers, or an array of doubles, which must outlive this.
     bool take(const py::handle &t)
     {
-        if (py::isinstance<doubles>(t)) {
+        const auto *array_type = py::detail::npy_api::get().PyArray_Type_;
+        if (Py_TYPE(t.ptr()) == array_type && py::isinstance<doubles>(t)) { // no mask, no unit
             const auto array = py::reinterpret_borrow<doubles>(t);
             first = array.data();
             count = size_t(array.size());

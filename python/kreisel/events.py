@@ -97,6 +97,7 @@ class Event:
 
     def value(self, path: Path) -> Array:
         """(n,) g at each state of a path."""
+        instance("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
 

@@ -39,13 +39,14 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 def turn(q: Quaternion, v: Vector) -> Vector:
     """q v q*: what the body sees as v, seen from space."""
-    w, *u = q
-    c = _cross((u[0], u[1], u[2]), v)
-    d = _cross((u[0], u[1], u[2]), c)
+    w, ux, uy, uz = q
+    x, y, z = v
+    c = _cross((ux, uy, uz), (x, y, z))
+    d = _cross((ux, uy, uz), c)
     return (
-        v[0] + 2.0 * (w * c[0] + d[0]),
-        v[1] + 2.0 * (w * c[1] + d[1]),
-        v[2] + 2.0 * (w * c[2] + d[2]),
+        x + 2.0 * (w * c[0] + d[0]),
+        y + 2.0 * (w * c[1] + d[1]),
+        z + 2.0 * (w * c[2] + d[2]),
     )
 
 
@@ -62,6 +63,8 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 
 def from_rotation(rotation: Rotation) -> Quaternion:
     """The attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation."""
+    if not hasattr(rotation, "as_quat"):
+        raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
     return from_xyzw("rotation", rotation.as_quat())
 
 

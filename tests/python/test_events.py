@@ -298,3 +298,24 @@ def test_threads_find_the_same():
     for go in (threading.Thread.start, threading.Thread.join):
         list(map(go, threads))
     assert all(np.array_equal(among[i], alone[i]) for i in range(4))
+
+
+@pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
+def test_events_are_found_whatever_is_wanted(want):
+    """Also where what is wanted does without the heading, which the events may need."""
+    looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
+    times = np.linspace(0, 20, 11)
+    whole = kr.solve(GENERAL, times, events=looked_for)
+    some = kr.solve(GENERAL, times, events=looked_for, want=want)
+    assert len(whole.events) > 4 and some.want == want
+    assert np.array_equal(some.events.states, whole.events.states)
+    assert np.array_equal(some.events.which, whole.events.which)
+    for name in ("t", *want):
+        assert np.array_equal(getattr(some, name), getattr(whole, name))
+    first = kr.solve(GENERAL, 20.0, events=[events.nutation(terminal=True)], want=want)
+    assert first.t[-1] == first.events.t[0]
+
+
+def test_an_event_cannot_be_changed():
+    with pytest.raises(AttributeError):
+        events.nutation().direction = 1

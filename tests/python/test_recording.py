@@ -1,5 +1,6 @@
 """Recording: the times asked for, and paths, which compute their quantities when asked."""
 
+import copy
 import pickle
 import threading
 import time
@@ -180,3 +181,70 @@ def test_threads_run_side_by_side_with_the_bits_of_one():
         ticks += 1
     assert ticks > 3, "Python did not go on while the threads ran"
     assert all(np.array_equal(among[i], alone[i]) for i in range(8))
+
+
+def almost_of_a_kind():
+    yield "beside the axis", kr.Body(1, (1, 1, 0.5), (0.8e-12, 0, 1)), (0, 0, 1.0), 1.0, 30.0
+    yield "almost symmetric", kr.Body(1, (1, 1 + 7e-13, 0.6), (0, 0, 1)), (0.3, 0.1, 2.0), 1.0, 50.0
+    body = kr.Body(1, (1, 1 + 6e-13, 1 - 2e-13), (0.6, 0.5, 0.4))
+    yield "almost spherical", body, (0.3, -0.9, 1.1), 0.0, 1000.0
+    yield "of its kind", kr.Body(1, (1, 1, 0.5), (0, 0, 1)), (0.3, 0, 1.0), 1.0, 40.0
+    yield "upright", kr.Body(1, (1, 1, 0.5), (0, 0, 1)), (1e-7, 0, 1.0), 1.0, 60.0
+
+
+@pytest.mark.parametrize("case", list(almost_of_a_kind()), ids=lambda case: case[0])
+@pytest.mark.parametrize(
+    "method, step",
+    [("bobenko_suris4", 0.01), ("kahan_li8", 0.05), ("strang", 0.01), ("taylor", None)],
+)
+def test_the_error_of_a_path_is_within_a_factor_of_3(case, method, step):
+    _, body, momentum, gravity, end = case
+    scene = kr.Scene(body, momentum=momentum, gravity=gravity)
+    times = np.linspace(0, end, 41)
+    if not kr.methods[method].suits(scene):
+        pytest.skip("not for this body")
+    path = kr.solve(scene, times, method, step=step)
+    true = kr.attitude_error(path.q, kr.solve(scene, times, digits=30).q).max()
+    assert true / 3 <= path.error <= 3 * true + 1e-16
+
+
+def test_the_error_of_30_digits_is_not_less_than_their_roundings():
+    for scene in (kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.kowalewski):
+        assert kr.solve(scene, 20.0, digits=30).error > 1e-32
+    lingering = kr.Scene(
+        kr.Body(1, (1, 2, 2.5), (0, 0, 0)), momentum=(1e-5, 2.7, -1.6e-5), gravity=0.0
+    )
+    assert kr.solve(lingering, 80.0, digits=30).error > 1e-27
+
+
+@pytest.mark.parametrize("want", [None, ("energy", "apex")])
+@pytest.mark.parametrize(
+    "another", [copy.copy, copy.deepcopy, lambda path: pickle.loads(pickle.dumps(path))]
+)
+def test_a_copy_of_a_path_is_read_only(want, another):
+    path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0, 2.0], want=want)
+    twin = another(path)
+    for name in ("t", "energy", "apex") + (() if want else ("states", "q", "m")):
+        assert np.array_equal(getattr(twin, name), getattr(path, name))
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(twin, name)[0] = 7.0
+
+
+def test_the_error_of_the_energy_is_the_largest():
+    path = kr.solve(kr.scenes.asymmetric, 20.0, "strang", step=0.1, every=1)
+    scene = path.scene
+    lever = scene.body.mass * abs(scene.gravity) * np.linalg.norm(scene.body.com)
+    change = np.abs(path.energy - path.energy[0])
+    assert change.max() > 100 * change[change > 0].min()
+    largest = change.max() / (path.kinetic.max() + lever)
+    assert path.energy_error == pytest.approx(largest, rel=1e-12)
+
+
+def test_the_page_has_neither_gsl_nor_auto_nor_steps_without_end():
+    for methods in ("auto", "gsl_rk8pd", ["strang", "auto"]):
+        with pytest.raises(ValueError):
+            kr.view(kr.scenes.asymmetric, methods=methods, open=False)
+    for step in (2e-7, 2148.0, 1.5e-6):
+        with pytest.raises(ValueError, match="whole millionths"):
+            kr.view(kr.scenes.asymmetric, step=step, open=False)
+    assert kr.view(kr.scenes.asymmetric, step=2147.0, open=False)

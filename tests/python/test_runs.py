@@ -1,7 +1,9 @@
 """Runs: streams, and tops under way that are led on, saved and resumed with the same bits."""
 
+import copy
 import itertools
 import math
+import pickle
 import warnings
 import zlib
 
@@ -210,3 +212,21 @@ def test_another_kernel_is_said():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         kr.resume(whole)
+
+
+@pytest.mark.parametrize(
+    "another", [copy.copy, copy.deepcopy, lambda run: pickle.loads(pickle.dumps(run))]
+)
+def test_a_copy_of_a_run_goes_its_own_way(another):
+    run = kr.start(TOP, "strang", step=0.01)
+    run.to(1.0)
+    twin = another(run)
+    assert twin.t == 1.0 and twin.stats == run.stats
+    there = run.to(2.0).states
+    assert twin.t == 1.0 and np.array_equal(twin.to(2.0).states, there)
+
+
+def test_a_fresh_run_has_cost_nothing():
+    run = kr.start(TOP, "strang", step=0.01)
+    assert tuple(run.stats) == (0, 0, 0, 0) and run.t == 0.0
+    assert run.to([]).stats == run.stats

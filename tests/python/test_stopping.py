@@ -1,12 +1,15 @@
 """What ends a run early: a failure, a progress that raises, Ctrl-C; what was reached is kept."""
 
+import gc
 import pickle
 import signal
 import threading
+import weakref
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._recording import recording
 from toolbox import python
 from tops import GENERAL
 
@@ -96,7 +99,84 @@ def test_progress_is_told_in_any_thread_and_may_not_lead_on():
     assert failures == ["this run is under way: one thread at a time, one call in another"]
 
 
+def test_what_progress_raises_is_not_kept():
+    class Big:
+        pass
+
+    def once():
+        run, big = kr.start(TOP, "rk4", step=1e-3), Big()
+
+        def stop(t):
+            raise ValueError(f"enough of {big}")
+
+        with pytest.raises(ValueError, match="enough"):
+            run.to(1e9, progress=stop)
+        return weakref.ref(big)
+
+    big = once()
+    gc.collect()
+    assert big() is None
+
+
+@pytest.mark.parametrize(
+    "run",
+    [
+        lambda tell: kr.solve(TOP, 3.0, progress=tell),
+        lambda tell: kr.solve(TOP, [1.0, 3.0], progress=tell, want=("energy",)),
+        lambda tell: kr.solve(TOP, np.linspace(0, 3, 40000), progress=tell, want=("energy",)),
+        lambda tell: kr.solve(TOP, 3.0, progress=tell, events=[kr.events.nutation()]),
+        lambda tell: kr.solve(TOP, 3.0, "geometric", error=1e-3, progress=tell),
+        lambda tell: kr.start(TOP).to(3.0, progress=tell),
+        lambda tell: list(kr.stream(TOP, [1.0, 2.0, 3.0], chunk=1, progress=tell)),
+    ],
+)
+def test_progress_is_told_the_end(run):
+    told = []
+    run(told.append)
+    assert told[-1] == 3.0 and told == sorted(told)
+
+
+def test_a_call_that_is_refused_leaves_the_time_alone():
+    """While another thread leads the run, its time is not read from the moving top."""
+    run, seen = kr.start(TOP, "rk4", step=1e-3), []
+
+    def tell(t):
+        with pytest.raises(RuntimeError, match="under way"):
+            run.to(2e9)
+        seen.append(run.t)
+        if len(seen) == 2:
+            raise ArithmeticError
+
+    with pytest.raises(ArithmeticError):
+        run.to(1e9, progress=tell)
+    assert seen == [0.0, 0.0] and run.t > 0.0
+
+
 # Ctrl-C and other signals
+
+
+@pytest.mark.parametrize("pieces", [0, 1, 3])
+def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
+    """Where Ctrl-C arrives while Python is at work, in place of the core."""
+    add, added = recording.Columns.add, []
+
+    def interrupted(self, part):
+        add(self, part)
+        added.append(len(part))
+        if len([n for n in added if n]) == pieces and len(added) > 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(recording.Columns, "add", interrupted)
+    times = np.linspace(0, 10, 100_000)
+    if not pieces:
+        monkeypatch.setattr(
+            recording, "_pieces", lambda _: (_ for _ in ()).throw(KeyboardInterrupt)
+        )
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.solve(TOP, times, want=("energy",))
+    path = stopped.value.path
+    assert len(path) == sum(added) == len(path.energy) and path.want == ("energy",)
+    assert np.array_equal(path.t, times[: len(path)])
 
 
 STOPS = {

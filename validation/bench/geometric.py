@@ -251,9 +251,9 @@ def promised(extent):
     scenes = extent.scenes
     kept, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
     say(
-        f"{scenes} scenes: per cent with an error of at most twice the target",
+        f"{scenes} scenes: per cent with an error of at most the target",
         100 * kept,
-        99,
+        100,
         most=False,
     )
     say(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import os
 import statistics
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._ground.arguments import instance, positive, whole
+from .._ground.files import write
 from .._model.scene import Scene
 from .._recording.path import Error, Path, Stats
 from .._request.methods import fitting
@@ -70,10 +72,11 @@ class Table:
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """With all digits; what is not there is empty."""
-        with open(path, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(_COLUMNS)
-            writer.writerows(map(_values, self.rows))
+        text = io.StringIO(newline="")
+        writer = csv.writer(text)
+        writer.writerow(_COLUMNS)
+        writer.writerows(map(_values, self.rows))
+        write(path, text.getvalue().encode())
 
 
 _COLUMNS = tuple(column.name for column in fields(Row))

@@ -39,7 +39,7 @@ def scaled_units(body: Body) -> Units:
     + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
     C_T^2), which the text leaves out of p. ValueError for other bodies.
     """
-    i1, _ = _lagrange(body)
+    i1, _ = _lagrange(instance("body", body, Body))
     length = hypot(*body.com)
     return Units(length, i1 / length**2)
 

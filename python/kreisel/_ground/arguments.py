@@ -4,6 +4,7 @@ value."""
 from __future__ import annotations
 
 import math
+import reprlib
 from numbers import Integral, Real
 from typing import TypeVar
 
@@ -56,18 +57,31 @@ def whole(name: str, value: object, least: int) -> int:
     return n
 
 
+def brief(value: object) -> str:
+    """The value in words, at most a line of it."""
+    return reprlib.repr(value)
+
+
 def array(name: str, value: object, what: str) -> Array:
     """An array of finite doubles, of any shape; `what` says what would be right."""
+    if np.ma.is_masked(value):
+        raise TypeError(f"{name} must be {what}, none of them masked")
+    if any(hasattr(value, word) for word in ("unit", "units")):
+        raise TypeError(f"{name} must be {what} without a unit: take its numbers in yours")
     try:
         given = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must be {what}, not {value!r}") from None
+        raise ValueError(f"{name} must be {what}, not {brief(value)}") from None
     if given.size and given.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be {what}, not {value!r}")
+        raise TypeError(f"{name} must be {what}, not {brief(value)}")
     with np.errstate(over="ignore"):
         numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():
-        raise ValueError(f"{name} must be finite, not {value!r}")
+        if numbers.ndim == 0:
+            raise ValueError(f"{name} must be finite, not {value!r}")
+        at = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
+        where = "".join(f"[{i}]" for i in at)
+        raise ValueError(f"{name} must be finite, not {name}{where} = {numbers[at]}")
     return numbers
 
 
@@ -75,7 +89,7 @@ def row(name: str, value: object, n: int, what: str) -> list[float]:
     """A list of n finite floats."""
     numbers = array(name, value, what)
     if numbers.shape != (n,):
-        raise ValueError(f"{name} must be {what}, not {value!r}")
+        raise ValueError(f"{name} must be {what}, not {brief(value)}")
     return [float(x) for x in numbers]
 
 
@@ -83,3 +97,9 @@ def vector(name: str, value: object) -> Vector:
     """Three finite floats."""
     x, y, z = row(name, value, 3, "3 numbers")
     return x, y, z
+
+
+def frozen(values: Array) -> Array:
+    """The array, read-only."""
+    values.flags.writeable = False
+    return values

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from .._core import KIND_RTOL, scene
 from .._ground.arguments import Array, Quaternion, Vector, instance, number, row, vector
+from .._ground.files import write
 from .._ground.refusals import refusal
 from ..quaternion import from_xyzw, multiply, turn, turn_back
 from .body import Body, body_of
@@ -124,7 +124,7 @@ class Scene:
         text = lines(start) + "\n[body]\n"
         text += lines({"mass": body.mass, "inertia": body.inertia, "com": body.com})
         if path is not None:
-            Path(path).write_text(text, encoding="utf-8")
+            write(path, text.encode())
         return text
 
 

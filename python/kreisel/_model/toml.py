@@ -25,7 +25,10 @@ def read(path: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 def tables(text: str) -> dict[str, object]:
     """The tables and values of a text."""
-    return tomllib.loads(text)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("its tables are nested too deep to be a scene") from None
 
 
 def a_table(name: str, value: object) -> dict[str, object]:

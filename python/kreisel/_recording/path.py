@@ -13,13 +13,24 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import modified_energy, modified_energy4, statuses, values
-from .._ground.arguments import Array, number
+from .._ground.arguments import Array, frozen, number
 from .._model.scene import Scene
-from .._request.methods import ELSE, EXACT, methods
+from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
 from .._request.quantities import QUANTITIES, WANTED, Quantity
 from .._request.request import Request, wanted
 from .._request.times import listed
+from .reference import (
+    CLOSED_FORM,
+    LONGER_SERIES,
+    LONGEST_SERIES,
+    ROUNDING,
+    ROUNDINGS,
+    SERIES,
+    apart,
+    closed_form_holds,
+    roundings,
+)
 from .rows import Rows, refused, rows
 
 if TYPE_CHECKING:
@@ -99,6 +110,12 @@ class Path:
             column.flags.writeable = False
             if name not in _PARTS:
                 kept[name] = column
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        for array in (*state.values(), *(self._columns or {}).values()):
+            if isinstance(array, np.ndarray):
+                frozen(array)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -207,28 +224,27 @@ class Path:
     def error(self) -> float:
         """The largest attitude error of the states [rad]: as solve estimated it where it was given
         an error; else as a second run tells, computed when first asked for: the closed form where
-        there is one, or the Taylor series with 20 digits (30 for a path of 20; of a path of 30, how
-        far 20 go astray, less as much as their tolerance is wider)."""
+        it holds to the bit and is far nearer than that, or the Taylor series with 20 digits (30 for
+        a path of 20). Of a path of 30 it is a guess: how far 20 go astray, less as much as their
+        tolerance is wider, or what the roundings of 30 digits come to where this is more."""
         if self._choice or not len(self):
             return self._choice.error if self._choice else 0.0
-        if not self.digits and self.method != EXACT and methods[EXACT].suits(self.scene):
-            return self._apart(EXACT, None)
-        error = self._apart(ELSE, 30 if self.digits == 20 else 20)
-        return error * 2.0**-34 if self.digits == 30 else error
+        times = listed(self.t, None, None)
+        if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
+            error = self._apart(CLOSED_FORM, times)
+            known = roundings(self.scene, CLOSED_FORM, times)
+            if error >= ROUNDINGS * known:
+                return error
+        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES, times)
+        if self.digits != 30:
+            return error
+        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, times))
 
-    def _apart(self, method: str, digits: int | None) -> float:
+    def _apart(self, second: Request, times: Array) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        second = Request(methods[method], digits=digits, asked=method)
-        other = good(self.scene, second, rows(self.scene, second, listed(self.t, None, None)))
-        dot = (self.q * other.q).sum(axis=1)
-        sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
-        d = (sign * other.q - self.q) + (sign * other.q_low - self.q_low)
-        # the vector of q* (q' - q)
-        vec = (
-            self.q[:, :1] * d[:, 1:] - d[:, :1] * self.q[:, 1:] - np.cross(self.q[:, 1:], d[:, 1:])
-        )
-        return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())
+        other = good(self.scene, second, rows(self.scene, second, times))
+        return apart((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
@@ -310,12 +326,6 @@ class Events:
         return self.path.states
 
 
-def frozen(values: Array) -> Array:
-    """The array, read-only."""
-    values.flags.writeable = False
-    return values
-
-
 class _Stopped(BaseException):
     """A run that ended before its time.
 
@@ -365,11 +375,21 @@ def good(scene: Scene, done: Request, came: Rows) -> Path:
     """The path of what the core has recorded, kept to what is wanted; raises what its status stands
     for."""
     path = path_of(scene, done, came)
-    if done.want is not None:
-        path = path.only(done.want)
+    path = kept(path, done.want, came[-1])
     if came[0] != "OK":
         raise stopped(came[0], path, way(path, came[-1]))
     return path
+
+
+def kept(path: Path, want: tuple[str, ...] | None, end: float) -> Path:
+    """The path with no more than what is wanted; Ctrl-C while that is computed loses nothing."""
+    if want is None:
+        return path
+    try:
+        return path.only(want)
+    except KeyboardInterrupt:
+        part = path.only(want)
+        raise stopped("ERR_INTERRUPTED", part, way(part, end)) from None
 
 
 def way(path: Path, end: float) -> str:

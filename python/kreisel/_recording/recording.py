@@ -16,7 +16,7 @@ from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.request import Progress, Request
 from .._request.times import PIECE
-from .path import NO_STATES, Events, Path, good, path_of, stopped, way
+from .path import NO_STATES, Events, Path, good, kept, path_of, stopped, way
 from .rows import rows, rows_at_once
 
 LookedFor = list[
@@ -26,7 +26,14 @@ LookedFor = list[
 
 def recorded(scene: Scene, done: Request, times: Array, progress: Progress | None) -> Path:
     """The path of a request at these times, which need no check."""
-    return good(scene, done, rows(scene, done, times, progress))
+    return told(good(scene, done, rows(scene, done, times, progress)), progress)
+
+
+def told(path: Path, progress: Progress | None) -> Path:
+    """The path, once its progress has been told the end."""
+    if progress is not None and len(path):
+        progress(float(path.t[-1]))
+    return path
 
 
 def recorded_at_once(
@@ -34,7 +41,7 @@ def recorded_at_once(
 ) -> Path | None:
     """The path of a request at times as a user gave them; None where they need a second look."""
     came = rows_at_once(scene, done, t, progress)
-    return came and good(scene, done, came)
+    return came and told(good(scene, done, came), progress)
 
 
 def recorded_with_events(
@@ -51,11 +58,11 @@ def recorded_with_events(
     )
     path = path_of(scene, done, (status, states, low, counts, end))
     at_events = path_of(scene, done, (status, met[0], met[1], counts, end))
-    path = path if done.want is None else path.only(done.want)
     path = replace(path, events=Events(at_events, met[2], met[3]))
+    path = kept(path, done.want, end)
     if status != "OK":
         raise stopped(status, path, way(path, end))
-    return path
+    return told(path, progress)
 
 
 class Columns:
@@ -83,13 +90,19 @@ class Columns:
 def in_pieces(
     times: Array, want: tuple[str, ...], record: Callable[[Array], tuple[str, Path]]
 ) -> tuple[str, Path]:
-    """The status and the path of what is wanted, of which no more than a piece is ever states."""
+    """The status and the path of what is wanted, of which no more than a piece is ever states.
+    Ctrl-C between two pieces ends it as one within a piece does."""
     columns = Columns(want, times.size)
-    for piece in _pieces(times):
-        status, part = record(piece)
-        columns.add(part)
-        if status != "OK":
-            break
+    status, part = record(times[:0])
+    columns.add(part)
+    try:
+        for piece in _pieces(times):
+            status, part = record(piece)
+            columns.add(part)
+            if status != "OK":
+                break
+    except KeyboardInterrupt:
+        status = "ERR_INTERRUPTED"
     return status, columns.path(part)
 
 

@@ -23,10 +23,13 @@ class Choice:
     what that cost.
 
     step          [T]
-    target        the error asked for, error the estimate of what it is [rad]
-    conditioning  about how far one rounding of the data moves the attitude [rad]; measured where
-                  the target is near
-    run, trials   evaluations of the torque: of the run that was kept, and of all before it
+    target        the error asked for [rad]
+    error         what it is, by a reference: the closed form or the Taylor series with 20 digits
+                  [rad]
+    conditioning  about how far one rounding of the state moves the attitude [rad]
+    run, trials   evaluations of the torque: of the run that was kept, and of all others, a term of
+                  the reference's series being one
+    budget        the steps that all runs together were allowed
     """
 
     method: str
@@ -37,13 +40,15 @@ class Choice:
     conditioning: float
     run: int
     trials: int
+    budget: int
 
     def __str__(self) -> str:
         return (
             f"{self.method} (order {self.order}) with step {self.step:g}: "
             f"attitude error about {self.error:.1e} rad of {self.target:g} allowed, "
-            f"for {self.run} evaluations of the torque and {self.trials} in trial runs; "
-            f"one rounding of the data moves the attitude by about {self.conditioning:.1e} rad"
+            f"for {self.run} evaluations of the torque and {self.trials} in trial runs, "
+            f"of {self.budget} steps at most; "
+            f"one rounding of the state moves the attitude by about {self.conditioning:.1e} rad"
         )
 
 

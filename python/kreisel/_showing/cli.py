@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import importlib
+import io
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path as File
 from typing import TypedDict, Unpack
 
@@ -18,6 +21,7 @@ from rich.table import Table as Grid
 from .._analysis.compare import compare as compared
 from .._analysis.costs import page
 from .._core import version
+from .._ground.files import refuse_no_place, write
 from .._model.scene import Scene
 from .._recording.path import Error, Interrupted, Path
 from .._request.methods import Method, unknown
@@ -95,16 +99,39 @@ def _columns(path: Path) -> dict[str, list[float]]:
     return table
 
 
+@contextmanager
+def _one_line() -> Iterator[None]:
+    """What a disk refuses, said in one line."""
+    try:
+        yield
+    except OSError as error:
+        raise click.ClickException(str(error)) from None
+
+
+def _refuse_no_place(*files: str | None) -> None:
+    """A file that could not be written is refused before anything runs."""
+    with _one_line():
+        for file in files:
+            if file and file != "-":
+                refuse_no_place(file)
+
+
 def _save(path: Path, csv_file: str | None, npz_file: str | None) -> None:
     if csv_file:
         columns = _columns(path)
-        with click.open_file(csv_file, "w", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows(zip(*columns.values(), strict=True))
+        text = io.StringIO(newline="")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(zip(*columns.values(), strict=True))
+        if csv_file == "-":
+            click.echo(text.getvalue(), nl=False)
+        else:
+            write(csv_file, text.getvalue().encode())
     if npz_file:
         arrays = {name: getattr(path, name) for name in _kept(path)}
-        np.savez(npz_file, scene=path.scene.to_toml(), **arrays)
+        packed = io.BytesIO()
+        np.savez(packed, scene=path.scene.to_toml(), **arrays)
+        write(npz_file if npz_file.endswith(".npz") else f"{npz_file}.npz", packed.getvalue())
 
 
 def _show(path: Path) -> None:
@@ -176,13 +203,15 @@ def solve(
 ) -> None:
     """The motion of a scene. What a failed or interrupted run has reached is written too."""
     stopped: Error | Interrupted | None = None
+    _refuse_no_place(csv_file, npz_file)
     try:
         path = _solved(scene, t, how)
     except (Error, Interrupted) as error:
         path, stopped = error.path, error
     except (MemoryError, TypeError, ValueError) as error:
         raise click.ClickException(str(error)) from None
-    _save(path, csv_file, npz_file)
+    with _one_line():
+        _save(path, csv_file, npz_file)
     if csv_file != "-":
         _show(path)
     if stopped:
@@ -226,6 +255,7 @@ def compare(
     csv_file: str | None,
 ) -> None:
     """Error against run time, method by method."""
+    _refuse_no_place(csv_file)
     try:
         table = compared(scene, _one_or_more(t), methods, steps or (), tols or (), truth, repeats)
     except Interrupted:
@@ -233,7 +263,8 @@ def compare(
     except (Error, MemoryError, TypeError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     if csv_file:
-        table.to_csv(csv_file)
+        with _one_line():
+            table.to_csv(csv_file)
     grid = Grid(box=box.SIMPLE_HEAD)
     for name in (
         "method",
@@ -315,7 +346,8 @@ def view(scene: Scene, file: str | None) -> None:
     except FileNotFoundError as error:
         raise click.ClickException(str(error)) from None
     if file:
-        page.save(file)
+        with _one_line():
+            page.save(file)
 
 
 @main.command(

@@ -17,6 +17,7 @@ from typing import TypedDict
 import numpy as np
 
 from .._ground.arguments import Quaternion, Vector, positive
+from .._ground.files import write
 from .._model.scene import Scene
 from .._recording.path import Path
 from .._request.methods import fitting
@@ -78,7 +79,7 @@ class View:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the page. It works from a disk, without a network."""
-        File(file).write_text(self.html, encoding="utf-8")
+        write(file, self.html.encode())
 
     def open(self) -> None:
         """Show the page in a browser."""
@@ -168,11 +169,12 @@ def _is_whole(step: float) -> bool:
 
 
 def _step(step: float) -> float:
-    if not _is_whole(positive("step", step)):
+    length = positive("step", step)
+    if not _is_whole(length):
         raise ValueError(
             f"the page's steps are whole millionths, at most 2147: step = {step!r} is not"
         )
-    return round(step / _TICK) / 1e6
+    return round(length / _TICK) / 1e6
 
 
 def _track(path: Path) -> _Track:

@@ -1,23 +1,32 @@
 """Method and step chosen for the user: the cheapest geometric method that keeps the attitude error
 below what is asked for.
 
-A method of order p errs by about w t (c h r)^p, where the rate r and the weight w come from the
-integrals of motion and the constants c were measured. With that the cheapest method and its step h
-are guessed; then two runs are compared, the error of the finer one being |difference| / (ratio^p -
-1), and refined until it is small enough.
+A method of order p errs by about g w t (c h r)^p, where the rate r and the weight w come from the
+integrals of motion and the constants c were measured; g is how much more than a regular motion this
+one magnifies small changes, as it does near an unstable equilibrium. With that the cheapest method
+and its step h are guessed, and refined until the run is near enough to a reference.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from .._core import values
 from .._ground.arguments import Array
 from .._model.scene import Scene
-from .._recording.path import Path, Stats, stopped
+from .._recording.path import Path, Stats, path_of, stopped
+from .._recording.reference import (
+    CLOSED_FORM,
+    LONGER_SERIES,
+    ROUNDING,
+    ROUNDINGS,
+    SERIES,
+    closed_form_holds,
+    conditioning,
+)
 from .._recording.rows import rows
 from .._request.methods import methods
 from .._request.plan import Choice
@@ -34,101 +43,111 @@ _GENERAL = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
 _SHORTER = 1.05  # a step too short costs less than one more run
 _AIM = 0.4  # a refined run aims at this part of the target, and
-_ENOUGH = 0.8  # one is good enough with an estimate below this
-_UNLIKE = 0.1  # two runs that part by more tell nothing of the error [rad]
-_SAMPLES = 64  # the errors are compared at about so many times
-_NUDGE = 2.0**-36  # by which data are moved to see how far the attitude moves
-_ROUNDING = 2.0**-53
-_ROUNDINGS = 8  # of the data come to as much as all of a run, whose sums are compensated
-_DOUBT = (
-    1000.0  # conditioning is measured where so many times what the growth of errors shows is more
-)
-_RUNS = 12
-
-
-@dataclass(frozen=True)
-class _Run:
-    steps: int
-    states: Array
-    samples: Array  # attitudes at the times of comparison
+_ENOUGH = 0.8  # one is good enough with an error below this: a larger one may lie between two looks
+_UNLIKE = 0.1  # the error of a run further off tells nothing of a finer one's [rad]
+_LOOKS = 128  # at the error on the way, or
+_EACH_RADIAN = 4  # while the top turns by one where these are more,
+_MOST_LOOKS = 1 << 13  # but no more, nor at more of the times that were asked for
+_REGULAR = 30.0  # times the angle turned: by no more a regular motion magnifies a small change
+_BUDGET = 64  # times the steps first thought of may be taken in all
+_STALLS = 2  # so often a finer run may be no better by half
 
 
 class _Search:
-    """Runs of one method, compared at common times."""
+    """Runs of one method, each compared with the reference where it is looked at."""
 
     def __init__(
-        self,
-        scene: Scene,
-        times: Array,
-        target: float,
-        max_steps: int,
-        progress: Progress | None,
+        self, scene: Scene, times: Array, target: float, max_steps: int, progress: Progress | None
     ) -> None:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
-        self.spent = Stats(0, 0, 0, 0)
-        self.method, guess, self.rate = _guess(scene, abs(self.end), target)
-        self.order = methods[self.method].order
-        half = max(1, math.ceil(guess / 2.0))
-        each = math.ceil(half / _SAMPLES)
-        self.intervals = math.ceil(half / each)
-        self.grid = self.end * np.arange(1, self.intervals + 1) / self.intervals
-        self.coarse = self.intervals * each
+        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # in all, and of the last run
+        self.rate, self.weight = _rates(scene)
+        self.angle = self.rate * abs(self.end)
+        self.asked = times[:: max(1, -(-times.size // _MOST_LOOKS))]
+        _, steps = self.guess(1.0)
+        self.request, self.conditioning = self.reference(self.looks(math.ceil(steps)))
+        grown = self.conditioning / (ROUNDING * _REGULAR * (1.0 + self.angle))
+        self.method, steps = self.guess(min(max(1.0, grown), 1.0 / ROUNDING))
+        self.order, self.first = methods[self.method].order, math.ceil(steps)
+        self.budget = _BUDGET * max(self.first, _LOOKS, math.ceil(self.angle))
 
-    def whole(self, steps: float) -> int:
-        """So many steps or a few more, for every run to meet the times of comparison."""
-        return self.intervals * math.ceil(steps / self.intervals)
+    def guess(self, grown: float) -> tuple[str, float]:
+        """The cheapest method, and how many steps it will take."""
+        prices, t = {}, abs(self.end)
+        for name, (c, price) in _constants(self.scene).items():
+            part = self.weight * t * grown / self.target
+            steps = _SHORTER * c * self.rate * t * part ** (1.0 / methods[name].order)
+            prices[name] = price * max(1.0, steps), steps
+        method = min(prices, key=lambda name: prices[name][0])
+        return method, max(1.0, prices[method][1])
 
-    def run(self, steps: int, scene: Scene, times: Array) -> _Run | None:
-        """None where the step is too large for the method."""
-        sign = math.copysign(1.0, self.end)
-        wanted = sign * np.unique(np.abs(np.concatenate([self.grid, times])))
-        step, method = self.end / steps, methods[self.method]
-        request = Request(method, abs(step), max_steps=self.max_steps)
-        status, states, _, counts, _ = rows(scene, request, wanted, self.progress)
+    def looks(self, steps: int) -> Array:
+        """The times at which the error of so many steps is looked at: ends of steps, so that they
+        cost nothing, and times that were asked for."""
+        often = min(max(_LOOKS, _EACH_RADIAN * self.angle), _MOST_LOOKS)
+        each = max(1, math.ceil(steps / often))
+        ends = np.append(np.arange(each, steps, each), steps)
+        return self.merged(self.end * ends / steps, self.asked)
+
+    def merged(self, a: Array, b: Array) -> Array:
+        """All times of both, in the order in which the motion meets them."""
+        return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
+
+    def reference(self, looks: Array) -> tuple[Request, float]:
+        """What to compare with, and how far one rounding of the state moves the attitude [rad]."""
+        if closed_form_holds(self.scene):
+            known = self.moved(CLOSED_FORM, CLOSED_FORM, looks)
+            if ROUNDINGS * known <= self.target:
+                return CLOSED_FORM, known
+        return LONGER_SERIES, self.moved(LONGER_SERIES, SERIES, looks)
+
+    def moved(self, request: Request, neighbour: Request, looks: Array) -> float:
+        states = self.states(request, looks)
+        assert states is not None  # neither has a step that could be too large
+        return conditioning(self.scene, neighbour, looks, states[:, 1:5])
+
+    def run(self, steps: int) -> tuple[Array, float] | None:
+        """The states of so many steps at the times that were asked for, and the largest attitude
+        error on the way; None where the steps are too large for the method."""
+        looks = self.looks(steps)
+        all_times = self.merged(looks, self.times)
+        before = self.spent.evaluations
+        states = self.states(Request(methods[self.method], abs(self.end / steps)), all_times)
+        self.cost = self.spent.evaluations - before
+        if states is None:
+            return None
+        truth = self.states(self.request, looks)
+        assert truth is not None
+        seen, asked = (np.searchsorted(np.abs(all_times), np.abs(t)) for t in (looks, self.times))
+        return states[asked], float(attitude_error(states[seen, 1:5], truth[:, 1:5]).max())
+
+    def states(self, request: Request, times: Array) -> Array | None:
+        limited = replace(request, max_steps=self.max_steps)
+        came = rows(self.scene, limited, times, self.progress)
+        status, states, _, counts, _ = came
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
         if status == "ERR_STEP_SIZE":
             return None
         if status != "OK":
-            path = Path(scene, states, self.method, step, None, self.spent)
-            way = f"{self.method} got to t = {states[-1, 0]:g} of {self.end:g}"
+            path = replace(path_of(self.scene, limited, came), stats=self.spent)
+            way = f"{request.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
             raise stopped(status, path, way)
-        at = states[np.searchsorted(np.abs(wanted), np.abs(self.grid)), 1:5]
-        return _Run(steps, states[np.searchsorted(np.abs(wanted), np.abs(times))], at)
+        return states
 
-    def apart(self, a: _Run, b: _Run) -> float:
-        return float(attitude_error(a.samples, b.samples).max())
-
-    def growth(self, a: _Run, b: _Run) -> float:
-        """How far one rounding of the momentum moves the attitude, if that grows as the difference
-        of two runs does; a regular motion's grows as t."""
-        speed = np.maximum(attitude_error(a.samples, b.samples), _ROUNDING) / np.abs(self.grid)
-        more = float(speed.max() / np.median(speed[: -(-speed.size // 8)]))
-        return _ROUNDING * (1.0 + self.rate * abs(self.end)) * more
-
-    def conditioning(self, run: _Run) -> float:
-        """How far one rounding of the momentum moves the attitude, from a neighbour of the
-        scene."""
-        x, y, z = self.scene.momentum
-        nudged = self.scene.replace(
-            momentum=(x * (1.0 + _NUDGE), y * (1.0 - _NUDGE), z * (1.0 + _NUDGE))
-        )
-        near = self.run(run.steps, nudged, self.grid)
-        return self.apart(run, near) * _ROUNDING / _NUDGE if near else math.inf
-
-    def refuse(self, conditioning: float, why: str) -> ValueError:
-        return ValueError(
-            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
-            "(2**-53) of "
-            f"this scene's momentum moves the attitude by about {conditioning:.1e} rad. "
-            "Ask for a larger error or a shorter time"
-        )
-
-    def finer(self, run: _Run, error: float) -> int:
+    def finer(self, steps: int, error: float) -> int:
         """Steps with which the error should be small enough."""
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
-        return max(self.whole(run.steps * min(4.0, max(1.25, more))), run.steps + self.intervals)
+        more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
+        return math.ceil(steps * more)
+
+    def refusal(self, why: str) -> ValueError:
+        return ValueError(
+            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
+            "(2**-53) of the state, in the top's own units, moves the attitude by about "
+            f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
+        )
 
 
 def best(
@@ -137,67 +156,55 @@ def best(
     """The path at these times, with an attitude error below the target on all of [0, t]; progress
     is told of each run in turn."""
     search = _Search(scene, times, target, max_steps, progress)
-    conditioning, measured = 0.0, False
-    last, steps = search.run(search.coarse, scene, search.grid), 2 * search.coarse
-    for _ in range(_RUNS):
-        before = search.spent.evaluations
-        run = search.run(steps, scene, times)
-        cost = search.spent.evaluations - before
-        error = math.inf
-        if last and run:
-            apart = search.apart(last, run)
-            if not measured:
-                conditioning = search.growth(last, run)
-                measured = apart >= _UNLIKE or _DOUBT * conditioning > target
-                conditioning = search.conditioning(last) if measured else conditioning
-            if conditioning > target:
-                raise search.refuse(conditioning, "the data do not hold so much")
-            if apart < _UNLIKE:
-                error = apart / ((run.steps / last.steps) ** search.order - 1.0)
-                if _ROUNDINGS * conditioning > target:
-                    why = f"the roundings of a run come to {_ROUNDINGS} of the data's"
-                    raise search.refuse(conditioning, why)
-                if error <= _ENOUGH * target:
-                    error += _ROUNDINGS * conditioning
-                    return _path(search, run, error, conditioning, cost)
-        last, steps = run, search.finer(run, error) if run else 2 * steps
-    known = search.conditioning(last) if last else math.inf
-    raise search.refuse(known, f"{_RUNS} ever finer runs did not agree so well")
+    if search.conditioning > target:
+        raise search.refusal("the data do not hold so much")
+    steps, taken, least, stalls = search.first, 0, math.inf, 0
+    while stalls < _STALLS:
+        taken += steps
+        if taken > search.budget:
+            raise search.refusal(f"a search may take {search.budget} steps, which did not suffice")
+        run = search.run(steps)
+        if run and run[1] <= _ENOUGH * target:
+            return _path(search, *run, steps)
+        error = run[1] if run else math.inf
+        stalls += 0.5 * least < error < _UNLIKE
+        least, steps = min(least, error), search.finer(steps, error)
+    raise search.refusal(
+        f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
+    )
 
 
-def _path(search: _Search, run: _Run, error: float, conditioning: float, cost: int) -> Path:
+def _path(search: _Search, states: Array, error: float, steps: int) -> Path:
     choice = Choice(
         method=search.method,
-        step=search.end / run.steps,
+        step=search.end / steps,
         order=search.order,
         target=search.target,
         error=error,
-        conditioning=conditioning,
-        run=cost,
-        trials=search.spent.evaluations - cost,
+        conditioning=search.conditioning,
+        run=search.cost,
+        trials=search.spent.evaluations - search.cost,
+        budget=search.budget,
     )
     method, step, spent = search.method, choice.step, search.spent
-    return Path(search.scene, run.states, method, step, None, spent, _choice=choice)
+    return Path(search.scene, states, method, step, None, spent, _choice=choice)
 
 
-def _guess(scene: Scene, t: float, target: float) -> tuple[str, float, float]:
-    """The cheapest method, how many steps it will take, and how fast the top turns."""
+def _constants(scene: Scene) -> dict[str, tuple[float, float]]:
+    return _SYMMETRIC if scene.body.is_symmetric else _GENERAL
+
+
+def _rates(scene: Scene) -> tuple[float, float]:
+    """How fast the top turns, and the weight of a method's error."""
     body = scene.body
-    symmetric = body.is_symmetric
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
     kinetic, potential = (
         float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
     )
-    moment = sorted(body.moments)[1 if symmetric else 2]
-    if symmetric:  # a drift is exact, so all error comes with the torque
+    moment = sorted(body.moments)[1 if body.is_symmetric else 2]
+    if body.is_symmetric:  # a drift is exact, so all error comes with the torque
         fall = 2.0 * (potential + lever) / moment
         rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + fall)
-        weight = lever / moment / rate if rate else 0.0
-    else:
-        weight = rate = math.sqrt(2.0 * (kinetic + potential + lever) / moment)
-    prices = {}
-    for name, (c, price) in (_SYMMETRIC if symmetric else _GENERAL).items():
-        steps = _SHORTER * c * rate * t * (weight * t / target) ** (1.0 / methods[name].order)
-        prices[name] = price * max(1.0, steps), steps
-    method = min(prices, key=lambda name: prices[name][0])
-    return method, prices[method][1], rate
+        return rate, lever / moment / rate if rate else 0.0
+    rate = math.sqrt(2.0 * (kinetic + potential + lever) / moment)
+    return rate, rate

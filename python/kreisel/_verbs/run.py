@@ -7,7 +7,7 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path as File
 
 import numpy as np
@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from .._core import start as start_top
 from .._core import statuses
 from .._ground.arguments import Array, whole
+from .._ground.files import write
 from .._model.scene import Scene, parse
-from .._recording.path import Path, Stats, path_of, stopped, way
-from .._recording.recording import in_pieces
+from .._recording.path import Path, Stats, kept, path_of, stopped, way
+from .._recording.recording import in_pieces, told
 from .._request.plan import Plan, plan_of
 from .._request.request import Progress, Request, checked_every, checked_progress, request
 from .._request.times import (
@@ -79,8 +80,8 @@ class Run:
         else:
             status, path = in_pieces(times, self.want, lambda piece: self._record(piece, callback))
         if status != "OK":
-            raise stopped(status, path, way(path, float(times[-1])))
-        return path
+            raise stopped(status, path, way(path, float(times[-1]) if times.size else self.t))
+        return told(path, callback)
 
     def stream(
         self,
@@ -101,10 +102,12 @@ class Run:
         for piece in pieces:
             self._refuse(piece)
             status, path = self._record(piece, progress)
-            path = path if self.want is None else path.only(self.want)
+            path = kept(path, self.want, float(piece[-1]))
             if status != "OK":
                 raise stopped(status, path, way(path, float(piece[-1])))
             yield path
+        if progress is not None and not self._fresh:
+            progress(self.t)
 
     def _asked(self, t: ArrayLike, every: int | None) -> Array:
         number = checked_every(self._request.method, every)
@@ -155,12 +158,14 @@ class Run:
         body = json.dumps(head).encode() + b"\n" + self._top.save()
         return _MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
+    def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
+        """Copies and pickles go by the checkpoint: two runs never share a motion."""
+        return resume, (self.checkpoint,)
+
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint; a file of that name is replaced once all is written, never left
+        """Write the checkpoint; a file of that name is replaced once all is on the disk, never left
         half done."""
-        whole, new = File(file), File(f"{os.fspath(file)}.new")
-        new.write_bytes(self.checkpoint)
-        os.replace(new, whole)
+        write(file, self.checkpoint)
 
 
 def start(
@@ -239,18 +244,35 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     if magic != _MAGIC + b"%08x\n" % zlib.crc32(body):
         raise ValueError(f"{name} is not what a run has saved, or damaged")
     line, _, memory = body.partition(b"\n")
+    try:
+        run, kernel = _restored(line, memory, max_steps)
+    except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
+        raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
+    now = run._top.kernel[0]
+    if kernel != now and {kernel, now} != _FUSED:
+        said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
+        warnings.warn(said, stacklevel=2)
+    return run
+
+
+def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
+    """The run of a checkpoint's two parts, and the kernel that it was made with."""
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
     words = method, step, tol, digits, limit, head["want"], head["asked"]
     scene = parse(head["scene"])
+    if not isinstance(head["back"], bool):
+        raise TypeError(f"back must be true or false, not {head['back']!r}")
     run = Run(scene, request(scene, *words), head["back"])
     status = run._top.load(memory)
     if status != "OK":
-        raise ValueError(f"{name} is {statuses[status][1]}")
-    run.t, run.stats, run._fresh = head["t"], Stats(*head["stats"]), head["fresh"]
-    then, now = head["kernel"], run._top.kernel[0]
-    if then != now and {then, now} != _FUSED:
-        said = f"{name} was made with the kernel {then!r}; {now!r} goes on to rounding only"
-        warnings.warn(said, stacklevel=2)
-    return run
+        raise ValueError(statuses[status][1])
+    t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
+    costs = [whole("a number of the stats", n, 0) for n in stats]
+    if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
+        raise ValueError("its time, stats and motion do not belong together")
+    if not isinstance(kernel, str):
+        raise TypeError(f"a kernel has a name, not {kernel!r}")
+    run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
+    return run, kernel

@@ -1,0 +1,56 @@
+"""Bad input: only TypeError, ValueError, MemoryError and kreisel.Error, in a line."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._analysis.units import scaled_units
+
+TOP = kr.scenes.asymmetric
+
+
+class Metres(np.ndarray):
+    """Numbers of which an array drops the unit."""
+
+    unit = "m"
+
+
+MASKED = np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False])
+WITH_UNIT = np.array([1.0, 2.0, 3.0]).view(Metres)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: kr.view(TOP, step=np.float16(3.1e-5), open=False),
+        lambda: kr.quaternion.turn((1, 0, 0), (1, 2, 3)),
+        lambda: kr.quaternion.turn((1, 0, 0, 0), (1, 2)),
+        lambda: kr.quaternion.turn((1, 0, 0, 0), {"x": 1.0, "y": 2.0, "z": 3.0}),
+        lambda: kr.quaternion.turn_back((1, 0, 0, 0), ()),
+        lambda: kr.quaternion.from_rotation(np.eye(3)),
+        lambda: kr.events.nutation().value(TOP),
+        lambda: scaled_units("thesis"),
+        lambda: kr.solve(TOP, MASKED),
+        lambda: kr.solve(TOP, WITH_UNIT),
+        lambda: TOP.replace(momentum=MASKED),
+        lambda: TOP.replace(momentum=WITH_UNIT),
+        lambda: kr.attitude_error(np.ma.array(np.eye(4), mask=np.eye(4)), TOP.attitude),
+    ],
+)
+def test_what_is_refused_is_refused_as_bad_input(call):
+    with pytest.raises((TypeError, ValueError)):
+        call()
+
+
+def test_a_step_of_few_bits_is_a_step():
+    assert kr.view(TOP, step=np.float16(2), open=False)
+
+
+def test_a_message_names_the_place_and_not_the_whole_array():
+    times = np.arange(100_000.0)
+    times[777] = np.nan
+    with pytest.raises(ValueError, match=r"not t\[777\] = nan") as refused:
+        kr.solve(TOP, times)
+    assert len(str(refused.value)) < 200
+    with pytest.raises(TypeError) as refused:
+        kr.solve(TOP, ["soon"] * 100_000)
+    assert len(str(refused.value)) < 400

@@ -1,0 +1,113 @@
+"""Files: whole or not at all, whoever writes at once; checkpoints and texts that want to harm."""
+
+import json
+import os
+import threading
+import zlib
+
+import kreisel as kr
+import pytest
+from click.testing import CliRunner
+from kreisel._ground import files
+from kreisel._showing.cli import main
+
+TOP = kr.scenes.asymmetric
+
+
+def writers():
+    run = kr.start(TOP)
+    run.to(1.0)
+    table = kr.compare(TOP, 1.0, ["strang"], steps=[0.1], repeats=1)
+    return [run.save, TOP.to_toml, table.to_csv, kr.view(TOP, open=False).save]
+
+
+@pytest.mark.parametrize("i", range(4))
+def test_a_disk_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, i):
+    file, write = tmp_path / "file", writers()[i]
+    file.write_bytes(b"old")
+
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(files.os, "fsync", full)
+        with pytest.raises(OSError, match="No space"):
+            write(file)
+    assert file.read_bytes() == b"old" and os.listdir(tmp_path) == ["file"]
+    write(file)
+    assert file.stat().st_size > 10 and os.listdir(tmp_path) == ["file"]
+
+
+def test_two_savers_of_one_file_do_not_meet(tmp_path):
+    file, runs = tmp_path / "run", [kr.start(TOP), kr.start(kr.scenes.thesis)]
+    for run in runs:
+        run.to(1.0)
+    runs[0].save(file)
+
+    def save(run):
+        for _ in range(50):
+            run.save(file)
+
+    threads = [threading.Thread(target=save, args=(run,)) for run in runs]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        assert kr.resume(file).t == 1.0
+    assert os.listdir(tmp_path) == ["run"]
+
+
+@pytest.mark.parametrize("word", ["--csv", "--npz"])
+def test_a_place_that_is_not_there_is_refused_before_anything_runs(tmp_path, word):
+    words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file.npz")]
+    done = CliRunner().invoke(main, words)
+    assert done.exit_code == 1 and "there is no folder" in done.output
+    assert done.output.count("\n") == 1
+
+
+def test_tables_nested_without_end_are_refused(tmp_path):
+    file = tmp_path / "deep.toml"
+    file.write_text("a = " + "[" * 5000 + "]" * 5000)
+    with pytest.raises(ValueError, match="nested too deep"):
+        kr.Scene.from_toml(file)
+
+
+def forged(**changes):
+    run = kr.start(TOP, "strang", step=0.1)
+    run.to(1.0)
+    body = run.checkpoint.split(b"\n", 2)[2]
+    line, _, memory = body.partition(b"\n")
+    head = json.loads(line) | changes
+    body = json.dumps(head).encode() + b"\n" + memory
+    return b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"t": "soon"},
+        {"t": 7.0},
+        {"t": float("nan")},
+        {"stats": [1, 2]},
+        {"stats": [1, 2, 3, -4]},
+        {"stats": None},
+        {"fresh": "no"},
+        {"scene": 3},
+        {"scene": "a = " + "[" * 5000},
+        {"method": []},
+        {"want": 5},
+        {"back": None},
+        {"kernel": 5},
+        {"max_steps": {}},
+    ],
+)
+def test_a_checkpoint_with_a_forged_head_is_refused(changes):
+    assert kr.resume(forged()).t == 1.0
+    with pytest.raises(ValueError, match="no checkpoint of a run"):
+        kr.resume(forged(**changes))
+
+
+def test_a_head_that_is_no_table_is_refused():
+    for line in (b"[]", b"3", b"[" * 100_000, b"\xff"):
+        body = line + b"\n"
+        with pytest.raises(ValueError, match="no checkpoint of a run"):
+            kr.resume(b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body)
