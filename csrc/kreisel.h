@@ -246,8 +246,8 @@ typedef struct kr_config {
      * negative one leads back in time [T]. */
     double step;
     double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
-    /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps, are
-     * limited likewise, and to 1024. */
+    /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps,
+     * are limited likewise, and to 1024. */
     int64_t max_steps;
     /* This is called at least every 256 steps and 1024 states, by an adaptive method in every step
      * if it is not dense; not 0 stops the top. May be NULL. */
@@ -269,7 +269,8 @@ KR_API void kr_top_free(kr_top *top);
 /* The next four move the top; on failure it stays at the last good state, not before where it was.
  * They go to the end of the method's next step; to t; and to each of t[0], t[1], ... in the
  * direction of the step, where `done` (may be NULL) counts the states that are good, those behind
- * them stay as they were, and `low` gets what doubles leave out: out + low has as many digits as were asked for, and low.t is 0. */
+ * them stay as they were, and `low` gets what doubles leave out: out + low has as many digits as
+ * were asked for, and low.t is 0. */
 KR_API kr_status kr_top_step(kr_top *top);
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],

@@ -66,8 +66,8 @@ struct kr_method {
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Gives the last step of a dense method as a polynomial. NULL: it has none. */
     kr_piece (*piece)(const kr_motion *motion);
-    /* Says whether the numbers in work that count, index or loop are in their ranges, which those of
-     * a checkpoint need not be. NULL: there are none. */
+    /* Says whether the numbers in work that count, index or loop are in their ranges, which those
+     * of a checkpoint need not be. NULL: there are none. */
     int (*is_sound)(const void *work);
     /* Gives back aux. May be NULL. */
     void (*done)(kr_motion *motion);
