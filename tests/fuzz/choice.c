@@ -4,34 +4,12 @@
 #include "../core/random.h"
 #include "choice.h"
 
-static const uint8_t *next, *end;
-static int by_bytes;
-
-void choose_by_seed(uint64_t seed)
-{
-    by_bytes = 0;
-    random_seed = seed;
-}
-void choose_by_bytes(const uint8_t *bytes, size_t size)
-{
-    by_bytes = 1;
-    next = bytes;
-    end = bytes + size;
-}
-int choices_are_over(void) { return by_bytes && next == end; }
-
-static uint64_t bits(int bytes)
-{
-    uint64_t word = 0;
-    if (!by_bytes) return random_bits();
-    for (int i = 0; i < bytes; i++) word = word << 8 | (next < end ? *next++ : 0);
-    return word;
-}
-uint64_t choose(uint64_t n) { return bits(n <= 256 ? 1 : n <= 65536 ? 2 : 8) % n; }
+void choose_by_seed(uint64_t seed) { random_seed = seed; }
+uint64_t choose(uint64_t n) { return random_bits() % n; }
 int odds(int percent) { return (int)choose(100) < percent; }
 double between(double low, double high)
 {
-    return low + (high - low) * (double)(bits(4) & 0xffffffffu) * 0x1p-32;
+    return low + (high - low) * (double)(random_bits() & 0xffffffffu) * 0x1p-32;
 }
 double spread(double low, double high) { return exp(between(log(low), log(high))); }
 double either_sign(double x) { return choose(2) ? x : -x; }
@@ -62,7 +40,7 @@ double any_double(void)
     default:
         break;
     }
-    word = bits(8);
+    word = random_bits();
     memcpy(&x, &word, sizeof x);
     return x;
 }

@@ -1,12 +1,9 @@
-/* What a fuzzed round does is a sequence of choices: made by a generator from a seed, or read from
- * the bytes that a fuzzer offers, which then decide on everything. */
+/* What a fuzzed round does is a sequence of choices, which a generator makes from a seed. */
 #ifndef KR_CHOICE_H
 #define KR_CHOICE_H
 #include "kreisel.h"
 
 void choose_by_seed(uint64_t seed);
-void choose_by_bytes(const uint8_t *bytes, size_t size);
-int choices_are_over(void); /* Bytes come to an end, and are zeros from there; a seed has none. */
 
 uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */
 int odds(int percent);                   /* 1 so often */

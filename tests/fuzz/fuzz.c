@@ -1,6 +1,6 @@
 /* Random calls of the whole C API, held to the words of its header. `fuzz SEED CALLS` makes rounds
  * by the seeds SEED, SEED + 1, ... until so many calls are made; a round that fails is made once
- * more and told. With KR_LIBFUZZER the rounds are made of the bytes that libFuzzer offers. */
+ * more and told. */
 #define _XOPEN_SOURCE 700
 #include <inttypes.h>
 #include <math.h>
@@ -60,13 +60,7 @@ static int is_new(const char *file, int line)
     now.places += i == now.places;
     return ++now.failed_times[i] == 1;
 }
-static void end_round(void)
-{
-#ifdef KR_LIBFUZZER
-    if (!now.is_owed) abort();
-#endif
-    longjmp(now.leave, 1);
-}
+static void end_round(void) { longjmp(now.leave, 1); }
 void claim_failed(const char *file, int line, const char *what)
 {
     if (now.telling || is_new(file, line))
@@ -120,24 +114,11 @@ static void one_of_all(void)
 static void make_round(void)
 {
     const uint64_t most = 4 + choose(60);
-    for (uint64_t i = 0; i < most && !choices_are_over(); i++) one_of_all();
+    for (uint64_t i = 0; i < most; i++) one_of_all();
     clear_tops();
     clear_stage();
 }
 
-#ifdef KR_LIBFUZZER
-int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
-int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
-{
-    now.telling = getenv("KR_TELL") != NULL;
-    now.is_owed = 0;
-    choose_by_bytes(bytes, size);
-    if (!setjmp(now.leave)) make_round();
-    clear_tops();
-    clear_stage();
-    return 0;
-}
-#else
 /* Makes the round of a seed; says whether all its claims held. */
 static int round_holds(uint64_t seed, int telling)
 {
@@ -175,20 +156,20 @@ static void say_and_end(int signal_number)
     say_where();
     _exit(128 + signal_number);
 }
-#  ifdef KR_SANITIZED
+#ifdef KR_SANITIZED
 void __sanitizer_set_death_callback(void (*callback)(void));
-#  endif
+#endif
 static void keep_watch(void)
 {
     const struct itimerval second = {{1, 0}, {1, 0}};
     const struct sigaction ticking = {.sa_handler = tick, .sa_flags = SA_RESTART};
     sigaction(SIGPROF, &ticking, NULL);
     setitimer(ITIMER_PROF, &second, NULL);
-#  ifdef KR_SANITIZED
+#ifdef KR_SANITIZED
     __sanitizer_set_death_callback(say_where);
-#  else
+#else
     signal(SIGSEGV, say_and_end);
-#  endif
+#endif
     signal(SIGABRT, say_and_end);
 }
 int main(int count, char *word[])
@@ -216,4 +197,3 @@ int main(int count, char *word[])
         printf("left out %d times: %s\n", now.times_left_out[i], now.left_out[i]);
     return failed != 0;
 }
-#endif
