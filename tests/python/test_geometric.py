@@ -39,7 +39,7 @@ def lingering(rng):
     small = rng.normal(size=3) * 10 ** rng.uniform(-9, -4)
     if rng.random() < 0.4:
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
-        return kr.Scene(body, momentum=(*small, 0, rng.uniform(1, 3), 0), gravity=0.0)
+        return kr.Scene(body, momentum=small + np.array((0, rng.uniform(1, 3), 0)), gravity=0.0)
     moments = (1.0, rng.choice([1.0, 1.3]), rng.uniform(0.4, 1.0))
     body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)))
     tilt = tilted(10 ** rng.uniform(-8, -3))

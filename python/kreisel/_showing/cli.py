@@ -14,10 +14,11 @@ from typing import TypedDict, Unpack
 import click
 import numpy as np
 from rich import box
-from rich.console import Console
+from rich.console import Console, JustifyMethod
 from rich.progress import Progress
 from rich.table import Table as Grid
 
+from .._analysis.compare import Table
 from .._analysis.compare import compare as compared
 from .._analysis.costs import page
 from .._core import version
@@ -265,27 +266,25 @@ def compare(
     if csv_file:
         with _one_line():
             table.to_csv(csv_file)
+    Console().print(_in_columns(table))
+
+
+_LEFT = ("method", "")  # the columns of words
+_COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
+
+
+def _in_columns(table: Table) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD)
-    for name in (
-        "method",
-        "step",
-        "tol",
-        "ms",
-        "steps",
-        "attitude error [rad]",
-        "energy error",
-        "",
-    ):
-        grid.add_column(
-            name, justify="left" if name in ("method", "") else "right", no_wrap=name == "method"
-        )
+    for name in _COLUMNS:
+        justify: JustifyMethod = "left" if name in _LEFT else "right"
+        grid.add_column(name, justify=justify, no_wrap=name == "method")
     for row in table:
         setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
         errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
         grid.add_row(
             row.method, *setting, f"{1e3 * row.seconds:.3g}", str(row.steps), *errors, row.failure
         )
-    Console().print(grid)
+    return grid
 
 
 @main.command()
