@@ -211,8 +211,16 @@ static void read(const kr_motion *motion, kr_state *s)
 static void at(kr_motion *motion, double clock, kr_state *s)
 {
     path *p = path_of(motion);
+    const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
+    /* Only the rounding of a time can put it beside the piece, where the series does not hold: then
+     * the nearer end is meant. */
+    const double before = begin - p->series->at, behind = p->series->at - end;
+    if (before * behind < 0.0) {
+        p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
+        p->series[1].at = 0.0;
+    }
     kernel_of(motion)->look(p->series);
     if (motion->digits > 16)
         deep_state(p, motion, s);

@@ -1,6 +1,7 @@
 /* Times at which a double no longer tells where a top is are refused, by every method and every way
  * to go there, and a step that makes no way says so. */
 #include <float.h>
+#include "driver/top.h"
 #include "random.h"
 #include "tops.h"
 
@@ -88,8 +89,29 @@ static void no_way(void)
     }
 }
 
+/* Where a step is shorter than times are apart, the rounded time of its end may lie beside it: the
+ * state there is that of the nearer end, not what the series gives where it does not hold. */
+static void beside_a_piece(double step)
+{
+    const kr_scene s = kr_scene_default();
+    kr_top *top = make(&s, kr_method_find("taylor"), (kr_config){.step = step});
+    kr_state begin, before, end, behind;
+    IS(kr_top_step(top) == KR_OK && kr_top_step(top) == KR_OK);
+    const kr_piece piece = top->method->piece(&top->main);
+    const double length = piece.end - piece.begin;
+    top->method->at(&top->main, piece.begin, &begin);
+    top->method->at(&top->main, piece.begin - 9.0 * length, &before);
+    top->method->at(&top->main, piece.end, &end);
+    top->method->at(&top->main, piece.end + 9.0 * length, &behind);
+    before.t = begin.t = end.t = behind.t = 0.0;
+    IS(same(before, begin) && same(behind, end) && !same(begin, end));
+    kr_top_free(top);
+}
+
 int main(void)
 {
+    beside_a_piece(0.0);
+    beside_a_piece(-0.1);
     for (size_t i = 0; i < kr_method_count(); i++)
         for (int k = 0; k < TOPS; k++) refused(kr_method_at(i));
     kr_scene s = kr_scene_default();
