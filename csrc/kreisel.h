@@ -1,6 +1,6 @@
 /* kreisel: the motion of a rigid body that turns about a fixed point under gravity.
  *
- *     dm/dt = mass gravity e3 x a,    dq/dt = w q / 2,    a = q com q*,    w = q J^-1 q* m
+ *     dm/dt = mass gravity e3 x a - D w,    dq/dt = w q / 2,    a = q com q*,    w = q J^-1 q* m
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. The body has the frame in which
  *          the user described it, and the principal axes of inertia at the fixed point (N, B, T).
@@ -87,6 +87,9 @@ typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
+    /* Linear damping, as by air: the torque is -damping times the angular velocity, axis by axis
+     * along the principal axes; none of them negative, 0 for none [M L^2 T^-1]. */
+    kr_vec3 damping;
 } kr_scene;
 
 /* Bodies. The makers check what they are given. A diagonal inertia is its own principal frame; else
@@ -205,7 +208,8 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can give more digits than a double has")           \
     X(HEADLESS,       4096, "headless",       "can leave out the turn about the vertical")        \
-    X(SPLITTING,      8192, "splitting",      "kicks and drifts in turn")
+    X(SPLITTING,      8192, "splitting",      "kicks and drifts in turn")                         \
+    X(DAMPED,        16384, "damped",         "moves tops that are damped, too")
 /* clang-format on */
 enum {
 #define X(flag, bit, name, text) KR_##flag = bit,
@@ -289,10 +293,10 @@ KR_API double kr_top_time(const kr_top *top); /* how far it has come; `poll` may
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
- * the same body, gravity, method and config (max_steps and poll may be others) it goes on from
- * there with the same bits; with those of rounding where taylor finds another kernel (all that have
- * fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it was, for anything else:
- * what is damaged, of another version, or of another kind of machine. */
+ * the same body, gravity, damping, method and config (max_steps and poll may be others) it goes on
+ * from there with the same bits; with those of rounding where taylor finds another kernel (all that
+ * have fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it was, for anything
+ * else: what is damaged, of another version, or of another kind of machine. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);

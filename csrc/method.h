@@ -12,6 +12,7 @@
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
+    kr_vec3 damping;  /* and -damping W in the body, for KR_DAMPED methods; 0 for all others */
     double step, tol; /* from the config; tol 0: the method's own */
     double clock;     /* time since the start; kept by adaptive methods only */
     kr_stats stats;

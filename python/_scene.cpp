@@ -9,23 +9,25 @@ template <size_t n> static bool numbers_of(const py::handle &given, double (&to)
     std::memcpy(to, row.data(), sizeof to);
     return true;
 }
-// The block of a scene, with momentum, attitude and gravity as Python keeps them; None where one of
-// them is not plainly numbers, and the name of the status where they are no scene.
+// The block of a scene, with momentum, attitude, gravity and damping as Python keeps them; None
+// where one of them is not plainly numbers, and the name of the status where they are no scene.
 static py::object scene(const kr_body &body, const py::object &momentum, const py::object &attitude,
-                        const py::object &gravity)
+                        const py::object &gravity, const py::object &damping)
 {
-    double m[3], q[4] = {1.0, 0.0, 0.0, 0.0}, g;
+    double m[3], q[4] = {1.0, 0.0, 0.0, 0.0}, d[3] = {0.0, 0.0, 0.0}, g;
     if (!plain_number(gravity.ptr(), g) || !numbers_of(momentum, m)) return py::none();
     if (!attitude.is_none() && !numbers_of(attitude, q)) return py::none();
-    const kr_scene s = {body, g, {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}}};
+    if (!damping.is_none() && !numbers_of(damping, d)) return py::none();
+    const kr_scene s = {
+        body, g, {0.0, {q[0], q[1], q[2], q[3]}, {m[0], m[1], m[2]}}, {d[0], d[1], d[2]}};
     const kr_status status = kr_scene_check(&s);
     if (status != KR_OK) return py::str(name_of(status));
     return py::make_tuple(py::make_tuple(m[0], m[1], m[2]), py::make_tuple(q[0], q[1], q[2], q[3]),
-                          g, block_of(s));
+                          g, py::make_tuple(d[0], d[1], d[2]), block_of(s));
 }
 
 void bind_scene(py::module_ &m);
 void bind_scene(py::module_ &m)
 {
-    m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a);
+    m.def("scene", scene, "body"_a, "momentum"_a, "attitude"_a, "gravity"_a, "damping"_a);
 }

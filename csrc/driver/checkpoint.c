@@ -88,11 +88,13 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     return KR_OK;
 }
 
-/* Whether two tops were made of one body, gravity and config. */
+/* Whether two tops were made of one body, gravity, damping and config. */
 static int alike(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
-    return memcmp(&one->scene, &other->scene, offsetof(kr_scene, start)) == 0 &&
+    const kr_scene *scene = &one->scene, *another = &other->scene;
+    return memcmp(scene, another, offsetof(kr_scene, start)) == 0 &&
+           memcmp(&scene->damping, &another->damping, sizeof scene->damping) == 0 &&
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->leave_heading == its->leave_heading;
 }

@@ -40,6 +40,7 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
 int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || kr_scene_check(scene) != KR_OK) return 0;
+    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_DAMPED)) return 0;
     return (method->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
            kr_method_applies(method, &scene->body);
 }

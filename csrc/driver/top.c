@@ -36,11 +36,13 @@ static kr_status choose_units(kr_top *top)
     top->turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
     top->main.lever = v_scale(top->time_unit * top->time_unit, own.lever);
+    top->main.damping = v_scale(1.0 / top->momentum_unit, top->scene.damping);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
-    return isfinite(top->momentum_unit) && top->momentum_unit > 0.0 && isfinite(top->main.step)
+    return isfinite(top->momentum_unit) && top->momentum_unit > 0.0 && isfinite(top->main.step) &&
+                   v_finite(top->main.damping)
                ? KR_OK
                : KR_ERR_ARGUMENT;
 }

@@ -38,19 +38,19 @@ struct kr_top {
  * To move a field is to change the format, and takes a change of these numbers. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 160)         X(config, 168)         X(axes, 216)             \
-    X(turned, 248)         X(time_unit, 256)      X(momentum_unit, 264)  X(forward, 272)          \
-    X(main, 280)           X(side, 504)           X(kept, 728)           X(steps, 952)            \
-    X(kept_steps, 960)     X(inspect_at, 968)     X(before, 976)         X(before_clock, 1040)    \
-    X(asked, 1048)         X(now, 1056)           X(low, 1120)
+    X(scene, 0)            X(method, 184)         X(config, 192)         X(axes, 240)             \
+    X(turned, 272)         X(time_unit, 280)      X(momentum_unit, 288)  X(forward, 296)          \
+    X(main, 304)           X(side, 552)           X(kept, 800)           X(steps, 1048)           \
+    X(kept_steps, 1056)    X(inspect_at, 1064)    X(before, 1072)        X(before_clock, 1136)    \
+    X(asked, 1144)         X(now, 1152)           X(low, 1216)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(leave_heading, 44)
 #define KR_SAVED_MOTION(X)                                                                        \
-    X(inertia, 0)          X(lever, 24)           X(step, 48)            X(tol, 56)               \
-    X(clock, 64)           X(stats, 72)           X(work, 104)           X(aux, 112)              \
-    X(leave_heading, 120)  X(digits, 124)         X(lever_low, 128)      X(low, 152)              \
-    X(scene, 216)
+    X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(step, 72)              \
+    X(tol, 80)             X(clock, 88)           X(stats, 96)           X(work, 128)             \
+    X(aux, 136)            X(leave_heading, 144)  X(digits, 148)         X(lever_low, 152)        \
+    X(low, 176)            X(scene, 240)
 /* clang-format on */
 
 /* The ways in and out for more digits than a double has. This one sets main's lever, in

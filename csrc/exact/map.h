@@ -195,7 +195,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top top;
     if (!isfinite(step) || step == 0.0) return KR_ERR_ARGUMENT;
     kr_status status = kr_scene_check(scene);
-    if (status == KR_OK && !kr_method_applies(&kr_method_bobenko_suris, &scene->body))
+    if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
+                             v_largest(scene->damping) == 0.0))
         status = KR_ERR_METHOD;
     if (status == KR_OK) status = read_top(scene, KR_LAGRANGE, &top);
     if (status != KR_OK) return status;

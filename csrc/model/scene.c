@@ -12,7 +12,10 @@ kr_status kr_scene_check(const kr_scene *scene)
     const kr_status status = scene ? kr_body_check(&scene->body) : KR_ERR_ARGUMENT;
     if (status != KR_OK) return status;
     const kr_state *start = &scene->start;
+    const kr_vec3 damping = scene->damping;
     if (!isfinite(scene->gravity) || !isfinite(start->t) || !v_finite(start->m))
+        return KR_ERR_ARGUMENT;
+    if (!v_finite(damping) || !(fmin(damping.x, fmin(damping.y, damping.z)) >= 0.0))
         return KR_ERR_ARGUMENT;
     return fabs(q_dot(start->q, start->q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }

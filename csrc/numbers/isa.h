@@ -5,11 +5,13 @@
 #define KR_ISA_H
 
 /* A kernel is one loop from which nothing is called: a call would send the vectors that the loop
- * keeps in registers through memory. */
+ * keeps in registers through memory. What a kernel seldom needs stands APART from it. */
 #if defined __GNUC__
 #  define INLINE static inline __attribute__((always_inline))
+#  define APART static __attribute__((noinline))
 #else
 #  define INLINE static inline
+#  define APART static
 #endif
 
 #if !defined KR_ISA

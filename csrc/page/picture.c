@@ -72,7 +72,7 @@ void kr_picture_reach(const kr_scene *scene, double *momentum, double *velocity)
 /* The unit vector from the fixed point to the centre of mass, as the body was described. */
 static kr_vec3 apex_in_body(const kr_body *body)
 {
-    const kr_scene scene = {*body, 0.0, {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}};
+    const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
     return kr_state_apex(&scene, &scene.start);
 }
 static void put(float point[3], kr_vec3 v)

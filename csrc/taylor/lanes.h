@@ -28,7 +28,7 @@
 #  define UNROLL
 #  define PER_ORDER static
 #elif defined __clang__
-#  define UNROLL _Pragma("clang loop unroll(full)")
+#  define UNROLL _Pragma("clang loop unroll_count(32)")
 #else
 #  define UNROLL _Pragma("GCC unroll 32")
 #endif

@@ -14,7 +14,8 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form goes without the attitude, whose lanes are zero. */
+/* The headless form goes without the attitude, whose lanes are zero. What is damped has its own
+ * expansion, so that damping costs nothing where there is none. */
 typedef enum { WHOLE, HEADLESS } form;
 /* The coefficients of a vector, turned both ways: (next | prev) and (prev | next). */
 typedef struct {
@@ -110,7 +111,7 @@ INLINE quad velocity_rates(const sums *a, const kr_series *s, quad p, quad share
 }
 
 /* Sets the coefficients n + 1. */
-INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
+INLINE void next_coefficient(kr_series *s, parts *of, int n, form what, int damped)
 {
     const sums a = cauchy_products(s, of, n, what);
     /* P_n is read as it was stored, in either form. */
@@ -119,7 +120,10 @@ INLINE void next_coefficient(kr_series *s, parts *of, int n, form what)
         set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
-    set_turned(s->w[n + 1], &of->w, n + 1, velocity_rates(&a, s, p, quad_inverse(n + 1)));
+    quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
+    if (damped)
+        w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
+    set_turned(s->w[n + 1], &of->w, n + 1, w);
 }
 
 /* rough_log2 and rough_exp2 are right to two digits, by way of the bits: that is enough for a step
@@ -160,16 +164,37 @@ INLINE double step_size(const kr_series *s, int order, double log2_tol)
     return rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b));
 }
 
+INLINE void turn_known(kr_series *s, parts *of, int from, form what)
+{
+    for (int n = 0; n <= from; n++) {
+        set_turned(s->w[n], &of->w, n, quad_load(s->w[n]));
+        if (what == HEADLESS) set_turned(s->x[n] + 4, &of->p, n, duo_hi(duo_load(s->x[n])));
+    }
+}
+INLINE void damped_terms(kr_series *s, int from, int order, form what)
+{
+    parts of;
+    turn_known(s, &of, from, what);
+    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what, 1);
+}
+APART void expand_damped(kr_series *s, int from, int order, form what)
+{
+    if (what == HEADLESS)
+        damped_terms(s, from, order, HEADLESS);
+    else
+        damped_terms(s, from, order, WHOLE);
+}
 /* Computes the coefficients after number `from`, up to the order. */
 INLINE void expand(kr_series *s, int from, int order, form what)
 {
     parts of;
-    for (int n = 0; n <= from; n++) {
-        set_turned(s->w[n], &of.w, n, quad_load(s->w[n]));
-        if (what == HEADLESS) set_turned(s->x[n] + 4, &of.p, n, duo_hi(duo_load(s->x[n])));
+    if (s->damped != 0.0) {
+        expand_damped(s, from, order, what);
+        return;
     }
+    turn_known(s, &of, from, what);
     UNROLL
-    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what);
+    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what, 0);
 }
 
 /* Sums x_n h^(n - from) with h = to - t. Even and odd powers are summed apart, in two chains of fma

@@ -81,17 +81,21 @@ static vec_dd at_rate(double rate, vec_dd a)
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
-/* Returns a power of two above every W that the energy allows:
+/* Returns a power of two above the damping's rates and every W that the energy allows, which
+ * damping does not raise:
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
     const kr_vec3 A = motion->inertia;
     const double twice_energy = v_dot(v_times(A, W), W) + 4.0 * v_length(motion->lever);
+    const kr_vec3 D = motion->damping;
+    const double drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z));
     int exponent = 0;
-    frexp(sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z))), &exponent);
+    frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets k, up and down of the series, whose vectors c are those of the series' own unit of time. */
+/* Sets k, up, down and drag of the series, whose vectors c and D are those of its own unit of
+ * time. */
 static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
@@ -101,6 +105,9 @@ static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
     set_vector(s[0].k, s[1].k, over(pair, A));
     set_vector(s[0].up, s[1].up, over(up, A));
     set_vector(s[0].down, s[1].down, over(down, A));
+    const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
+    set_vector(s[0].drag, s[1].drag, over(v_dd(drag, none), A));
+    s[0].damped = v_largest(drag);
 }
 /* Returns the attitude. Without the heading, the shortest turn that lifts P to the vertical stands
  * for all that do. P is of unit length but for the tolerance, so two terms of 1 / |P| do, which
@@ -274,7 +281,7 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS,
+    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED,
     .work = sizeof(path) / sizeof(double),
     .reset = reset,
     .step = step,

@@ -1,12 +1,14 @@
 /* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
- *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
+ *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments; c: mass gravity com;
+ *                                 D: damping
  * Every right side is a product of two unknowns or linear, hence the coefficients of x = sum x_n
  * t^n:
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
- *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and k, up, down of kr_series
+ *                     +  drag * W_n
+ *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and k, up, down, drag of kr_series
  * Without the heading (kr_config) the equations of P and W stand alone, with 9 products a term in
  * place of 21. The series keeps nothing but what its tolerance keeps. */
 #ifndef KR_TAYLOR_H
@@ -36,7 +38,8 @@ typedef struct kr_series {
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    double t, end, at, unused;
+    double drag[4];              /* -Dx / Ax; and cyclic */
+    double t, end, at, damped;
 } kr_series;
 
 /* One order on one instruction set. */

@@ -1,5 +1,5 @@
 // The C core as WebAssembly. Structures of kreisel.h go through its memory as rows of doubles: a
-// body has 11, a state 8 (t, q, m), a scene 20 (body, gravity, start). csrc/page/wasm.c asserts it.
+// body has 11, a state 8 (t, q, m), a scene 23 (body, gravity, start, damping). csrc/page/wasm.c asserts it.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -9,13 +9,13 @@ C._initialize();
 
 // Fixed places for what goes in and out: a scene, and three arguments.
 const scratch = C.malloc(8 * 64);
-const [SCENE, FIRST, SECOND, THIRD] = [0, 20, 32, 36].map((offset) => scratch + 8 * offset);
+const [SCENE, FIRST, SECOND, THIRD] = [0, 24, 36, 40].map((offset) => scratch + 8 * offset);
 
 const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
 const putBody = ({ mass, moments, com, axes }) => put(SCENE, [mass, ...moments, ...com, ...axes]);
 function putScene(body, gravity, q, m) {
-  put(putBody(body) + 8 * 11, [gravity, 0, ...q, ...m]);
+  put(putBody(body) + 8 * 11, [gravity, 0, ...q, ...m, 0, 0, 0]);
   return SCENE;
 }
 const list = (length, made) => Array.from({ length }, (_, i) => made(i));

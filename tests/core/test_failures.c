@@ -148,7 +148,8 @@ static kr_scene loose_scene(void)
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
     const kr_scene s = {{1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}},
                         random_bits() % 2 ? 1.0 : 0.0,
-                        {0.0, {1, 0, 0, 0}, random_vec(3.0)}};
+                        {0.0, {1, 0, 0, 0}, random_vec(3.0)},
+                        {0.0, 0.0, 0.0}};
     return s;
 }
 /* Loose tolerances let a step pass inside which the side motion finds no end: it is asked whether

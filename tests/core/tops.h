@@ -33,7 +33,8 @@ static inline kr_scene asymmetric(void)
         1.0,
         {0.0,
          {0x1.2acb3a9f5a815p-4, 0x1.76a377f2b3869p-1, -0x1.b151475e75147p-5, -0x1.59ebd9ae039eep-1},
-         {0.172, -1.862, 1.46}}};
+         {0.172, -1.862, 1.46}},
+        {0.0, 0.0, 0.0}};
     return s;
 }
 /* Three different moments, axes that are not those of the description, a centre of mass on none. */

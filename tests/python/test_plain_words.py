@@ -72,12 +72,15 @@ def test_equal_words_of_another_type_are_checked_anew():
 
 def test_the_core_refuses_what_is_no_scene():
     body, zero = CORNER._block, (0.0, 0.0, 0.0)
-    assert core.scene(body, zero, (2.0, 0.0, 0.0, 0.0), 1.0) == "ERR_ATTITUDE"
-    assert core.scene(body, zero, None, float("nan")) == "ERR_ARGUMENT"
+    assert core.scene(body, zero, (2.0, 0.0, 0.0, 0.0), 1.0, None) == "ERR_ATTITUDE"
+    assert core.scene(body, zero, None, float("nan"), None) == "ERR_ARGUMENT"
+    assert core.scene(body, zero, None, 1.0, (0.0, -1.0, 0.0)) == "ERR_ARGUMENT"
     for row in (zero[:2], (0.0, 0.0, "0"), (0.0, 0.0, True), 1.0, None, np.zeros((3, 1))):
-        assert core.scene(body, row, None, 1.0) is None
+        assert core.scene(body, row, None, 1.0, None) is None
+        if row is not None:
+            assert core.scene(body, zero, None, 1.0, row) is None
     with pytest.raises(TypeError):
-        core.scene(body[:-1], zero, None, 1.0)
+        core.scene(body[:-1], zero, None, 1.0, None)
 
 
 def test_what_the_body_sees():

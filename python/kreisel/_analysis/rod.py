@@ -106,9 +106,12 @@ def rod(path: Path) -> Rod:
 
     Isotropic for a Lagrange top, anisotropic for any other with the centre of mass on a principal
     axis; free of load where it is the fixed point. Raises ValueError for a centre of mass off the
-    axes: then the weight pulls the top about in a way that no force at the ends of a rod does.
+    axes: then the weight pulls the top about in a way that no force at the ends of a rod does; and
+    for a damped top.
     """
     instance("path", path, Path)
+    if path.scene._is_damped:
+        raise ValueError("no rod belongs to a damped top: nothing along a rod answers to damping")
     body = path.scene.body
     axes = _axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)

@@ -77,5 +77,8 @@ def _scaled(scene: Scene, length: float, mass: float) -> Scene:
     body, inertia = scene.body, mass * length**2
     new = Body(mass * body.mass, inertia * np.array(body.inertia), length * np.array(body.com))
     return scene.replace(
-        body=new, momentum=inertia * np.array(scene.momentum), gravity=length * scene.gravity
+        body=new,
+        momentum=inertia * np.array(scene.momentum),
+        gravity=length * scene.gravity,
+        damping=inertia * np.array(scene.damping),
     )

@@ -25,7 +25,7 @@ _COUNTABLE = 2.0**53  # whole radians are told apart up to here
 
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A body, gravity, and the state at t = 0.
+    """A body, gravity, what damps it, and the state at t = 0.
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. In its place, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
@@ -33,6 +33,8 @@ class Scene:
     attitude  unit quaternion (w, x, y, z), scalar first, from that frame into space; or
               attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
+    damping   of a linear drag: the torque is -damping times the angular velocity, axis by axis
+              along the principal axes, or one number for all three [M L^2 T^-1]
 
     It keeps momentum and attitude, whatever it was made from. Raises TypeError for what is not a
     number, ValueError for what is not finite, of the wrong shape, or no unit quaternion (its
@@ -43,7 +45,8 @@ class Scene:
     momentum: Vector
     attitude: Quaternion
     gravity: float
-    # kr_scene: body, gravity, t, q, m
+    damping: Vector
+    # kr_scene: body, gravity, t, q, m, damping
     _block: bytes = field(init=False, repr=False, compare=False)
 
     def __init__(
@@ -57,6 +60,7 @@ class Scene:
         body_momentum: ArrayLike | None = None,
         body_velocity: ArrayLike | None = None,
         attitude_xyzw: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
     ) -> None:
         instance("body", body, Body)
         words = {
@@ -66,12 +70,16 @@ class Scene:
             "body_velocity": body_velocity,
         }
         given = {word: value for word, value in words.items() if value is not None}
-        made = None if attitude_xyzw is not None else _made(body, given, attitude, gravity)
+        made = None if attitude_xyzw is not None else _made(body, given, attitude, gravity, damping)
         if made is None:
-            made = _looked_at(body, given, attitude, attitude_xyzw, gravity)
+            made = _looked_at(body, given, attitude, attitude_xyzw, gravity, damping)
         kept = self.__dict__
         kept["body"] = body
-        kept["momentum"], kept["attitude"], kept["gravity"], kept["_block"] = made
+        kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], kept["_block"] = made
+
+    @property
+    def _is_damped(self) -> bool:
+        return any(self.damping)
 
     @cached_property
     def _fastest(self) -> float:
@@ -103,6 +111,7 @@ class Scene:
             "momentum": self.momentum,
             "attitude": self.attitude,
             "gravity": self.gravity,
+            "damping": self.damping,
         }
         if changes.keys() & {"velocity", "body_momentum", "body_velocity"}:
             del words["momentum"]
@@ -120,7 +129,13 @@ class Scene:
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """The scene as TOML, written to a file if one is named. Reading it gives equal doubles."""
         body = self.body
-        start = {"momentum": self.momentum, "attitude": self.attitude, "gravity": self.gravity}
+        start: dict[str, object] = {
+            "momentum": self.momentum,
+            "attitude": self.attitude,
+            "gravity": self.gravity,
+        }
+        if self._is_damped:
+            start["damping"] = self.damping
         text = lines(start) + "\n[body]\n"
         text += lines({"mass": body.mass, "inertia": body.inertia, "com": body.com})
         if path is not None:
@@ -136,21 +151,26 @@ def parse(text: str) -> Scene:
     return made(Scene, "a scene", {**table, "body": body_of(table["body"])})
 
 
-_Made = tuple[Vector, Quaternion, float, bytes]  # momentum, attitude, gravity, and the block
+# momentum, attitude, gravity, damping, and the block
+_Made = tuple[Vector, Quaternion, float, Vector, bytes]
 
 
 def _made(
-    body: Body, given: dict[str, ArrayLike], attitude: ArrayLike | None, gravity: float
+    body: Body,
+    given: dict[str, ArrayLike],
+    attitude: ArrayLike | None,
+    gravity: float,
+    damping: ArrayLike | None,
 ) -> _Made | None:
     """What a scene keeps beside its body; None where the words are other than plain numbers or have
     to be refused."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
-    made = scene(body._block, value, attitude, gravity)
+    made = scene(body._block, value, attitude, gravity, damping)
     if isinstance(made, tuple) and name != "momentum":
-        v, q, g, _ = made
-        made = scene(body._block, _momentum(body, q, name, v), q, g)
+        v, q, g, d, _ = made
+        made = scene(body._block, _momentum(body, q, name, v), q, g, d)
     return made if isinstance(made, tuple) else None
 
 
@@ -160,6 +180,7 @@ def _looked_at(
     attitude: ArrayLike | None,
     attitude_xyzw: ArrayLike | None,
     gravity: float,
+    damping: ArrayLike | None,
 ) -> _Made:
     """What a scene keeps beside its body, of words that are looked at one by one."""
     g = number("gravity", gravity)
@@ -175,11 +196,20 @@ def _looked_at(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m = _momentum(body, q, name, vector(name, value))
-    made = scene(body._block, m, q, g)
+    m, d = _momentum(body, q, name, vector(name, value)), _damping(damping)
+    made = scene(body._block, m, q, g, d)
     if not isinstance(made, tuple):
         raise refusal(made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}")
     return made
+
+
+def _damping(given: ArrayLike | None) -> Vector:
+    if given is None:
+        return 0.0, 0.0, 0.0
+    along = (number("damping", given),) * 3 if np.ndim(given) == 0 else vector("damping", given)
+    if min(along) < 0.0:
+        raise ValueError(f"damping must not be negative, not {given!r}: it takes energy out")
+    return along
 
 
 def _attitude(wxyz: ArrayLike | None, xyzw: ArrayLike | None) -> Quaternion:

@@ -208,7 +208,9 @@ class Path:
     @cached_property
     def energy_error(self) -> float:
         """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0; zero for a path
-        without states."""
+        without states, nan for a damped top, which loses energy."""
+        if self.scene._is_damped:
+            return np.nan
         if not len(self):
             return 0.0
         scene = self.scene

@@ -75,6 +75,11 @@ class Method:
         return bool(self.flags & FLAGS["integrable"])
 
     @property
+    def damped(self) -> bool:
+        """Moves tops that are damped, too."""
+        return bool(self.flags & FLAGS["damped"])
+
+    @property
     def tops(self) -> str:
         """Those that it is for, in words."""
         lagrange = "two equal moments and the centre of mass on the third axis"
@@ -91,8 +96,10 @@ class Method:
         return method_applies(self.name, body._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Whether it can move this scene: without gravity more bodies have a closed form."""
-        return not self.flags & _SOME or method_suits(self.name, scene._block)
+        """Whether it can move this scene: without gravity more bodies have a closed form, and few
+        methods move what is damped."""
+        any_body = not self.flags & _SOME and not scene._is_damped
+        return any_body or method_suits(self.name, scene._block)
 
 
 class Methods(dict[str, Method]):
@@ -128,8 +135,10 @@ def fitting(name: object, scene: Scene) -> Method:
         raise ValueError(unknown(name))
     if not method.suits(scene):
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
+        tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
+        kind = "damped body" if scene._is_damped else "body"
         raise ValueError(
-            f"the method {name!r} does not apply to this body of kind {scene.body.kind!r}: "
-            f"it is for {method.tops}; these apply: {others}"
+            f"the method {name!r} does not apply to this {kind} of kind {scene.body.kind!r}: "
+            f"it is for {tops}; these apply: {others}"
         )
     return method

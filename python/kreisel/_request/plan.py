@@ -165,7 +165,9 @@ def _why(scene: Scene, done: Request, choice: Choice | None) -> str:
     kind = f"this body of kind {scene.body.kind!r}"
     if done.method.exact:
         return f"{kind} has a closed form" + ("" if scene.gravity else " without gravity")
-    return f"no closed form is known for {kind} under gravity"
+    return f"no closed form is known for {kind} " + (
+        "with damping" if scene._is_damped else "under gravity"
+    )
 
 
 def _form(done: Request) -> str:

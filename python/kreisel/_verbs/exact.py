@@ -166,8 +166,9 @@ def exact(
 def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
+    under = "with damping" if scene._is_damped else "under gravity"
     return ValueError(
-        f"{where}no closed form is known for this body of kind {scene.body.kind!r} under gravity: "
+        f"{where}no closed form is known for this body of kind {scene.body.kind!r} {under}: "
         f"it is for {methods[EXACT].tops}"
     )
 

@@ -1,0 +1,186 @@
+/* Damped tops: held to the motions that are known in closed form, to the balance of power, and to
+ * what holds of any top. */
+#include <stdlib.h>
+#include "kreisel.h"
+#include "random.h"
+#include "tops.h"
+
+static const kr_config PLAIN = {0};
+
+static kr_scene damped(kr_vec3 inertia, kr_vec3 damping, kr_vec3 m)
+{
+    const kr_scene s = {.body = {1.0, inertia, {0.0, 0.0, 0.0}, {1, 0, 0, 0}},
+                        .start = {0.0, {1, 0, 0, 0}, m},
+                        .damping = damping};
+    return s;
+}
+static kr_scene heavy(void)
+{
+    kr_scene s = tilted();
+    s.body = general_body();
+    s.gravity = 1.5;
+    s.start.m = v3(0.5, 2.0, -1.0);
+    s.damping = v3(0.125, 0.5, 0.25);
+    return s;
+}
+static kr_vec3 body_velocity(const kr_scene *s, const kr_state *at)
+{
+    return q_turn_back(q_mul(at->q, s->body.axes), kr_state_velocity(s, at));
+}
+
+/* Without gravity a sphere keeps its axis: w = w0 exp(-D t / I), and the angle is its integral. */
+static void sphere(void)
+{
+    const double I = 1.75, D = 0.3;
+    for (int i = -3; i < 12; i++) {
+        const kr_vec3 m = random_vec(2.0);
+        const double t = 1.0 + i, left = exp(-D * t / I), size = fmax(1.0, left);
+        const kr_scene s = damped(v3(I, I, I), v3(D, D, D), m);
+        const kr_config back = {.step = i < -1 ? -0.01 : 0.0};
+        const kr_state end = state_at(t, &s, taylor(), back);
+        const kr_quat turn = q_exp(v_scale((1.0 - left) / D, m));
+        NEAR(off(end.m, v_scale(left, m)), 0.0, 1e-14 * size);
+        NEAR(kr_attitude_error(end.q, turn), 0.0, 1e-14 * size);
+    }
+}
+/* A free symmetric body: W3 decays, W1 and W2 decay and turn by the integral of (I3 - I1) W3 / I1.
+ */
+static void symmetric(void)
+{
+    const double I1 = 2.0, I3 = 0.75, D1 = 0.25, D3 = 0.125, t = 9.0;
+    const kr_scene s = damped(v3(I1, I1, I3), v3(D1, D1, D3), v3(1.0, 0.0, 2.0));
+    const kr_state end = state_at(t, &s, taylor(), PLAIN);
+    const double axial = 2.0 / I3 * exp(-D3 * t / I3), across = 1.0 / I1 * exp(-D1 * t / I1),
+                 phase = (I3 - I1) / I1 * (2.0 / I3 - axial) * I3 / D3;
+    const kr_vec3 W = body_velocity(&s, &end),
+                  want = v3(across * cos(phase), across * sin(phase), axial);
+    NEAR(off(W, want), 0.0, 3e-14);
+}
+/* dE/dt = -w D w, by Simpson's rule; and the vertical momentum of a top of one damping decays as
+ * the turn about the vertical does. */
+static void power(void)
+{
+    enum { LOOKS = 4001 };
+    static kr_state at[LOOKS];
+    static double t[LOOKS];
+    const kr_scene s = heavy();
+    kr_top *top = make(&s, taylor(), PLAIN);
+    double lost = 0.0;
+    for (int i = 0; i < LOOKS; i++) t[i] = 0.005 * i;
+    IS(kr_top_record(top, LOOKS, t, at, NULL) == KR_OK);
+    for (int i = 0; i < LOOKS; i++) {
+        const kr_vec3 W = body_velocity(&s, &at[i]);
+        const int weight = i == 0 || i == LOOKS - 1 ? 1 : i % 2 ? 4 : 2;
+        lost += weight * 0.005 / 3.0 * v_dot(v_times(s.damping, W), W);
+    }
+    NEAR(kr_state_energy(&s, &at[0]) - kr_state_energy(&s, &at[LOOKS - 1]), lost, 1e-9);
+    IS(lost > 1.0);
+    kr_top_free(top);
+}
+static void there_and_back(void)
+{
+    kr_scene s = heavy();
+    const kr_state start = s.start;
+    s.start = state_at(8.0, &s, taylor(), PLAIN);
+    const kr_config back = {.step = -0.01};
+    NEAR(distance(state_at(0.0, &s, taylor(), back), start), 0.0, 1e-11);
+    const kr_config deep = {.digits = 30}, less = {.digits = 20};
+    s = heavy();
+    const kr_state more = state_at(8.0, &s, taylor(), deep);
+    NEAR(distance(more, state_at(8.0, &s, taylor(), less)), 0.0, 0.0);
+    NEAR(distance(more, state_at(8.0, &s, taylor(), PLAIN)), 0.0, 1e-13);
+    const kr_config level = {.leave_heading = 1};
+    const kr_state headless = state_at(8.0, &s, taylor(), level);
+    NEAR(off(body_velocity(&s, &more), body_velocity(&s, &headless)), 0.0, 1e-13);
+}
+/* Powers of two of mass, length and time scale all numbers exactly. */
+static void scales(void)
+{
+    const double mass = 0x1p20, length = 0x1p-7, time = 0x1p11, moment = mass * length * length,
+                 momentum = moment / time;
+    const kr_scene s = heavy();
+    kr_scene big = s;
+    big.body.mass *= mass;
+    big.body.inertia = v_scale(moment, s.body.inertia);
+    big.body.com = v_scale(length, s.body.com);
+    big.gravity *= length / (time * time);
+    big.start.m = v_scale(momentum, s.start.m);
+    big.damping = v_scale(momentum, s.damping);
+    const kr_state a = state_at(5.0, &s, taylor(), PLAIN);
+    kr_state b = state_at(5.0 * time, &big, taylor(), PLAIN);
+    b.t /= time;
+    b.m = v_scale(1.0 / momentum, b.m);
+    IS(same(a, b));
+}
+/* Damping far above the rate of the top: it creeps, as m g l sin(tilt) / D says. */
+static void creeps(void)
+{
+    kr_scene s = damped(v3(1, 1, 0.5), v3(1e4, 1e4, 1e4), v3(0, 0, 0));
+    s.body.com = v3(0, 0, 1);
+    s.gravity = 1.0;
+    s.start.q = q_exp(v3(0.5, 0.0, 0.0));
+    const kr_state end = state_at(100.0, &s, taylor(), PLAIN);
+    const double tilt = 2.0 * atan(tan(0.25) * exp((100.0 - 1e-4) / 1e4));
+    NEAR(kr_state_nutation(&s, &end), tilt, 1e-8);
+}
+
+static void refused(void)
+{
+    const double bad[] = {-1.0, -0x1p-1074, INFINITY, NAN};
+    kr_scene s = kr_scene_default();
+    kr_exact exact;
+    kr_exact_map map;
+    for (int i = 0; i < 12; i++) {
+        s.damping = v3(i / 4 == 0 ? bad[i % 4] : 0.0, i / 4 == 1 ? bad[i % 4] : 0.0,
+                       i / 4 == 2 ? bad[i % 4] : 0.0);
+        IS(kr_scene_check(&s) == KR_ERR_ARGUMENT);
+    }
+    s.damping = v3(0.0, 0.0, 0x1p-1074);
+    IS(kr_scene_check(&s) == KR_OK);
+    IS(kr_exact_plan(&s, &exact) == KR_ERR_METHOD);
+    IS(kr_exact_map_plan(&s, 0.01, &map) == KR_ERR_METHOD);
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_method *method = kr_method_at(i);
+        const int moves = (kr_method_flags(method) & KR_DAMPED) != 0;
+        const kr_config config = {.step = 0.01};
+        kr_top *top = NULL;
+        IS(kr_method_suits(method, &s) == moves);
+        IS(kr_top_create(&s, method, config, &top) == (moves ? KR_OK : KR_ERR_METHOD));
+        kr_top_free(top);
+    }
+}
+static void saved(void)
+{
+    const kr_scene s = heavy();
+    kr_scene other = s;
+    other.damping.y *= 2.0;
+    kr_top *a = make(&s, taylor(), PLAIN), *b = make(&s, taylor(), PLAIN),
+           *c = make(&other, taylor(), PLAIN);
+    IS(kr_top_advance(a, 3.0) == KR_OK);
+    const size_t size = kr_top_save_size(a);
+    void *memory = malloc(size);
+    IS(kr_top_save(a, size, memory) == KR_OK);
+    IS(kr_top_load(c, size, memory) == KR_ERR_CHECKPOINT);
+    IS(kr_top_load(b, size, memory) == KR_OK);
+    IS(kr_top_advance(a, 7.0) == KR_OK && kr_top_advance(b, 7.0) == KR_OK);
+    IS(same(kr_top_state(a), kr_top_state(b)));
+    IS(kr_top_reset(b, &s.start) == KR_OK && kr_top_advance(b, 7.0) == KR_OK);
+    IS(same(kr_top_state(a), kr_top_state(b)));
+    free(memory);
+    kr_top_free(a);
+    kr_top_free(b);
+    kr_top_free(c);
+}
+
+int main(void)
+{
+    sphere();
+    symmetric();
+    power();
+    there_and_back();
+    scales();
+    creeps();
+    refused();
+    saved();
+    return check_result();
+}

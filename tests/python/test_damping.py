@@ -1,0 +1,170 @@
+"""Damped tops: what a user says and gets. The C tests hold the numbers to closed forms; here they
+are held to an integrator of another house, and every other word is tried beside damping."""
+
+import math
+import pickle
+import warnings
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+GENERAL = kr.Body(
+    2.0, [[3, -0.25, 0.5], [-0.25, 2.5, 0.125], [0.5, 0.125, 1.5]], (0.25, -0.5, 0.75)
+)
+HEAVY = kr.Scene(
+    GENERAL,
+    momentum=(0.5, 2.0, -1.0),
+    attitude=(0.6, 0, 0.8, 0),
+    gravity=1.5,
+    damping=(0.1, 0.4, 0.2),
+)
+TIMES = [0.5, 2.0, 7.0]
+
+
+def rates(t, y):
+    """The equations in the body, of a general tensor, written down again."""
+    q, w = y[:4], y[4:]
+    x = kr.quaternion
+    inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)
+    axes = np.array([x.turn(GENERAL.axes, e) for e in np.eye(3)])
+    drag = axes.T @ np.diag(HEAVY.damping) @ axes
+    up = np.array(x.turn_back(tuple(q), (0, 0, 1)))
+    torque = GENERAL.mass * HEAVY.gravity * np.cross(up, com) - drag @ w
+    turning = np.array(x.multiply(tuple(q), (0, *w))) / 2.0
+    return [*turning, *np.linalg.solve(inertia, torque - np.cross(w, inertia @ w))]
+
+
+def test_against_scipy():
+    integrate = pytest.importorskip("scipy.integrate")
+    path = kr.solve(HEAVY, TIMES, digits=20)
+    at_start = np.linalg.solve(
+        np.array(GENERAL.inertia), kr.quaternion.turn_back(HEAVY.attitude, HEAVY.momentum)
+    )
+    far = integrate.solve_ivp(
+        rates, (0, 7), [*HEAVY.attitude, *at_start], "DOP853", TIMES, rtol=1e-13, atol=1e-13
+    )
+    assert kr.attitude_error(path.q, far.y[:4].T).max() < 1e-10
+    assert np.abs(path.body_velocity - far.y[4:].T).max() < 1e-10
+
+
+@pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
+def test_digits_of_a_decaying_spin(digits, tolerance):
+    """About a principal axis the momentum decays as exp(-D t / I), to as many digits as asked."""
+    mp = pytest.importorskip("mpmath")
+    with mp.workdps(40):
+        scene = kr.Scene(
+            kr.Body(1, (1, 1.5, 2), (0, 0, 0)), momentum=(0, 0, 3), damping=(1, 2, 0.7)
+        )
+        path = kr.solve(scene, [5.0], digits=digits)
+        want = 3 * mp.exp(-mp.mpf(0.7) * 5 / 2)
+        got = mp.mpf(path.m[0, 2]) + mp.mpf(path.m_low[0, 2])
+        assert abs(got - want) < tolerance
+        assert path.error < 30 * tolerance
+
+
+def test_none_is_none():
+    """Damping of zero is the scene without it, with the same bits and the closed form."""
+    for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
+        zero = scene.replace(damping=0.0)
+        assert zero == scene and hash(zero) == hash(scene)
+        assert np.array_equal(kr.solve(zero, TIMES).states, kr.solve(scene, TIMES).states)
+    assert "damping" not in kr.scenes.thesis.to_toml()
+    assert kr.scenes.thesis.damping == (0.0, 0.0, 0.0)
+
+
+def test_words():
+    body = kr.Body.symmetric(1, 1, 0.5, 1)
+    one = kr.Scene(body, (0, 0, 3), damping=0.25)
+    assert one.damping == (0.25, 0.25, 0.25)
+    three = kr.Scene(body, velocity=(0, 0, 6), damping=np.array([0.25, 0.25, 0.5]))
+    assert three.damping == (0.25, 0.25, 0.5) and three != one
+    assert three.replace(momentum=(1, 0, 0)).damping == three.damping
+    assert kr.Scene(body, (0, 0, 3), attitude_xyzw=(0, 0, 0, 1), damping=0.25) == one
+    assert pickle.loads(pickle.dumps(three)) == three
+
+
+def test_toml(tmp_path):
+    file = tmp_path / "damped.toml"
+    HEAVY.to_toml(file)
+    again = kr.Scene.from_toml(file)
+    assert again == HEAVY and again.damping == HEAVY.damping
+
+
+@pytest.mark.parametrize("bad", [-0.1, (0, 0, -1e-300), math.nan, (1, 2, math.inf)])
+def test_what_cannot_be(bad):
+    with pytest.raises(ValueError, match="damping"):
+        HEAVY.replace(damping=bad)
+
+
+@pytest.mark.parametrize("bad", ["0.1", (1, 2), (1, 2, 3, 4), [[1, 2, 3]], True, 1j])
+def test_what_is_no_damping(bad):
+    with pytest.raises((TypeError, ValueError), match="damping"):
+        HEAVY.replace(damping=bad)
+
+
+def test_methods():
+    """All that do not know damping refuse, and say which does."""
+    damped = kr.scenes.thesis.replace(damping=0.1)
+    assert kr.solve(damped, 1.0).method == "taylor"
+    for name, method in kr.methods.items():
+        assert method.suits(damped) == method.damped == (name == "taylor")
+        if not method.damped:
+            with pytest.raises(ValueError, match=r"damp.* these apply: taylor"):
+                kr.solve(damped, 1.0, name, **({} if method.adaptive else {"step": 0.01}))
+    with pytest.raises(ValueError, match=r"closed form .* damping"):
+        kr.exact(damped)
+    with pytest.raises(ValueError, match="damp"):
+        kr.exact(damped, map="bobenko_suris", step=0.01)
+    with pytest.raises(ValueError, match="damp"):
+        kr.solve(damped, 1.0, "geometric", error=1e-6)
+    assert "damping" in str(kr.plan(damped))
+
+
+def test_what_has_no_damping():
+    path = kr.solve(kr.scenes.thesis.replace(damping=0.1), TIMES)
+    with pytest.raises(ValueError, match="damped"):
+        kr.rod(path)
+    with pytest.raises(ValueError, match="damped"):
+        kr.view(path, open=False)
+    assert math.isnan(path.energy_error)
+
+
+def test_units():
+    top = kr.scenes.thesis.replace(damping=(0.1, 0.1, 0.3))
+    units = kr.scaled_units(top.body)
+    there = units.into(top)
+    a, b = kr.solve(top, TIMES), kr.solve(there, TIMES)
+    assert kr.attitude_error(a.q, b.q).max() < 1e-12
+    assert np.allclose(units.back(there).damping, top.damping, rtol=1e-15, atol=0)
+
+
+def test_verbs():
+    """Streams, runs and wanted quantities go the way of solve; events are met; the end begins."""
+    path = kr.solve(HEAVY, TIMES)
+    assert path.error < 1e-12
+    run = kr.start(HEAVY)
+    run.to(0.5)
+    resumed = kr.resume(run.checkpoint)
+    assert np.array_equal(resumed.to(TIMES[1:]).states, path.states[1:])
+    streamed = list(kr.stream(HEAVY, TIMES, chunk=1))
+    assert np.array_equal(np.concatenate([piece.q for piece in streamed]), path.q)
+    wanted = kr.solve(HEAVY, TIMES, want=("nutation", "kinetic"))
+    assert np.abs(wanted.nutation - path.nutation).max() < 1e-13
+    assert np.abs(kr.solve(path.end, [1.0]).q - kr.solve(HEAVY, [8.0]).q).max() < 1e-12
+    still = kr.solve(HEAVY, 40.0, events=[kr.events.kinetic(0.1)]).events
+    energy = still.path.kinetic
+    assert len(still) > 2 and np.allclose(energy, 0.1, atol=1e-13)
+    back = kr.solve(HEAVY, [-1.0])
+    assert back.energy[0] > kr.solve(HEAVY, [0.0]).energy[0]
+
+
+def test_compare_and_progress():
+    seen = []
+    kr.solve(HEAVY, 200.0, progress=seen.append)
+    assert seen[-1] == 200.0
+    table = kr.compare(HEAVY, 5.0, tols=[1e-6])
+    assert {row.method for row in table} == {"taylor"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(kr.solve(HEAVY, [0.0]).q) == 1
