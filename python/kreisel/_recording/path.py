@@ -3,13 +3,14 @@ for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from .._core import statuses
 from .._ground.arguments import Array, frozen
@@ -17,7 +18,7 @@ from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
 from .._request.request import Request, wanted
-from .._request.times import listed
+from .places import Which, inside, places
 from .reference import (
     CLOSED_FORM,
     LONGER_SERIES,
@@ -29,21 +30,12 @@ from .reference import (
     closed_form_holds,
     roundings,
 )
-from .rows import Rows, refused, rows
+from .rows import Rows, refused, rows_in_any_order
 from .states import NO_STATES, PARTS, States
+from .states import Stats as Stats
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-class Stats(NamedTuple):
-    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque,
-    iterations of a solver."""
-
-    steps: int
-    rejected: int
-    evaluations: int
-    iterations: int
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -128,7 +120,7 @@ class Path(States):
         tolerance is wider, or what the roundings of 30 digits come to where this is more."""
         if self._choice or not len(self):
             return self._choice.error if self._choice else 0.0
-        times = listed(self.t, None, None)
+        times = self.t
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
             error = self._apart(CLOSED_FORM, times)
             known = roundings(self.scene, CLOSED_FORM, times)
@@ -142,16 +134,69 @@ class Path(States):
     def _apart(self, second: Request, times: Array) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        other = good(self.scene, second, rows(self.scene, second, times))
+        other = good(self.scene, second, rows_in_any_order(self.scene, second, times))
         return apart((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
         """What was used for this path, and what was left out, and why."""
+        return plan_of(self.scene, self._request, len(self), self._choice)
+
+    @property
+    def _request(self) -> Request:
         step = None if self.step is None else abs(self.step)
         words = step, self.tol, self.digits, 0, self.want, self._asked
-        done = Request(methods[self.method], *words)
-        return plan_of(self.scene, done, len(self), self._choice)
+        return Request(methods[self.method], *words)
+
+    def __call__(self, t: ArrayLike) -> Path:
+        """The states of the same run at other times, as a path: bit for bit those that solve gives
+        in the same words.
+
+        t  a number, for the path of one state, or a list in any order, between 0 and where the
+           path ends [T]
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.asymmetric, 10)
+            >>> path([2.5, 1.0]).t.tolist()
+            [2.5, 1.0]
+
+        Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
+        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is made
+        again, from the start to the last of these times; by the closed form at once. It keeps what
+        `want` names, and no events.
+        """
+        if self._asked == EXACT != self.method:
+            raise ValueError(
+                f"this path is of the closed form of {self.method}'s map, which has no states "
+                "between its steps: call what kreisel.exact gave, with the numbers of the steps"
+            )
+        done = self._request
+        path = good(self.scene, done, rows_in_any_order(self.scene, done, inside(self.t, t)))
+        return replace(path, step=self.step, _choice=self._choice)
+
+    def __getitem__(self, which: Which) -> Path:
+        """Some of the states, as a path that keeps all but the events: a number gives one state, a
+        slice, a list of numbers or of truth values several, as of an array.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
+            >>> len(path[-1]), path[::2].t.tolist(), path[path.nutation > 1.0].t.tolist()
+            (1, [0.0, 2.0], [1.0, 2.0, 3.0])
+        """
+        at = places(len(self), which)
+        if self._columns is not None:
+            columns = {name: column[at] for name, column in self._columns.items()}
+            return replace(self, states=NO_STATES, _columns=columns, events=None)
+        low = None if self._low is None else self._low[at]
+        return replace(self, states=self.states[at], _low=low, events=None)
+
+    def __iter__(self) -> Iterator[Path]:
+        """The states one by one, each a path."""
+        return (self[i] for i in range(len(self)))
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
+        """A path is many arrays, and no one of them is meant."""
+        raise TypeError("a path is no array: take one of its own, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import difflib
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .._core import modified_energy, modified_energy4, values
 from .._ground.arguments import Array, frozen, number
 from .._model.scene import Scene
+from .._request.plan import Choice
 from .._request.quantities import QUANTITIES, WANTED, Quantity
 
 if TYPE_CHECKING:
@@ -20,14 +21,31 @@ NO_STATES = np.empty((0, 8))
 PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
 
 
+class Stats(NamedTuple):
+    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque,
+    iterations of a solver."""
+
+    steps: int
+    rejected: int
+    evaluations: int
+    iterations: int
+
+
 class States:
     """What the states of a kreisel.Path tell: each quantity is an attribute."""
 
     scene: Scene
     states: Array  # not there where _columns are
+    method: str
+    step: float | None
+    tol: float | None
+    stats: Stats
+    digits: int | None
     want: tuple[str, ...] | None
     _low: Array | None  # what the doubles of the states leave out
     _columns: dict[str, Array] | None  # in place of states: t, and what is wanted
+    _asked: str  # the method in the user's words
+    _choice: Choice | None  # of method="geometric"
 
     def __len__(self) -> int:
         return len(self.t)
