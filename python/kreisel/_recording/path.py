@@ -3,6 +3,7 @@ for."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from .._core import statuses
 from .._ground.arguments import Array, frozen
+from .._ground.files import write
 from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
@@ -31,6 +33,7 @@ from .reference import (
     roundings,
 )
 from .rows import Rows, refused, rows_in_any_order
+from .saved import saved
 from .states import NO_STATES, PARTS, States
 from .states import Stats as Stats
 
@@ -215,6 +218,18 @@ class Path(States):
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in ("t", *names)}
         return replace(self, states=NO_STATES, _low=None, want=names, _columns=columns)
 
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the path, for kreisel.load; a file of that name is replaced once all is on the
+        disk, never left half done. OSError where it cannot be written.
+
+        The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
+        `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
+        what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
+        events_direction.
+        """
+        met = self.events
+        write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))
+
     def plot(self, axes: Iterable[Axes] | None = None) -> Iterable[Axes]:
         """The trace of the axis and its height over the time, with matplotlib, in two axes or in
         new ones; the axes. ImportError without matplotlib."""
@@ -226,7 +241,7 @@ class Path(States):
 
 @dataclass(frozen=True, eq=False)
 class Events:
-    """k events in the order in which a path met them.
+    """k events in the order in which a path met them. Arrays are read-only.
 
     path       the states at the events, with all that a path can tell; its t is (k,), in the path's
                order [T]
@@ -237,6 +252,13 @@ class Events:
     path: Path
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
+
+    def __post_init__(self) -> None:
+        self.which.flags.writeable = self.direction.flags.writeable = False
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.path)
