@@ -140,5 +140,6 @@ def test_solve_gives_what_is_wanted(tmp_path):
     )
     with np.load(tmp_path / "top.npz") as saved:
         assert np.array_equal(saved["apex"], path.apex)
-        assert set(saved) == {"t", "nutation", "apex", "q", "scene"}
+        assert set(saved) == {"t", "nutation", "apex", "q", "scene", "head"}
+    assert kr.load(tmp_path / "top.npz").want == path.want
     assert "nutation" in call("solve asymmetric --t 3 --want nutation")

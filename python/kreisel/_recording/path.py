@@ -34,15 +34,16 @@ from .reference import (
 )
 from .rows import Rows, refused, rows_in_any_order
 from .saved import saved
-from .states import NO_STATES, PARTS, States
+from .states import NO_STATES, PARTS
 from .states import Stats as Stats
+from .tables import Tables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Path(States):
+class Path(Tables):
     """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all
     else is computed when it is first asked for. Vectors are seen from space unless said otherwise.
 
@@ -175,7 +176,8 @@ class Path(States):
             )
         done = self._request
         path = good(self.scene, done, rows_in_any_order(self.scene, done, inside(self.t, t)))
-        return replace(path, step=self.step, _choice=self._choice)
+        states = NO_STATES if path._columns else path.states
+        return replace(path, states=states, step=self.step, _choice=self._choice)
 
     def __getitem__(self, which: Which) -> Path:
         """Some of the states, as a path that keeps all but the events: a number gives one state, a

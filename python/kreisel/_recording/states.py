@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 
 NO_STATES = np.empty((0, 8))
 PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
+_NEEDS = {  # what is made of several quantities, or of the states
+    "q_xyzw": ["q"],
+    "rotation": ["q"],
+    "error": ["q"],
+    "euler": ["precession_angle", "nutation", "spin_angle"],
+    "energy_error": ["energy", "kinetic"],
+    "plot": ["apex", "energy", "kinetic"],
+    "end": ["states"],
+    "scene_at": ["states"],
+    "modified_energy": ["states"],
+    "modified_energy4": ["states"],
+}
 
 
 class Stats(NamedTuple):
@@ -49,6 +61,17 @@ class States:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __dir__(self) -> list[str]:
+        """What this path has: where something was wanted, none of what was left out."""
+        names = {"states", *super().__dir__()}
+        if self.want is not None:
+            left_out = {"states", *WANTED} - set(self.want)
+            names -= left_out
+            names -= {word for word, needs in _NEEDS.items() if not left_out.isdisjoint(needs)}
+            names |= {"error"} if self._choice else set()
+            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
+        return sorted(names)
 
     def __getattr__(self, name: str) -> Array:
         """The quantities are attributes, set below; for any other name a hint, as
@@ -96,23 +119,26 @@ class States:
     def q_low(self) -> Array:
         """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for;
         zero up to 16 digits."""
-        return self._rest[:, 1:5]
+        return self._rest("q")
 
     @cached_property
     def m_low(self) -> Array:
         """(n, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
-        return self._rest[:, 5:8]
+        return self._rest("m")
 
-    @cached_property
-    def _rest(self) -> Array:
-        return frozen(np.zeros_like(self.states)) if self._low is None else self._low
+    def _rest(self, name: str) -> Array:
+        if self._low is not None:
+            return self._low[:, PARTS[name]]
+        if self.want is not None and (self.digits or 0) > 16:
+            raise AttributeError(name)
+        return frozen(np.zeros_like(getattr(self, name)))
 
     @property
     def rotation(self) -> Rotation:
         """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
-        from scipy.spatial.transform import Rotation
+        from .turning import Attitudes
 
-        return Rotation.from_quat(self.q_xyzw)
+        return Attitudes(self.q_xyzw)
 
     def modified_energy(self, step: float) -> Array:
         """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import importlib
-import io
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +10,6 @@ from pathlib import Path as File
 from typing import TypedDict, Unpack
 
 import click
-import numpy as np
 from rich import box
 from rich.console import Console, JustifyMethod
 from rich.progress import Progress
@@ -22,12 +19,12 @@ from .._analysis.compare import Table
 from .._analysis.compare import compare as compared
 from .._analysis.costs import page
 from .._core import version
-from .._ground.files import refuse_no_place, write
+from .._ground.files import refuse_no_place
 from .._model.scene import Scene
 from .._recording.path import Error, Interrupted, Path
+from .._recording.tables import as_csv, columns
 from .._request.methods import Method, unknown
 from .._request.methods import methods as known
-from .._request.quantities import TIME, WANTED
 from .._verbs.solve import solve as solved
 from ..scenes import about, named
 from .view import view as viewed
@@ -86,20 +83,6 @@ def _one_or_more(t: list[float]) -> float | list[float]:
     return t[0] if len(t) == 1 else t
 
 
-def _kept(path: Path) -> tuple[str, ...]:
-    return ("t", "q", "m") if path.want is None else ("t", *path.want)
-
-
-def _columns(path: Path) -> dict[str, list[float]]:
-    """The numbers of a path, component by component."""
-    table: dict[str, list[float]] = {}
-    for name in _kept(path):
-        quantity = TIME if name == "t" else WANTED[name]
-        rows = getattr(path, name).reshape(len(path), quantity.doubles)
-        table |= zip(quantity.components, rows.T.tolist(), strict=True)
-    return table
-
-
 @contextmanager
 def _one_line() -> Iterator[None]:
     """What a disk refuses, said in one line."""
@@ -118,21 +101,12 @@ def _refuse_no_place(*files: str | None) -> None:
 
 
 def _save(path: Path, csv_file: str | None, npz_file: str | None) -> None:
-    if csv_file:
-        columns = _columns(path)
-        text = io.StringIO(newline="")
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(zip(*columns.values(), strict=True))
-        if csv_file == "-":
-            click.echo(text.getvalue(), nl=False)
-        else:
-            write(csv_file, text.getvalue().encode())
+    if csv_file == "-":
+        click.echo(as_csv(columns(path)), nl=False)
+    elif csv_file:
+        path.to_csv(csv_file)
     if npz_file:
-        arrays = {name: getattr(path, name) for name in _kept(path)}
-        packed = io.BytesIO()
-        np.savez(packed, scene=path.scene.to_toml(), **arrays)
-        write(npz_file if npz_file.endswith(".npz") else f"{npz_file}.npz", packed.getvalue())
+        path.save(npz_file if npz_file.endswith(".npz") else f"{npz_file}.npz")
 
 
 def _show(path: Path) -> None:
@@ -143,7 +117,7 @@ def _show(path: Path) -> None:
     if not len(path):
         return
     grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
-    for name, values in _columns(path).items():
+    for name, values in columns(path).items():
         grid.add_row(name, f"{values[0]: .15g}", f"{values[-1]: .15g}")
     Console().print(grid)
     if path.want is None:
@@ -197,7 +171,7 @@ def _solved(scene: Scene, t: list[float], how: _Words) -> Path:
     "--npz",
     "npz_file",
     type=_FILE,
-    help="Write them, as t, q, m or by their names, and the scene for numpy.load.",
+    help="Write the path, for kreisel.load; numpy.load reads its arrays by their names.",
 )
 def solve(
     scene: Scene, t: list[float], csv_file: str | None, npz_file: str | None, **how: Unpack[_Words]
