@@ -10,13 +10,16 @@ import io
 import math
 import re
 import struct
-import zipfile
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from .arguments import Array
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
 
 Integers = npt.NDArray[np.intc]
 _HEADER = re.compile(
@@ -28,8 +31,10 @@ _HEADER = re.compile(
 
 def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
     """The bytes of an archive."""
+    from zipfile import ZipFile  # here, since who saves nothing need not wait for it
+
     out = io.BytesIO()
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as archive:
+    with ZipFile(out, "w") as archive:
         for name, text in texts.items():
             _add(archive, name, np.array(text, dtype=f"<U{len(text)}"))
         for name, array in arrays.items():
@@ -37,8 +42,10 @@ def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> 
     return out.getvalue()
 
 
-def _add(archive: zipfile.ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
-    with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+def _add(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
+    from zipfile import ZipInfo
+
+    with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
         whole = np.ascontiguousarray(array).reshape(array.shape)
         np.lib.format.write_array(member, whole, version=(1, 0), allow_pickle=False)
 
@@ -47,10 +54,12 @@ class Archive:
     """What packed has packed; ValueError for bytes that are damaged or of another making."""
 
     def __init__(self, data: bytes) -> None:
+        from zipfile import BadZipFile, ZipFile
+
         try:
-            with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            with ZipFile(io.BytesIO(data)) as archive:
                 self._members = _members(archive, len(data))
-        except (EOFError, OSError, RuntimeError, struct.error, zipfile.BadZipFile) as error:
+        except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"it is damaged: {error}") from None
 
     def text(self, name: str) -> str:
@@ -86,10 +95,12 @@ class Archive:
         return rest
 
 
-def _members(archive: zipfile.ZipFile, size: int) -> dict[str, bytes]:
+def _members(archive: ZipFile, size: int) -> dict[str, bytes]:
     """What a zip of so many bytes holds, name by name."""
+    from zipfile import ZIP_STORED
+
     members = archive.infolist()
-    if any(each.compress_type != zipfile.ZIP_STORED for each in members):
+    if any(each.compress_type != ZIP_STORED for each in members):
         raise ValueError("its members are compressed")
     if sum(each.file_size for each in members) > size:
         raise ValueError("its members are larger than the whole")

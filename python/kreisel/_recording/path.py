@@ -185,8 +185,8 @@ class Path(Tables):
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
-            >>> len(path[-1]), path[::2].t.tolist(), path[path.nutation > 1.0].t.tolist()
-            (1, [0.0, 2.0], [1.0, 2.0, 3.0])
+            >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
+            (1, [0.0, 2.0], [2.0, 3.0])
         """
         at = places(len(self), which)
         if self._columns is not None:

@@ -118,7 +118,11 @@ class Tables(States):
         """A pandas.DataFrame with a row for each state and t as its index; the columns are the
         components of the quantities of these names, in place of what the path keeps.
 
-            path.to_pandas("nutation", "spin", degrees=True)
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+            >>> table = path.to_pandas("nutation", "m", degrees=True)
+            >>> list(table), table.attrs["units"]["nutation"]
+            (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
         `attrs` has method and scene, and in `units` the dimension [M L T] of each column; of an
         angle it is 'rad' or, with degrees=True, 'deg'. unwrap=True takes the jumps of whole turns
@@ -136,6 +140,10 @@ class Tables(States):
         """An xarray.Dataset with a variable for each quantity of these names, in place of what the
         path keeps: with the dimension time, and quaternion (w, x, y, z), axis (x, y, z) and
         principal_axis (N, B, T) where it has components.
+
+            >>> import kreisel as kr
+            >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
+            ('time', 'principal_axis', 'axis')
 
         Each has its `units`, the dimension [M L T] or 'rad' or 'deg', and its `long_name`; the
         Dataset the method and the scene, in TOML. The words are those of to_pandas, and so is what
@@ -163,6 +171,15 @@ class Tables(States):
     ) -> None:
         """Write t and the components of the quantities of these names, in place of what the path
         keeps, with all their digits and their names in the first line.
+
+            >>> import pathlib, tempfile
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     file = pathlib.Path(folder, "top.csv")
+            ...     path.to_csv(file, "m", units=True)
+            ...     file.read_text().splitlines()[0]
+            't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1]'
 
         units  adds to the names, as in 'm_x [M L^2 T^-1]' or 'nutation [deg]'; a pure number has
                none

@@ -25,7 +25,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path.save(os.path.join(folder, "top.npz"))
         ...     kr.load(os.path.join(folder, "top.npz"))
-        <kreisel.Path: 2 states, t = 1 .. 2; exact, 0 steps>
+        <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
     Raises OSError for a file that cannot be read, and ValueError for one that is none of these or
     damaged: nothing in it is run, and it takes no more memory than its size allows.
