@@ -64,19 +64,19 @@ class Archive:
 
     def text(self, name: str) -> str:
         """The text of this name."""
-        return self._data(name, "U", ()).decode("utf-32-le").rstrip("\0")
+        return str(self._data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
         """The doubles (n, *shape) of this name; where n is None, of any n."""
         data = self._data(name, "f8", (n, *shape))
-        rows = -1 if n is None else n
-        return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64)
+        rows = len(data) // (8 * math.prod(shape)) if n is None else n
+        return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def integers(self, name: str, n: int) -> Integers:
         """The integers (n,) of this name."""
         return np.frombuffer(self._data(name, "i4", (n,)), "<i4").astype(np.intc)
 
-    def _data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> bytes:
+    def _data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
         """The bytes of a member that is of this kind and shape."""
         data = self._members.get(name)
         if data is None:
@@ -89,7 +89,7 @@ class Archive:
             n in (None, size) for n, size in zip(shape, found, strict=True)
         )
         size = 4 * int(header[1][1:]) if kind == "U" else int(header[1][1:])
-        rest = data[header.end() :]
+        rest = memoryview(data)[header.end() :]
         if not alike or math.prod(found) * size != len(rest):
             raise ValueError(f"its {name} is of the shape {tuple(found)}, or not as long")
         return rest

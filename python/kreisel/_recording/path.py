@@ -44,8 +44,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Path(Tables):
-    """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all
-    else is computed when it is first asked for. Vectors are seen from space unless said otherwise.
+    """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
+    m are views of `states`, all else is computed when it is first asked for. Vectors are seen from
+    space unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none

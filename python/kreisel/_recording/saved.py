@@ -91,7 +91,7 @@ def unsaved(data: bytes) -> tuple[Saved, tuple[Saved, Integers, Integers] | None
     try:
         head = _object(json.loads(archive.text("head")))
         if whole("form", head["form"], 1) != _FORM:
-            raise ValueError(f"it is of the form {head['form']}, not {_FORM}")
+            raise ValueError(f"it is of the form {head['form']}, which a later kreisel writes")
         words = _words(head, parse(archive.text("scene")))
         path = _numbers(archive, "", words, head)
         if head["events"] is None:

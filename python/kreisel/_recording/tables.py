@@ -155,7 +155,8 @@ class Tables(States):
         variables = {}
         for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
-            along = _DIMENSIONS[quantity.shape]
+            own = {f"{quantity.name}_component": quantity.components}
+            along = _DIMENSIONS.get(quantity.shape, own)
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}
