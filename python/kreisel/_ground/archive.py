@@ -11,7 +11,7 @@ import math
 import re
 import struct
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
@@ -51,14 +51,15 @@ def _add(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
 
 
 class Archive:
-    """What packed has packed; ValueError for bytes that are damaged or of another making."""
+    """What packed has packed, in a file of so many bytes; ValueError for one that is damaged or of
+    another making."""
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, file: BinaryIO, size: int) -> None:
         from zipfile import BadZipFile, ZipFile
 
         try:
-            with ZipFile(io.BytesIO(data)) as archive:
-                self._members = _members(archive, len(data))
+            with ZipFile(file) as archive:
+                self._members = _members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"it is damaged: {error}") from None
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, fields
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -84,10 +84,10 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def unsaved(data: bytes) -> tuple[Saved, tuple[Saved, Integers, Integers] | None]:
-    """The path of these bytes, and the events that it met: the path at them, which they are, and
-    which way. ValueError for what saved has not made."""
-    archive = Archive(data)
+def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, Integers] | None]:
+    """The path in a file of so many bytes, and the events that it met: the path at them, which they
+    are, and which way. ValueError for what saved has not made."""
+    archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
         if whole("form", head["form"], 1) != _FORM:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 from pathlib import Path as File
+from typing import BinaryIO
 
 from .._model.scene import Scene
 from .._recording.path import Events, Path
@@ -41,13 +42,13 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         if begins == MAGIC:
             return resume(File(name))
         if begins.startswith(_ZIP):
-            return _path(name, begins + opened.read())
+            return _path(name, opened, about.st_size)
     return _scene(name, about.st_size)
 
 
-def _path(name: str, data: bytes) -> Path:
+def _path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, met = unsaved(data)
+        path, met = unsaved(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is no path that was saved: {error}") from None
     if met is None:
