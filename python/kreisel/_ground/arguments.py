@@ -57,7 +57,7 @@ def whole(name: str, value: object, least: int) -> int:
     return n
 
 
-def truth(name: str, value: object) -> bool:
+def boolean(name: str, value: object) -> bool:
     """True or False, and nothing that only counts as such."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{name} must be True or False, not {brief(value)}")

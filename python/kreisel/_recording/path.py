@@ -125,21 +125,20 @@ class Path(Tables):
         tolerance is wider, or what the roundings of 30 digits come to where this is more."""
         if self._choice or not len(self):
             return self._choice.error if self._choice else 0.0
-        times = self.t
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
-            error = self._apart(CLOSED_FORM, times)
-            known = roundings(self.scene, CLOSED_FORM, times)
+            error = self._apart(CLOSED_FORM)
+            known = roundings(self.scene, CLOSED_FORM, self.t)
             if error >= ROUNDINGS * known:
                 return error
-        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES, times)
+        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES)
         if self.digits != 30:
             return error
-        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, times))
+        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, self.t))
 
-    def _apart(self, second: Request, times: Array) -> float:
+    def _apart(self, second: Request) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        other = good(self.scene, second, rows_in_any_order(self.scene, second, times))
+        other = good(self.scene, second, rows_in_any_order(self.scene, second, self.t))
         return apart((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
@@ -182,7 +181,7 @@ class Path(Tables):
 
     def __getitem__(self, which: Which) -> Path:
         """Some of the states, as a path that keeps all but the events: a number gives one state, a
-        slice, a list of numbers or of truth values several, as of an array.
+        slice, a list of numbers or of True and False several, as of an array.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])

@@ -19,7 +19,8 @@ def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
     if isinstance(which, slice):
         return which
     given = np.asarray(which)
-    if given.ndim > 1 or not (given.dtype.kind in "iu" or (given.ndim and _truths_or_none(given))):
+    kinds = "iub" if given.ndim else "iu"
+    if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
         raise TypeError(
             "the states of a path are meant by a whole number, a slice or a list of them, not "
             f"{brief(which)}; its quantities are attributes"
@@ -31,10 +32,6 @@ def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
         return slice(i % n, i % n + 1)
     at: npt.NDArray[np.intp] = np.arange(n)[given if given.size else []]
     return at
-
-
-def _truths_or_none(given: npt.NDArray[np.generic]) -> bool:
-    return given.dtype.kind == "b" or not given.size
 
 
 def inside(reached: Array, t: ArrayLike) -> Array:

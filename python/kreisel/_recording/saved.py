@@ -20,7 +20,7 @@ from .._request.quantities import LOW, QUANTITIES, WANTED
 from .._request.request import checked_digits, checked_step, checked_tol, wanted
 from .states import NO_STATES, States, Stats
 
-_FORM = 1  # of the head and the names of the arrays
+_FORMAT = 1  # of the head and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
 
@@ -54,7 +54,7 @@ def saved(path: States, met: Met | None) -> bytes:
     """The bytes of a path, and of the events that it met."""
     head = {
         "kreisel": version,
-        "form": _FORM,
+        "format": _FORMAT,
         "method": path.method,
         "asked": path._asked,
         "step": path.step,
@@ -90,8 +90,8 @@ def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, In
     archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
-        if whole("form", head["form"], 1) != _FORM:
-            raise ValueError(f"it is of the form {head['form']}, which a later kreisel writes")
+        if whole("format", head["format"], 1) != _FORMAT:
+            raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
         words = _words(head, parse(archive.text("scene")))
         path = _numbers(archive, "", words, head)
         if head["events"] is None:

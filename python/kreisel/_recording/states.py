@@ -136,7 +136,7 @@ class States:
     @property
     def rotation(self) -> Rotation:
         """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
-        from .turning import Attitudes
+        from .attitudes import Attitudes
 
         return Attitudes(self.q_xyzw)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._ground.arguments import Array, brief, frozen, truth
+from .._ground.arguments import Array, boolean, brief
 from .._ground.files import write
 from .._ground.optional import installed
 from .._ground.refusals import unknown
@@ -37,7 +37,7 @@ _DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows 
 def tabled(path: States, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
     """The quantities of these names with their values at each state; of none, what the path keeps.
     The dimension of an angle is its unit."""
-    in_degrees, unwrapped = truth("degrees", degrees), truth("unwrap", unwrap)
+    in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
     rows = []
     for name in _checked(names) or _kept(path):
         quantity, values = WANTED[name], getattr(path, name)
@@ -112,7 +112,7 @@ class Tables(States):
             [[0.0, 53.130102, 0.0]]
         """
         angles = tabled(self, _EULER, degrees, unwrap)
-        return frozen(np.column_stack([values for _, values in angles]))
+        return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
         """A pandas.DataFrame with a row for each state and t as its index; the columns are the
@@ -192,7 +192,7 @@ class Tables(States):
         """
         rows = tabled(self, names, degrees, unwrap)
         heads = None
-        if truth("units", units):
+        if boolean("units", units):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
         write(file, as_csv(_components(self, rows), heads).encode())
 
