@@ -49,6 +49,13 @@ def test_times_between_keep_digits_and_wants(words, want):
     assert same(pickle.loads(pickle.dumps(path))(TIMES), path(TIMES))
 
 
+@pytest.mark.parametrize("words", [{}, {"digits": 30}, {"want": SOME}])
+def test_times_between_of_a_damped_top(words):
+    damped = LAGRANGE.replace(damping=0.1)
+    path = kr.solve(damped, -2.0, **words)
+    assert same(path(-TIMES), solved(damped, -TIMES, **words))
+
+
 def test_times_between_of_more_than_a_piece_are_those_of_solve():
     times = np.linspace(0.0, 2.0, 40_000)
     path = kr.solve(TOP, times, want=("nutation",))

@@ -18,6 +18,7 @@ from tops import FREE, LAGRANGE
 
 TOP = kr.scenes.asymmetric
 LOWEST = kr.events.nutation(direction=1)
+DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
 SOME = ("nutation", "frame", "energy")
 
 
@@ -51,6 +52,7 @@ PATHS = {
     "events, wanted": lambda: kr.solve(TOP, 20.0, events=[LOWEST], want=SOME),
     "events with 30 digits": lambda: kr.solve(TOP, 20.0, events=[LOWEST], digits=30),
     "no event met": lambda: kr.solve(TOP, 0.1, events=[LOWEST]),
+    "damped": lambda: kr.solve(DAMPED, -2.0, digits=20, events=[LOWEST]),
     "geometric": lambda: kr.solve(LAGRANGE, 5.0, "geometric", error=1e-6),
     "geometric, wanted": lambda: kr.solve(TOP, 5.0, "geometric", error=1e-6, want=SOME),
     "closed form": lambda: kr.exact(FREE)([3.0, -1.0]),
