@@ -293,10 +293,11 @@ KR_API double kr_top_time(const kr_top *top); /* how far it has come; `poll` may
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
- * the same body, gravity, damping, method and config (max_steps and poll may be others) it goes on
- * from there with the same bits; with those of rounding where taylor finds another kernel (all that
- * have fused multiply-add give the same). KR_ERR_CHECKPOINT, and a top as it was, for anything
- * else: what is damaged, of another version, or of another kind of machine. */
+ * the same body, gravity, damping, method and config (max_steps and poll may be others), and
+ * watches for the same events, it goes on from there with the same bits, to the same events; with
+ * those of rounding where taylor finds another kernel (all that have fused multiply-add give the
+ * same). KR_ERR_CHECKPOINT, and a top as it was, for anything else: what is damaged, of another
+ * version, or of another kind of machine. */
 KR_API size_t kr_top_save_size(const kr_top *top);
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);

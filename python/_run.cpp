@@ -1,6 +1,8 @@
 // Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints.
 #include <atomic>
+#include <pybind11/stl.h>
 #include <limits>
+#include "events.hpp"
 #include "times.hpp"
 #include "watch.hpp"
 
@@ -22,8 +24,9 @@ static doubles reached(const doubles &out, size_t rows)
 class run
 {
     watch watching;
+    looked_for wanted;
     std::unique_ptr<kr_top, void (*)(kr_top *)> top{nullptr, kr_top_free};
-    std::atomic<bool> busy{false};
+    std::atomic<bool> busy{false}, has_ended{false};
     std::atomic<double> reached_time{0.0}; // by the last call that has ended
 
     // One thread at a time; and not from within its own progress.
@@ -33,7 +36,8 @@ class run
         {
             if (busy.exchange(true))
                 throw std::runtime_error(
-                    "this run is under way: one thread at a time, one call in another");
+                    "this run is under way: another thread leads it, or a call that has not yet "
+                    "returned");
         }
         ~turn() { busy = false; }
     };
@@ -50,6 +54,11 @@ class run
         watching.top = raw;
         return status;
     }
+    kr_status look_for(const py::list &events)
+    {
+        wanted.take(events);
+        return kr_top_watch(top.get(), wanted.events.size(), wanted.events.data());
+    }
     py::tuple record(const given_times &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
@@ -64,7 +73,9 @@ class run
             low = rows;
         }
         size_t done = 0;
-        const kr_status status = go(t, states, rest, &done, progress);
+        const kr_status status = go(progress, [&] {
+            return kr_top_record_low(top.get(), t.size(), t.data(), states, rest, &done);
+        });
         if (status != KR_OK) {
             const kr_state last = kr_top_state(top.get());
             const bool more = done < t.size() && (done == 0 || states[done - 1].t != last.t);
@@ -75,6 +86,23 @@ class run
         }
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
+    // The same, and the events that were met on the way: (states, low, which, direction).
+    py::tuple record_events(const doubles &t, const py::object &progress)
+    {
+        const turn mine(busy);
+        journal path, met;
+        const double *times = t.data();
+        const auto n = size_t(t.size());
+        const kr_status status = go(progress, [&] {
+            return follow(top.get(), times, n, wanted, path, met,
+                          [&] { return watch::poll(&watching); });
+        });
+        const double end = n ? times[n - 1] : 0.0;
+        return py::make_tuple(py::make_tuple(name_of(status), array_of_states(path.states),
+                                             array_of_states(path.low),
+                                             counts(kr_top_stats(top.get())), end),
+                              numbers_of(met));
+    }
     py::bytes save()
     {
         const turn mine(busy);
@@ -82,10 +110,13 @@ class run
         kr_top_save(top.get(), memory.size(), &memory[0]);
         return memory;
     }
-    const char *load(const std::string &memory)
+    const char *load(const std::string &memory, const std::vector<int64_t> &found)
     {
         const turn mine(busy);
+        if (found.size() != wanted.found.size()) return name_of(KR_ERR_CHECKPOINT);
         const kr_status status = kr_top_load(top.get(), memory.size(), memory.data());
+        if (status == KR_OK) wanted.found = found;
+        has_ended = wanted.ended();
         reached_time = kr_top_state(top.get()).t;
         return name_of(status);
     }
@@ -96,19 +127,25 @@ class run
         return py::make_tuple(name, order);
     }
     double time() const { return reached_time; }
+    std::vector<int64_t> found()
+    {
+        const turn mine(busy);
+        return wanted.found;
+    }
+    bool ended() const { return has_ended; }
 
   private:
-    kr_status go(const given_times &t, kr_state *states, kr_state *rest, size_t *done,
-                 const py::object &progress)
+    template <class Way> kr_status go(const py::object &progress, Way way)
     {
         kr_status status;
         watching.begin(progress);
         {
             py::gil_scoped_release nogil;
-            status = kr_top_record_low(top.get(), t.size(), t.data(), states, rest, done);
+            status = way();
         }
         if (status == KR_OK && watch::poll(&watching)) status = KR_ERR_INTERRUPTED;
         reached_time = kr_top_state(top.get()).t;
+        has_ended = wanted.ended();
         watching.progress = py::none();
         // What was raised holds frames, and these may hold this run: it is not kept.
         const auto raised = std::move(watching.raised);
@@ -124,11 +161,13 @@ static py::tuple record_more(run &top, const doubles &t, bool low_too, const py:
     return top.record(times, low_too, progress);
 }
 static py::tuple start(const kr_scene &scene, const std::string &method, double step, double tol,
-                       int digits, int64_t max_steps, bool leave_heading, bool back)
+                       int digits, int64_t max_steps, bool leave_heading, bool back,
+                       const py::list &events)
 {
     auto made = std::make_unique<run>();
     const steering how = {method, step, tol, digits, max_steps, leave_heading};
-    const kr_status status = made->start(scene, how, back);
+    kr_status status = made->start(scene, how, back);
+    if (status == KR_OK && !events.empty()) status = made->look_for(events);
     return py::make_tuple(name_of(status),
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
@@ -158,12 +197,15 @@ void bind_run(py::module_ &m)
 {
     py::class_<run>(m, "Run")
         .def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
+        .def("record_events", &run::record_events, "t"_a, "progress"_a = py::none())
         .def("save", &run::save)
-        .def("load", &run::load, "memory"_a)
+        .def("load", &run::load, "memory"_a, "found"_a)
+        .def_property_readonly("found", &run::found)
+        .def_property_readonly("ended", &run::ended)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
-          "leave_heading"_a = false, "back"_a = false);
+          "leave_heading"_a = false, "back"_a = false, "events"_a = py::list());
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
           "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none());

@@ -1,7 +1,8 @@
 /* Checkpoints: a top as bytes, and back. Both its motions go along with all their work, clocks,
  * counts and own units, but no pointer does: the top that is loaded has its own. So a fixed-step
  * motion goes on on its grid, an adaptive one with the step and order that it was about to take, a
- * dense one inside its piece. The bytes are a header and what KR_SAVED_TOP in top.h tells. */
+ * dense one inside its piece. The bytes are a header, what KR_SAVED_TOP in top.h tells, the work, and
+ * of each event that is watched where its search stands: so none is met twice, or lost. */
 #include "top.h"
 
 typedef struct header {
@@ -28,6 +29,14 @@ KR_SAVED_MOTION(X)
 
 /* The bytes of a top that are saved; what may follow there is the user's memory. */
 enum { SAVED = offsetof(kr_top, low) + sizeof(kr_state) };
+
+/* An event of a checkpoint: the search, and a sum of what is looked for. */
+typedef struct saved_event {
+    kr_event_search own;
+    uint64_t what;
+} saved_event;
+typedef char saved_event_has_no_gaps[sizeof(saved_event) == 40 ? 1 : -1];
+typedef char term_has_no_gaps[sizeof(kr_term) == 16 ? 1 : -1];
 
 static int motions(const kr_top *top) { return top->method->at ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
@@ -56,9 +65,30 @@ static uint64_t sum_of(const unsigned char *bytes, size_t size)
     return sum;
 }
 
+static uint64_t sum_of_event(const kr_event *event)
+{
+    const size_t term = sizeof(kr_term);
+    const uint64_t parts[] = {
+        sum_of((const unsigned char *)event->terms, event->count * term),
+        sum_of((const unsigned char *)event->where, event->where_count * term), event->where_count,
+        event->extremum != 0, (uint64_t)(event->direction + 1)};
+    return sum_of((const unsigned char *)parts, sizeof parts);
+}
+
+static size_t bare_size(const kr_top *top)
+{
+    return sizeof(header) + SAVED + (size_t)motions(top) * work_size(top);
+}
 size_t kr_top_save_size(const kr_top *top)
 {
-    return top ? sizeof(header) + SAVED + (size_t)motions(top) * work_size(top) : 0;
+    return top ? bare_size(top) + top->watched * sizeof(saved_event) : 0;
+}
+static void save_events(const kr_top *top, unsigned char *to)
+{
+    for (size_t i = 0; i < top->watched; i++, to += sizeof(saved_event)) {
+        const saved_event saved = {top->events[i].own, sum_of_event(&top->events[i])};
+        memcpy(to, &saved, sizeof saved);
+    }
 }
 static void take_pointers(kr_motion *motion, const kr_motion *from)
 {
@@ -83,6 +113,7 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     memcpy(to + sizeof head, &image, SAVED);
     memcpy(work, top->main.work, work_size(top));
     if (motions(top) > 1) memcpy(work + work_size(top), top->kept.work, work_size(top));
+    save_events(top, to + bare_size(top));
     head.sum = sum_of(to + sizeof head, size - sizeof head);
     memcpy(to, &head, sizeof head);
     return KR_OK;
@@ -119,6 +150,23 @@ static int is_sound(const kr_top *top, const kr_top *image, const unsigned char 
     if (!is_motion_of(top, &image->main, work)) return 0;
     return motions(top) < 2 || is_motion_of(top, &image->kept, work + work_size(top));
 }
+static int is_search(const kr_event_search *own, int64_t steps)
+{
+    return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
+           isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
+           own->sign <= 1;
+}
+/* Whether the events of a checkpoint are those that this top watches; if `take`, they are set. */
+static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
+{
+    for (size_t i = 0; i < top->watched; i++, from += sizeof(saved_event)) {
+        saved_event saved;
+        memcpy(&saved, from, sizeof saved);
+        if (saved.what != sum_of_event(&top->events[i]) || !is_search(&saved.own, steps)) return 0;
+        if (take) top->events[i].own = saved.own;
+    }
+    return 1;
+}
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
     const unsigned char *from = memory;
@@ -133,6 +181,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     own.sum = sum_of(from + sizeof head, size - sizeof head);
     if (memcmp(&head, &own, sizeof head) != 0 || !alike(&image, top)) return KR_ERR_CHECKPOINT;
     if (!is_sound(top, &image, work)) return KR_ERR_CHECKPOINT;
+    if (!load_events(top, image.steps, from + bare_size(top), 0)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* max_steps may be another */
@@ -141,7 +190,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     take_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED);
     top->horizon = kr_scene_horizon(&top->scene);
-    for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
+    load_events(top, image.steps, from + bare_size(top), 1);
     memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
     return KR_OK;

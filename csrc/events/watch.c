@@ -53,7 +53,7 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
     if (!are_events(top, n, events)) return KR_ERR_ARGUMENT;
-    for (size_t i = 0; i < n; i++) events[i].own.searched = -1;
+    for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     top->events = events;
     top->watched = n;

@@ -66,29 +66,6 @@ static void headless(void)
     kr_top_free(whole);
     kr_top_free(level);
 }
-/* A top goes on to the next event when it is loaded where another stood at one. */
-static void loaded(void)
-{
-    static char memory[1 << 16];
-    const kr_scene s = scene_of(2);
-    kr_event e = {.terms = &height, .count = 1, .extremum = 1}, f = e;
-    double t[MANY], u[MANY];
-    kr_top *top = watched(&s, (kr_config){0}, &e, 1), *other = watched(&s, (kr_config){0}, &f, 1);
-    const size_t size = kr_top_save_size(top);
-    IS(seek_all(other, 3.0, u, NULL) > 0 && size <= sizeof memory);
-    for (int i = 0; i < 10; i++) {
-        kr_hit hit;
-        IS(kr_top_seek(top, 100.0, &hit) == KR_OK && hit.which == 0 &&
-           kr_top_save(top, size, memory) == KR_OK);
-        IS(kr_top_load(other, size, memory) == KR_OK && other->events == &f);
-    }
-    const int n = seek_all(top, 40.0, t, NULL);
-    IS(n > 3 && seek_all(other, 40.0, u, NULL) == n);
-    for (int i = 0; i < n; i++) NEAR(u[i], t[i], 1e-12);
-    kr_top_free(top);
-    kr_top_free(other);
-}
-
 static void nutation_of_lagrange_tops(void)
 {
     for (int i = 0; i < 20; i++) {
@@ -353,7 +330,6 @@ int main(void)
     starts();
     both_at_once();
     headless();
-    loaded();
     kernels_agree();
     scaling();
     refusals();

@@ -13,6 +13,7 @@ static struct {
     const kr_method *method;
     kr_config config;
     int landed;
+    search search;
 } saved;
 
 void forget_saved(void)
@@ -38,7 +39,24 @@ void call_save(place *p)
     saved.method = p->method;
     saved.config = p->config;
     saved.landed = p->landed;
+    saved.search = p->search[p->watched];
     end_call(p, status);
+}
+static int are_terms_alike(const kr_term *one, const kr_term *other, size_t n)
+{
+    return n == 0 || same_bits(one, other, n * sizeof *one);
+}
+static int are_searches_alike(const search *one, const search *other)
+{
+    if (one->count != other->count) return 0;
+    for (size_t i = 0; i < one->count; i++) {
+        const kr_event *a = &one->event[i], *b = &other->event[i];
+        if (a->count != b->count || a->where_count != b->where_count) return 0;
+        if (a->extremum != b->extremum || a->direction != b->direction) return 0;
+        if (!are_terms_alike(one->term[i], other->term[i], a->count)) return 0;
+        if (!are_terms_alike(one->where[i], other->where[i], a->where_count)) return 0;
+    }
+    return 1;
 }
 static int is_alike(const place *p)
 {
@@ -47,7 +65,8 @@ static int is_alike(const place *p)
            same_bits(&p->scene.body, &saved.scene.body, sizeof(kr_body)) &&
            p->scene.gravity == saved.scene.gravity && one->step == other->step &&
            one->tol == other->tol && one->digits == other->digits &&
-           one->leave_heading == other->leave_heading;
+           one->leave_heading == other->leave_heading &&
+           are_searches_alike(&p->search[p->watched], &saved.search);
 }
 void call_load(place *p)
 {
@@ -110,8 +129,10 @@ void call_repeat(place *p)
     call("advance to %a, and again from a checkpoint", t);
     const kr_status status = go(p->top, t, &first);
     const int stopped = status == KR_ERR_INTERRUPTED || status == KR_ERR_LIMIT;
-    if (!stopped) {
-        kr_top *other = make_alike(p);
+    /* After a reset an event may be beyond all numbers, and what is alike cannot watch for it. */
+    kr_top *other = make_alike(p);
+    search watched = p->search[p->watched];
+    if (!stopped && kr_top_watch(other, watched.count, watched.event) == KR_OK) {
         CLAIM(kr_top_load(other, size, image) == KR_OK);
         CLAIM(go(other, t, &second) == status);
         CLAIM(same_bits(&first, &second, sizeof first));

@@ -1,0 +1,107 @@
+/* Checkpoints of tops that watch for events. */
+#include "taylor/taylor.h"
+#include "tops.h"
+
+enum { MANY = 64 };
+static kr_scene scene(void)
+{
+    kr_scene s = kr_scene_default();
+    s.body = general_body();
+    s.start.q = q_unit(q4(0.3, v3(0.4, -0.5, 0.4)));
+    s.start.m = v3(0.7, -2.0, 1.9);
+    s.gravity = -2.5;
+    return s;
+}
+static kr_top *watched(const kr_scene *s, kr_config config, kr_event *events, size_t n)
+{
+    kr_top *top = make(s, taylor(), config);
+    IS(kr_top_watch(top, n, events) == KR_OK);
+    return top;
+}
+static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
+{
+    int n = 0;
+    while (n < MANY && kr_top_seek(top, end, &hits[n]) == KR_OK && hits[n].which >= 0)
+        t[n++] = kr_top_state(top).t;
+    return n;
+}
+static kr_term term(double factor, const char *of, const char *times)
+{
+    const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
+    return t;
+}
+static kr_term height; /* that of the apex; set by main */
+
+/* A top that is loaded meets the very events that the one that was saved goes on to, wherever that
+ * stood: at an event, between two in one step, or before the first. */
+static void loaded(void)
+{
+    static char memory[1 << 16];
+    const kr_scene s = scene();
+    const kr_term level[] = {height, term(0.3, "1", "1")};
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = level, .count = 2}};
+    kr_event f[2] = {e[0], e[1]};
+    double t[MANY], u[MANY];
+    kr_hit hits[MANY], others[MANY];
+    kr_top *top = watched(&s, (kr_config){0}, e, 2), *other = watched(&s, (kr_config){0}, f, 2);
+    const size_t size = kr_top_save_size(top);
+    const int all = seek_all(other, 30.0, u, others);
+    IS(all > 10 && size <= sizeof memory && kr_top_save(top, size, memory) == KR_OK);
+    for (int i = 0; i < all; i++) {
+        IS(kr_top_load(other, size, memory) == KR_OK);
+        const int n = seek_all(other, 30.0, t, hits);
+        IS(n == all - i && memcmp(t, u + i, (size_t)n * sizeof *t) == 0);
+        for (int k = 0; k < n; k++) IS(hits[k].which == others[i + k].which);
+        IS(kr_top_seek(top, 30.0, hits) == KR_OK && hits->which == others[i].which);
+        if (i % 3 == 0)
+            IS(kr_top_advance(top, 0.5 * (u[i] + (i + 1 < all ? u[i + 1] : 30.0))) == KR_OK);
+        IS(kr_top_save(top, size, memory) == KR_OK);
+    }
+    kr_top_free(top);
+    kr_top_free(other);
+}
+/* A checkpoint of other events, of fewer, or of a search that cannot be, is none of this top. */
+static void not_loaded(void)
+{
+    static char memory[1 << 16], before[1 << 16];
+    const kr_scene s = scene();
+    kr_event e = {.terms = &height, .count = 1, .extremum = 1};
+    const kr_event unlike[] = {
+        {.terms = &height, .count = 1},
+        {.terms = &height, .count = 1, .extremum = 1, .direction = 1},
+        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+    const kr_event_search odd[] = {{-2, 0.0, 0.0, 0, 0}, {1 << 20, 0.0, 0.0, 0, 0},
+                                   {0, NAN, 0.0, 0, 0},  {0, 0.0, INFINITY, 0, 0},
+                                   {0, 0.0, 0.0, 2, 0},  {0, 0.0, 0.0, 0, -2}};
+    kr_top *top = watched(&s, (kr_config){0}, &e, 1);
+    const size_t size = kr_top_save_size(top);
+    kr_hit hit;
+    IS(kr_top_seek(top, 9.0, &hit) == KR_OK && kr_top_save(top, size, before) == KR_OK);
+    for (size_t i = 0; i < sizeof unlike / sizeof *unlike; i++) {
+        kr_event f = unlike[i];
+        kr_top *other = watched(&s, (kr_config){0}, &f, 1);
+        IS(kr_top_save_size(other) == size);
+        IS(kr_top_load(other, size, before) == KR_ERR_CHECKPOINT && f.own.searched == -1);
+        IS(kr_top_watch(other, 0, NULL) == KR_OK);
+        IS(kr_top_load(other, kr_top_save_size(other), before) == KR_ERR_CHECKPOINT);
+        kr_top_free(other);
+    }
+    const kr_event_search own = e.own;
+    for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        e.own = odd[i];
+        IS(kr_top_save(top, size, memory) == KR_OK);
+        e.own = own;
+        IS(kr_top_load(top, size, memory) == KR_ERR_CHECKPOINT);
+        IS(memcmp(&e.own, &own, sizeof own) == 0);
+    }
+    IS(kr_top_load(top, size, before) == KR_OK);
+    kr_top_free(top);
+}
+
+int main(void)
+{
+    height = term(1.0, "apex_z", "1");
+    loaded();
+    not_loaded();
+    return check_result();
+}
