@@ -12,6 +12,7 @@ units; kreisel.events.components names them all, "1" stands for a constant, and 
 they belong to are told by help(kreisel.Path):
 
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
+    "body_velocity_y"                                   this component alone
 
 Events are found on the polynomial that each step of method='taylor' is, none missed inside a step,
 without any effect on the path. A place counts where the sign changes, for an extremum that of the
@@ -23,18 +24,17 @@ their digits. Growing and falling are meant in time, also where the path runs ba
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict, Unpack
 
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
-from ._ground.arguments import Array, instance, number, vector, whole
+from ._ground.arguments import Array, instance, number, shown, vector, whole
 from ._ground.refusals import unknown
 from ._model.scene import Scene
 from ._recording.path import Events, Path
-from ._recording.recording import LookedFor
 from ._request.methods import ELSE
 from .quaternion import turn
 
@@ -52,7 +52,7 @@ __all__ = [
     "separatrix",
 ]
 
-Function = Mapping[str, float]
+Function = Mapping[str, float] | str
 Terms = tuple[tuple[float, int, int], ...]
 
 
@@ -118,7 +118,7 @@ def crossing(
     """
     level = number("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, False, direction, where, most, terminal)
+    return _event(terms, _condition(where), False, direction, most, terminal)
 
 
 def extremum(
@@ -131,7 +131,8 @@ def extremum(
 ) -> Event:
     """Where a function is smallest (direction 1) or largest (-1) for the time being; the rest as in
     crossing."""
-    return _event(_terms("function", function), True, direction, where, most, terminal)
+    terms = _terms("function", function)
+    return _event(terms, _condition(where), True, direction, most, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -205,31 +206,64 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 
 def _terms(name: str, function: object) -> Terms:
-    if not isinstance(function, Mapping):
+    factors = {function: 1.0} if isinstance(function, str) else function
+    if not isinstance(factors, Mapping):
         raise TypeError(
-            f"{name} must be a dict like {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}, not {function!r}"
+            f"{name} must be a component, as 'apex_z', or a dict like "
+            f"{{'m_x': 1.0, 'apex_z*apex_z': -2.0}}, not {shown(function)}"
         )
     terms = []
-    for key, factor in function.items():
+    for key, factor in factors.items():
         words = [word.strip() for word in key.split("*")] if isinstance(key, str) else []
         if not 1 <= len(words) <= 2:
             raise ValueError(
                 f"a term of {name} must be a quantity or a product of two, as in 'm_x*m_y', not "
                 f"{key!r}"
             )
-        for word in words:
-            if word not in components:
-                raise ValueError(unknown("quantity", word, components))
-        of, times = sorted((components[word] for word in [*words, "1"][:2]), reverse=True)
+        of, times = sorted((_component(word) for word in [*words, "1"][:2]), reverse=True)
         terms.append((number(f"the factor of {key!r}", factor), of, times))
     return tuple(sorted((term for term in terms if term[0]), key=lambda term: term[1]))
 
 
+_INSTEAD = {
+    "kinetic": "kreisel.events.kinetic makes an event of it",
+    "nutation": "take 'apex_z', which is its cosine",
+    "potential": "take 'apex_z', the height of which it is a multiple",
+    "velocity": "take those of 'body_velocity', as 'body_velocity_y', which are seen from the body",
+}
+
+
+def _component(word: str) -> int:
+    """The number of a component; ValueError where there is none, or no series of it."""
+    if word in components:
+        return components[word]
+    rows = (row for row in quantities if word in (row["name"], *row["components"]))
+    row = next(rows, None)
+    if row is None:
+        raise ValueError(unknown("quantity", word, components))
+    name = row["name"]
+    if row["in_events"]:
+        *most, last = map(repr, row["components"])
+        raise ValueError(f"{name!r} has several components: {', '.join(most)} and {last}")
+    there = ", ".join(row["name"] for row in quantities if row["in_events"])
+    instead = _INSTEAD.get(name, f"there are some of {there}")
+    raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
+
+
+def _condition(where: Function | None) -> Terms:
+    condition = () if where is None else _terms("where", where)
+    if where is not None and not condition:
+        raise ValueError(
+            "where is zero, and never positive: give a quantity with a factor other than zero"
+        )
+    return condition
+
+
 def _event(
     terms: Terms,
+    where: Terms,
     extremum: bool,
     direction: int,
-    where: Function | None,
     most: int | None,
     terminal: bool,
 ) -> Event:
@@ -240,27 +274,80 @@ def _event(
         )
     if direction not in (-1, 0, 1):
         raise ValueError(f"direction must be 1, -1 or 0, not {direction!r}")
-    if not isinstance(terminal, bool):
-        raise TypeError(f"terminal must be True or False, not {terminal!r}")
+    for name, value in {"extremum": extremum, "terminal": terminal}.items():
+        if not isinstance(value, bool):
+            raise TypeError(f"{name} must be True or False, not {value!r}")
     limit = None if most is None else whole("most", most, 1)
-    condition = () if where is None else _terms("where", where)
-    if where is not None and not condition:
-        raise ValueError(
-            "where is zero, and never positive: give a quantity with a factor other than zero"
-        )
-    return Event(terms, condition, extremum, int(direction), limit, terminal)
+    return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
-def checked_events(method: str, events: object) -> LookedFor:
-    """Events as the core takes them; TypeError or ValueError for what it cannot look for."""
+def checked_events(method: str, events: object) -> tuple[Event, ...]:
+    """What to look for, where the method can; TypeError or ValueError for what it cannot."""
     if method != ELSE:
         raise ValueError(f"events need the polynomials of method={ELSE!r}, and {method!r} has none")
-    if not isinstance(events, Sequence) or not all(isinstance(event, Event) for event in events):
+    listed = [events] if isinstance(events, Event) else events
+    if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(
             "events must be a list of what kreisel.events makes, as kr.events.loop(), "
-            f"not {events!r}"
+            f"not {shown(events)}"
         )
+    return tuple(listed)
+
+
+LookedFor = list[
+    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
+]
+
+
+def looked_for(events: Iterable[Event]) -> LookedFor:
+    """Events as the core takes them."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.most or 0, e.terminal)
         for e in events
     ]
+
+
+_NAMES = {component: name for name, component in components.items()}
+
+
+class Written(TypedDict):
+    """An event as a checkpoint keeps it: components by name, for their numbers are of one build."""
+
+    terms: list[tuple[float, str, str]]
+    where: list[tuple[float, str, str]]
+    extremum: bool
+    direction: int
+    most: int | None
+    terminal: bool
+
+
+def written(event: Event) -> Written:
+    """An event for a checkpoint."""
+    return {
+        "terms": _named(event.terms),
+        "where": _named(event.where),
+        "extremum": event.extremum,
+        "direction": event.direction,
+        "most": event.most,
+        "terminal": event.terminal,
+    }
+
+
+def _named(terms: Terms) -> list[tuple[float, str, str]]:
+    return [(float(factor), _NAMES[of], _NAMES[times]) for factor, of, times in terms]
+
+
+def read(row: Written) -> Event:
+    """The event that was written; KeyError, TypeError or ValueError for what is none."""
+    return _event(
+        _numbered(row["terms"]),
+        _numbered(row["where"]),
+        row["extremum"],
+        row["direction"],
+        row["most"],
+        row["terminal"],
+    )
+
+
+def _numbered(terms: Iterable[tuple[float, str, str]]) -> Terms:
+    return tuple((number("a factor", f), components[a], components[b]) for f, a, b in terms)

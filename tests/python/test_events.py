@@ -7,6 +7,7 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
+from inside import QUANTITIES
 from kreisel import events
 from toolbox import python
 from tops import CORNER, GENERAL, LAGRANGE
@@ -216,7 +217,7 @@ def test_what_the_docstring_shows_runs():
         (lambda: events.crossing({"m_x": "1"}), TypeError, "the factor of 'm_x' must be a number"),
         (lambda: events.crossing({}), ValueError, "the function is constant"),
         (lambda: events.crossing({"m_x": 0, "1": 3}), ValueError, "the function is constant"),
-        (lambda: events.crossing("m_x"), TypeError, "function must be a dict"),
+        (lambda: events.crossing(7), TypeError, "function must be a component, as 'apex_z', or"),
         (lambda: events.crossing({"m_x": 1}, np.inf), ValueError, "value must be finite"),
         (lambda: events.nutation(direction=2), ValueError, "direction must be 1, -1 or 0, not 2"),
         (lambda: events.nutation(most=0), ValueError, "most must be at least 1"),
@@ -247,7 +248,23 @@ def test_what_the_docstring_shows_runs():
             TypeError,
             "events must be a list of what kreisel.events makes",
         ),
-        (lambda: kr.solve(GENERAL, 1, events=events.loop()), TypeError, "events must be a list"),
+        (lambda: events.crossing("apexz"), ValueError, "did you mean 'apex_z'"),
+        (lambda: events.crossing("omega_y"), ValueError, "did you mean 'body_velocity_y'"),
+        (lambda: events.crossing({"omega*spin": 1}), ValueError, "did you mean 'body_velocity_"),
+        (
+            lambda: events.extremum("apex"),
+            ValueError,
+            "'apex' has several components: 'apex_x', 'apex_y' and 'apex_z'",
+        ),
+        (
+            lambda: events.crossing("velocity_y"),
+            ValueError,
+            "no series of 'velocity'.* 'body_velocity_y'",
+        ),
+        (lambda: events.crossing("frame_Tz"), ValueError, "no series of 'frame', .* some of q, m,"),
+        (lambda: events.crossing("nutation", 0.3), ValueError, "'apex_z', which is its cosine"),
+        (lambda: events.extremum("energy"), ValueError, "'energy', .* constant"),
+        (lambda: events.crossing("kinetic", 1), ValueError, "kreisel.events.kinetic"),
         (
             lambda: kr.solve(GENERAL, 1, events=[events.crossing({"m_x": 1e308, "m_y": 1e308})]),
             ValueError,
@@ -314,6 +331,33 @@ def test_events_are_found_whatever_is_wanted(want):
         assert np.array_equal(getattr(some, name), getattr(whole, name))
     first = kr.solve(GENERAL, 20.0, events=[events.nutation(terminal=True)], want=want)
     assert first.t[-1] == first.events.t[0]
+
+
+@pytest.mark.parametrize("name", sorted(events.components))
+def test_a_component_by_its_name(name):
+    """Every component of which the core has a series is met under the name that paths give it."""
+    if name == "1":
+        with pytest.raises(ValueError, match="the function is constant"):
+            events.crossing(name)
+        return
+    assert events.crossing(name, 0.25) == events.crossing({name: 1.0}, 0.25)
+    assert events.extremum(name, where="apex_z") == events.extremum({name: 1}, where={"apex_z": 1})
+    quantity = next(q for q in QUANTITIES.values() if name in q.components)
+    values = kr.solve(GENERAL, [0.0, 0.9], want=(quantity.name,))
+    column = quantity.components.index(name)
+    level = getattr(values, quantity.name).reshape(2, -1)[:, column].mean()
+    met = kr.solve(GENERAL, 0.9, events=events.crossing(name, level)).events
+    if name == "m_z":  # a constant has no events
+        assert len(met) == 0
+        return
+    assert len(met) >= 1 and met.which.tolist() == [0] * len(met)
+    there = getattr(met.path, quantity.name).reshape(len(met), -1)[:, column]
+    np.testing.assert_allclose(there, level, rtol=0, atol=1e-13)
+
+
+def test_one_event_is_a_list_of_one():
+    one, several = (kr.solve(GENERAL, 9, events=e) for e in (events.loop(), [events.loop()]))
+    assert np.array_equal(one.events.states, several.events.states) and len(one.events) == 2
 
 
 def test_an_event_cannot_be_changed():

@@ -14,9 +14,20 @@ def refusal(status: str, detail: str) -> Exception:
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
+_OTHER_WORDS = {  # that books have for the same
+    "attitude": "q",
+    "omega": "velocity",
+    "phi": "precession_angle",
+    "psi": "spin_angle",
+    "theta": "nutation",
+}
+
+
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """A message for a name that is not known, with the nearest that is."""
     names = list(known)
-    near = difflib.get_close_matches(name.lower().replace("-", "_"), names, n=1)
+    word, _, axis = name.lower().replace("-", "_").partition("_")
+    word = "_".join(filter(None, (_OTHER_WORDS.get(word, word), axis)))
+    near = difflib.get_close_matches(word, names, n=1)
     hint = f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
     return f"unknown {what} {name!r}; {hint}"

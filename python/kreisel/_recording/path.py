@@ -149,7 +149,8 @@ class Path(Tables):
     @property
     def _request(self) -> Request:
         step = None if self.step is None else abs(self.step)
-        words = step, self.tol, self.digits, 0, self.want, self._asked
+        watched = self.events is not None
+        words = step, self.tol, self.digits, 0, self.want, self._asked, watched
         return Request(methods[self.method], *words)
 
     def __call__(self, t: ArrayLike) -> Path:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, array, brief
+from .._ground.arguments import Array, array, shown
 
 Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
 
@@ -23,7 +23,7 @@ def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
     if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
         raise TypeError(
             "the states of a path are meant by a whole number, a slice or a list of them, not "
-            f"{brief(which)}; its quantities are attributes"
+            f"{shown(which)}; its quantities are attributes"
         )
     if given.ndim == 0:
         i = int(given)

@@ -10,19 +10,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
-from .._core import record_events
 from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.request import Progress, Request
 from .._request.times import PIECE
-from .path import Events, Path, good, kept, path_of, stopped, way
+from .path import Events, Path, good
 from .rows import rows, rows_at_once
 from .states import NO_STATES
 
-LookedFor = list[
-    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
-]
+Met = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
 def recorded(scene: Scene, done: Request, times: Array, progress: Progress | None) -> Path:
@@ -45,33 +43,29 @@ def recorded_at_once(
     return came and told(good(scene, done, came), progress)
 
 
-def recorded_with_events(
-    scene: Scene,
-    done: Request,
-    times: Array,
-    looked_for: LookedFor,
-    progress: Progress | None,
-) -> Path:
-    """The path of a request at these times, with the events that it met."""
-    end = float(times[-1]) if times.size else 0.0
-    status, states, low, counts, met = record_events(
-        scene._block, *done.core[:5], times, looked_for, progress
-    )
-    path = path_of(scene, done, (status, states, low, counts, end))
-    at_events = path_of(scene, done, (status, met[0], met[1], counts, end))
-    path = replace(path, events=Events(at_events, met[2], met[3]))
-    path = kept(path, done.want, end)
-    if status != "OK":
-        raise stopped(status, path, way(path, end))
-    return told(path, progress)
+def with_events(path: Path, met: Met) -> Path:
+    """The path with the events that it met: their states, what doubles leave out of these, which
+    events they are, and their directions."""
+    states, low, which, direction = met
+    return replace(path, events=Events(replace(path, states=states, _low=low), which, direction))
+
+
+def _joined(met: list[Events]) -> Events:
+    """The events of pieces of a path, as one."""
+    states = np.concatenate([one.states for one in met])
+    low = np.concatenate([low for one in met if (low := one.path._low) is not None])
+    path = replace(met[-1].path, states=states, _low=low)
+    which, direction = ([getattr(one, name) for one in met] for name in ("which", "direction"))
+    return Events(path, np.concatenate(which), np.concatenate(direction))
 
 
 class Columns:
-    """What is wanted of n states, filled in piece by piece."""
+    """What is wanted of n states, filled in piece by piece, and the events that were met."""
 
     def __init__(self, want: tuple[str, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
         self._arrays: dict[str, Array] = {}
+        self._met: list[Events] = []
 
     def add(self, part: Path) -> None:
         """The next states."""
@@ -81,18 +75,27 @@ class Columns:
                 self._arrays[name] = np.empty((self._n, *column.shape[1:]))
             self._arrays[name][self._done : self._done + len(part)] = column
         self._done += len(part)
+        if part.events is not None:
+            self._met.append(part.events)
 
     def path(self, last: Path) -> Path:
         """The path, with all that is no state from its last piece."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        return replace(last, states=NO_STATES, _low=None, want=self._want, _columns=columns)
+        met = _joined(self._met) if self._met else None
+        return replace(
+            last, states=NO_STATES, _low=None, want=self._want, events=met, _columns=columns
+        )
 
 
 def in_pieces(
-    times: Array, want: tuple[str, ...], record: Callable[[Array], tuple[str, Path]]
+    times: Array,
+    want: tuple[str, ...],
+    record: Callable[[Array], tuple[str, Path]],
+    ended: Callable[[], bool],
 ) -> tuple[str, Path]:
-    """The status and the path of what is wanted, of which no more than a piece is ever states.
-    Ctrl-C between two pieces ends it as one within a piece does."""
+    """The status and the path of what is wanted, of which no more than a piece is ever states,
+    until all is recorded or has ended. Ctrl-C between two pieces ends it as one within a piece
+    does."""
     columns = Columns(want, times.size)
     status, part = record(times[:0])
     columns.add(part)
@@ -100,7 +103,7 @@ def in_pieces(
         for piece in _pieces(times):
             status, part = record(piece)
             columns.add(part)
-            if status != "OK":
+            if status != "OK" or ended():
                 break
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"

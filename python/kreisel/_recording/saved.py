@@ -12,7 +12,7 @@ import numpy as np
 
 from .._core import version
 from .._ground.archive import Archive, Integers, packed
-from .._ground.arguments import Array, brief, number, whole
+from .._ground.arguments import Array, number, shown, whole
 from .._model.scene import Scene, parse
 from .._request.methods import methods, unknown
 from .._request.plan import Choice
@@ -107,7 +107,7 @@ def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, In
 
 def _object(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
-        raise TypeError(f"{brief(value)} is no table of words")
+        raise TypeError(f"{shown(value)} is no table of words")
     return value
 
 
@@ -133,7 +133,7 @@ def _chosen(words: dict[str, object]) -> Choice:
     """What method="geometric" chose."""
     for field in fields(Choice):
         if type(words[field.name]).__name__ != field.type:
-            raise TypeError(f"choice.{field.name} = {brief(words[field.name])} is no {field.type}")
+            raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
     make: Callable[..., Choice] = Choice
     return make(**words)
 
@@ -142,7 +142,7 @@ def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object
     """The path of these words with the numbers whose names begin so."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
-        raise TypeError(f"low is true or false, not {brief(is_low)}")
+        raise TypeError(f"low is true or false, not {shown(is_low)}")
     t = archive.doubles(f"{prefix}t", None)
     if want is not None:
         names = wanted(want) or ()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._ground.arguments import Array, boolean, brief
+from .._ground.arguments import Array, boolean, shown
 from .._ground.files import write
 from .._ground.optional import installed
 from .._ground.refusals import unknown
@@ -54,7 +54,7 @@ def _checked(names: Iterable[str]) -> list[str]:
         if not isinstance(name, str):
             raise TypeError(
                 "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
-                f"not {brief(name)}"
+                f"not {shown(name)}"
             )
         if name not in WANTED and name != "t":
             raise ValueError(unknown("quantity", name, WANTED))

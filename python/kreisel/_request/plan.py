@@ -216,9 +216,8 @@ def _kept(scene: Scene, done: Request) -> Reasons:
     rows = []
     if done.method.name == ELSE:
         if done.want is not None and not done.leave_heading and TURNING.isdisjoint(done.want):
-            rows.append(
-                ("attitude", "the series with more digits than doubles has no form without it")
-            )
+            why = "the series with more digits than doubles has no form without it"
+            rows.append(("attitude", "events may need it" if done.watched else why))
         if _no_torque(scene):
             rows.append(
                 ("torque", "zero, and cheap: two products beside the sums of a whole order")

@@ -25,7 +25,8 @@ _COUNTABLE = 2.0**53  # whole numbers, and with them steps, are told apart up to
 @dataclass(frozen=True)
 class Request:
     """The checked words of a solve, whatever the scene: step, tol, digits and want as used, None
-    where there is none or the method has its own; `asked` is the method in the user's words."""
+    where there is none or the method has its own; `asked` is the method in the user's words;
+    `watched` says that events are looked for, which may need what is not wanted."""
 
     method: Method
     step: float | None = None
@@ -34,13 +35,14 @@ class Request:
     max_steps: int = 0
     want: tuple[str, ...] | None = None
     asked: str = ""
+    watched: bool = False
 
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:
         """Name, step, tol, digits, max_steps, and whether the states may be left undetermined up to
         a turn about the vertical, as the core takes them."""
         level = self.want is not None and TURNING.isdisjoint(self.want)
-        leave_heading = level and self.method.headless and not self.low
+        leave_heading = level and not self.watched and self.method.headless and not self.low
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 

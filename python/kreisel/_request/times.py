@@ -81,14 +81,18 @@ def pieces(
     return _grid_pieces(end, step, every, size, after)
 
 
-def direction(
-    t: ArrayLike | Iterator[float], size: int
-) -> tuple[bool, ArrayLike | Iterator[float]]:
-    """Whether t leads back in time; and t, of which an iterator has begun to be read."""
+def direction(t: ArrayLike | Iterator[float]) -> tuple[bool, ArrayLike | Iterator[float]]:
+    """Whether t leads back in time; and t, of which an iterator has been read up to the first time
+    that tells."""
     if isinstance(t, Iterator):
-        begun = list(itertools.islice(t, size))
-        given = array("t", begun, "an iterator of times")
-        return bool((given < 0.0).any()), itertools.chain(begun, t)
+        begun, back = [], False
+        for time in t:
+            begun.append(time)
+            first = array("t", time, "an iterator of times")
+            if first.any():
+                back = bool((first < 0.0).any())
+                break
+        return back, itertools.chain(begun, t)
     last = t
     if isinstance(t, (Sequence, np.ndarray)) and np.ndim(t) > 0:
         last = t[-1] if len(t) else 0.0

@@ -7,7 +7,8 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path as File
 
 import numpy as np
@@ -19,7 +20,8 @@ from .._ground.arguments import Array, whole
 from .._ground.files import write
 from .._model.scene import Scene, parse
 from .._recording.path import Path, Stats, kept, path_of, stopped, way
-from .._recording.recording import in_pieces, told
+from .._recording.recording import in_pieces, told, with_events
+from .._request.methods import ELSE
 from .._request.plan import Plan, plan_of
 from .._request.request import Progress, Request, checked_every, checked_progress, request
 from .._request.times import (
@@ -30,6 +32,7 @@ from .._request.times import (
     refuse_disorder,
     refuse_endless,
 )
+from ..events import Event, checked_events, looked_for, read, written
 
 MAGIC = b"kreisel run\n"  # how a checkpoint begins
 _FUSED = {"avx512", "avx2"}  # kernels with equal bits
@@ -39,19 +42,26 @@ class Run:
     """A top in motion, from kreisel.start or kreisel.resume. Times are counted from its start and
     lead away from it.
 
-    scene, method, step, tol, digits, want  as in kreisel.solve, step positive
+    scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
     t      how far it has come: the time of the last state that it gave, or of the last good one
            where it failed [T]
     stats  what it has cost so far
     """
 
-    def __init__(self, scene: Scene, request: Request, back: bool) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        request: Request,
+        back: bool,
+        events: tuple[Event, ...] | None = None,
+    ) -> None:
         self._request, self._back, self._fresh = request, back, True
         self.scene, self.method, self.want = scene, request.method.name, request.want
+        self.events = events
         self.step, self.tol, self.digits = request.step, request.tol, request.digits
         self.t = 0.0
         self.stats = Stats(0, 0, 0, 0)
-        status, top = start_top(scene._block, *request.core, back)
+        status, top = start_top(scene._block, *request.core, back, looked_for(events or ()))
         if top is None:
             rows = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
             path = path_of(scene, request, rows)
@@ -70,6 +80,11 @@ class Run:
         asked = self._asked(t, every)
         if asked.size:
             self._refuse(asked)
+        if self.ended:
+            raise ValueError(
+                f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
+                "path.end goes on from there"
+            )
         return self.lead(asked, progress)
 
     def lead(self, times: Array, progress: Progress | None) -> Path:
@@ -78,7 +93,9 @@ class Run:
         if self.want is None:
             status, path = self._record(times, callback)
         else:
-            status, path = in_pieces(times, self.want, lambda piece: self._record(piece, callback))
+            status, path = in_pieces(
+                times, self.want, lambda piece: self._record(piece, callback), lambda: self.ended
+            )
         if status != "OK":
             raise stopped(status, path, way(path, float(times[-1]) if times.size else self.t))
         return told(path, callback)
@@ -99,7 +116,7 @@ class Run:
         return self._stream(found, checked_progress(progress))
 
     def _stream(self, pieces: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
-        for piece in pieces:
+        while not self.ended and (piece := next(pieces, None)) is not None:
             self._refuse(piece)
             status, path = self._record(piece, progress)
             path = kept(path, self.want, float(piece[-1]))
@@ -123,13 +140,24 @@ class Run:
         refuse_endless(self.scene, float(times[-1]), self.step)
 
     def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
+        met = None
         try:
-            came = self._top.record(times, self._request.low, progress)
+            if self.events is None:
+                came = self._top.record(times, self._request.low, progress)
+            else:
+                came, met = self._top.record_events(times, progress)
         finally:  # also where progress raised
             self.t, self._fresh = self._top.t, self._fresh and not times.size
         path = path_of(self.scene, self._request, came)
+        if met is not None:
+            path = with_events(path, met)
         self.stats = path.stats
         return came[0], path
+
+    @property
+    def ended(self) -> bool:
+        """Whether a terminal event was met, where the run then stands: it goes no further."""
+        return self._top.ended
 
     @property
     def plan(self) -> Plan:
@@ -154,6 +182,8 @@ class Run:
             "t": self.t,
             "stats": self.stats,
             "kernel": self._top.kernel[0],
+            "events": None if self.events is None else [written(event) for event in self.events],
+            "found": self._top.found,
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
@@ -177,6 +207,7 @@ def start(
     digits: int | None = None,
     max_steps: int = 0,
     want: Iterable[str] | None = None,
+    events: Event | Sequence[Event] | None = None,
     back: bool = False,
 ) -> Run:
     """A run of a scene that goes on in pieces: run.to(t) is kreisel.solve up to there,
@@ -193,7 +224,26 @@ def start(
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {back!r}")
-    return Run(scene, request(scene, method, step, tol, digits, max_steps, want), back)
+    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
+    return Run(scene, asked, back, sought)
+
+
+def asked_for(
+    scene: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    events: object,
+) -> tuple[Request, tuple[Event, ...] | None]:
+    """The request in these words, and the events to look for: 'auto' is then what can."""
+    if events is None:
+        return request(scene, method, step, tol, digits, max_steps, want), None
+    name = ELSE if method == "auto" else method
+    asked = request(scene, name, step, tol, digits, max_steps, want, method)
+    return replace(asked, watched=True), checked_events(asked.method.name, events)
 
 
 def stream(
@@ -207,6 +257,7 @@ def stream(
     every: int | None = None,
     max_steps: int = 0,
     want: Iterable[str] | None = None,
+    events: Event | Sequence[Event] | None = None,
     chunk: int = PIECE,
     progress: Progress | None = None,
 ) -> Iterator[Path]:
@@ -223,11 +274,11 @@ def stream(
     can be seen at once, at once; for what an iterator brings, when it comes; `.path` is what the
     last path would have been.
     """
-    asked = request(scene, method, step, tol, digits, max_steps, want)
+    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number, size = checked_every(asked.method, every), whole("chunk", chunk, 1)
-    back, t = direction(t, size)
+    back, t = direction(t)
     found = pieces(t, asked.step, number, size, None)
-    return Run(scene, asked, back)._stream(found, checked_progress(progress))
+    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
@@ -264,8 +315,13 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
     scene = parse(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    run = Run(scene, request(scene, *words), head["back"])
-    status = run._top.load(memory)
+    asked, rows = request(scene, *words), head.get("events")
+    events = (
+        None if rows is None else checked_events(asked.method.name, [read(row) for row in rows])
+    )
+    run = Run(scene, replace(asked, watched=events is not None), head["back"], events)
+    found = [whole("a count of events", n, 0) for n in head.get("found", [])]
+    status = run._top.load(memory, found)
     if status != "OK":
         raise ValueError(statuses[status][1])
     t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 from .._ground.arguments import instance, positive, whole
 from .._model.scene import Scene
 from .._recording.path import Path
-from .._recording.recording import recorded, recorded_at_once, recorded_with_events, told
-from .._request.methods import ELSE
-from .._request.request import Progress, checked_every, checked_progress, request, wanted
+from .._recording.recording import recorded, recorded_at_once, told
+from .._request.request import Progress, checked_every, checked_progress, wanted
 from .._request.times import listed, refuse_endless
-from ..events import Event, checked_events
+from ..events import Event
 from .geometric import best
-from .run import Run
+from .run import Run, asked_for
 
 
 def solve(
@@ -32,7 +31,7 @@ def solve(
     error: float | None = None,
     want: Iterable[str] | None = None,
     progress: Progress | None = None,
-    events: Sequence[Event] | None = None,
+    events: Event | Sequence[Event] | None = None,
 ) -> Path:
     """The motion of a scene, which starts at t = 0.
 
@@ -57,8 +56,8 @@ def solve(
                where none needs it
     progress   called about ten times a second with the time reached, and with the end [T]; what it
                raises stops the run
-    events     taylor only: what kreisel.events makes, for path.events to tell; a terminal one ends
-               the path
+    events     taylor only: what kreisel.events makes, one or a list, for path.events to tell; a
+               terminal one ends the path
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
@@ -71,11 +70,9 @@ def solve(
         raise ValueError(
             f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
         )
-    name = ELSE if method == "auto" and events is not None else method
-    asked = request(scene, name, step, tol, digits, max_steps, want, method)
-    looked_for = None if events is None else checked_events(asked.method.name, events)
+    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number = checked_every(asked.method, every)
-    if looked_for is None and number is None and (progress is None or callable(progress)):
+    if sought is None and number is None and (progress is None or callable(progress)):
         path = recorded_at_once(scene, asked, t, progress)
         if path is not None:
             return path
@@ -83,10 +80,8 @@ def solve(
     end = float(times[-1]) if times.size else 0.0
     refuse_endless(scene, end, asked.step)
     callback = checked_progress(progress)
-    if looked_for is not None:
-        return recorded_with_events(scene, asked, times, looked_for, callback)
-    if times.size > asked.limit:
-        return Run(scene, asked, end < 0.0).lead(times, callback)
+    if sought is not None or times.size > asked.limit:
+        return Run(scene, asked, end < 0.0, sought).lead(times, callback)
     return recorded(scene, asked, times, callback)
 
 

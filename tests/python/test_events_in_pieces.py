@@ -1,0 +1,232 @@
+"""Events of streams and of runs that are led on, saved and resumed: those of one kreisel.solve, to
+the last bit."""
+
+import itertools
+import json
+import pickle
+import zlib
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel import events
+from toolbox import python
+from tops import GENERAL
+
+LOOKED_FOR = [
+    events.nutation(),
+    events.plane((1, 0.3, -0.2), direction=1),
+    events.crossing({"m_x*apex_y": 1, "m_y*apex_x": -1}, where={"apex_z": 1, "1": 0.9}),
+    events.nutation(most=4),
+]
+WAYS = {
+    "plain": {},
+    "tol": {"tol": 1e-5},
+    "digits": {"digits": 30},
+    "want": {"want": ("energy",)},
+}
+
+
+def same(parts, whole):
+    """Whether the events of paths in a row are those of one path, bit for bit."""
+    for name in ("states", "which", "direction"):
+        got = np.concatenate([getattr(part.events, name) for part in parts])
+        assert np.array_equal(got, getattr(whole.events, name)), name
+    low = [part.events.path.q_low for part in parts]
+    assert np.array_equal(np.concatenate(low), whole.events.path.q_low)
+    for name in ("t", *(whole.want or ("states",))):
+        got = np.concatenate([getattr(part, name) for part in parts])
+        assert np.array_equal(got, getattr(whole, name)), name
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
+@pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
+@pytest.mark.parametrize("chunk", [1, 7, 1000])
+def test_a_stream_meets_the_events_of_solve(words, chunk, sign):
+    times = sign * np.linspace(0, 30, 61)
+    whole = kr.solve(GENERAL, times, events=LOOKED_FOR, **words)
+    assert np.bincount(whole.events.which).min() >= 2
+    for t in (times, iter(times)):
+        parts = list(kr.stream(GENERAL, t, events=LOOKED_FOR, chunk=chunk, **words))
+        same(parts, whole)
+        assert parts[-1].stats == whole.stats and len(parts[0]) == min(chunk, 61)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
+@pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
+def test_a_run_that_is_saved_meets_the_events_of_solve(words, sign):
+    """Borders lie between events, at events, and close before and after them."""
+    met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
+    near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
+    times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
+    whole = kr.solve(GENERAL, times, events=LOOKED_FOR, **words)
+    run, parts = kr.start(GENERAL, events=LOOKED_FOR, back=sign < 0, **words), []
+    for t in times:
+        parts.append(run.to([t]))
+        run = (kr.resume(run.checkpoint), pickle.loads(pickle.dumps(run)))[len(parts) % 2]
+    same(parts, whole)
+    assert run.events == tuple(LOOKED_FOR)
+
+
+def test_more_states_than_a_piece_holds():
+    times = np.linspace(0, 30, 40_000)
+    whole = kr.solve(GENERAL, times, events=LOOKED_FOR)
+    kept = kr.solve(GENERAL, times, events=LOOKED_FOR, want=("energy",))
+    assert np.array_equal(kept.events.states, whole.events.states)
+    assert np.array_equal(kept.events.which, whole.events.which)
+    assert np.array_equal(kept.energy, whole.energy)
+
+
+# Terminal events
+
+
+LAST = [events.nutation(most=3, terminal=True), events.loop()]
+
+
+def test_a_terminal_event_ends_a_stream():
+    times = np.linspace(0, 50, 501)
+    whole = kr.solve(GENERAL, times, events=LAST)
+    parts = list(kr.stream(GENERAL, times, events=LAST, chunk=10))
+    same(parts, whole)
+    assert parts[-1].t[-1] == whole.t[-1] < 50
+    endless = kr.stream(GENERAL, (0.1 * k for k in itertools.count()), events=LAST, chunk=5)
+    assert list(endless)[-1].t[-1] == whole.t[-1]
+
+
+def test_a_terminal_event_ends_a_run():
+    whole = kr.solve(GENERAL, 50, events=LAST)
+    run = kr.start(GENERAL, events=LAST)
+    assert not run.ended
+    first = run.to(0.5 * whole.t[-1])
+    assert not run.ended
+    rest = kr.resume(run.checkpoint).to(50)
+    last = run.to(50)
+    assert run.ended and run.t == last.t[-1] == whole.t[-1] == rest.t[-1]
+    assert np.array_equal(
+        np.concatenate([first.events.states, last.events.states]), whole.events.states
+    )
+    for ended in (run, kr.resume(run.checkpoint)):
+        assert ended.ended and list(ended.stream([60.0, 70.0])) == []
+        with pytest.raises(ValueError, match=r"this run has ended at t = .* a terminal event"):
+            ended.to(60)
+    on = kr.start(last.end, events=LAST).to(50)
+    assert len(on.events) > 2
+
+
+def test_a_terminal_event_ends_what_is_wanted():
+    times = np.linspace(0, 50, 60_000)
+    whole = kr.solve(GENERAL, times, events=LAST)
+    kept = kr.solve(GENERAL, times, events=LAST, want=("apex",))
+    assert np.array_equal(kept.t, whole.t) and np.array_equal(kept.apex, whole.apex)
+    assert kept.t[-1] == kept.events.t[-1]
+
+
+# What stops a run, and what is no run
+
+
+def test_a_stopped_run_loses_no_event():
+    """The events before Ctrl-C are in its path, those behind it in the next."""
+    whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
+    run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
+    with pytest.raises(kr.Error, match="largest number of steps") as stopped:
+        run.to(3e3, progress=told.append)
+    assert 0 < run.t < 3e3
+    on = kr.resume(run.checkpoint, max_steps=0)
+    parts = [stopped.value.path, on.to(3e3)]
+    met = np.concatenate([part.events.states for part in parts])
+    assert np.array_equal(met, whole.events.states)
+
+
+def test_many_times_heed_ctrl_c():
+    """Also where they are so near to one another that no step is made between them."""
+    code = """
+import numpy as np, kreisel as kr
+def stop(t):
+    raise KeyboardInterrupt
+try:
+    kr.solve(kr.scenes.asymmetric, np.linspace(0, 1e-3, 5_000_000), events=[], progress=stop)
+except kr.Interrupted as stopped:
+    print(len(stopped.path))
+"""
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    assert 1000 < int(done.stdout) < 5_000_000
+
+
+@pytest.mark.parametrize("verb", [kr.solve, kr.stream])
+def test_every_needs_steps_that_events_do_not_have(verb):
+    with pytest.raises(ValueError, match="every needs a method of fixed step"):
+        verb(GENERAL, 1.0, events=LOOKED_FOR, every=2)
+    with pytest.raises(ValueError, match=r"events need the polynomials .* 'strang' has none"):
+        verb(GENERAL, 1.0, "strang", step=0.1, events=LOOKED_FOR, every=2)
+
+
+def test_a_run_says_what_it_looks_for():
+    run = kr.start(GENERAL, events=events.nutation(), want=("energy",))
+    assert run.method == "taylor" and run.events == (events.nutation(),)
+    assert ("attitude", "events may need it") in run.plan.kept
+    path = run.to(3.0)
+    assert path.plan.kept == run.plan.kept and path.want == ("energy",)
+    assert kr.start(GENERAL).events is None and kr.start(GENERAL).to(1.0).events is None
+    with pytest.raises(TypeError, match="events must be a list"):
+        kr.start(GENERAL, events="nutation")
+
+
+def forged(run, **changes):
+    """A checkpoint with a right sum and other words in its head."""
+    line, _, memory = run.checkpoint[21:].partition(b"\n")
+    body = json.dumps(json.loads(line) | changes).encode() + b"\n" + memory
+    return b"kreisel run\n%08x\n" % zlib.crc32(body) + body
+
+
+ROW = {
+    "terms": [[1.0, "apex_z", "1"]],
+    "where": [],
+    "extremum": True,
+    "direction": 0,
+    "most": None,
+    "terminal": False,
+}
+
+
+def test_hostile_checkpoints_are_refused():
+    run = kr.start(GENERAL, events=[events.nutation()])
+    run.to(5.0)
+    assert kr.resume(forged(run)).to(9.0).events.t.size
+    assert kr.resume(forged(run, events=[ROW])).events == (events.nutation(),)
+    bad = [
+        ROW | {"terms": [[1.0, "apex_y", "1"]]},
+        ROW | {"terms": [[1.0, "apex_q", "1"]]},
+        ROW | {"terms": [["1", "apex_z", "1"]]},
+        ROW | {"terms": [[float("nan"), "apex_z", "1"]]},
+        ROW | {"terms": [[1.0, "apex_z"]]},
+        ROW | {"terms": []},
+        ROW | {"terms": 3},
+        ROW | {"where": [[1.0, "apex_z", "1"]]},
+        ROW | {"extremum": 1},
+        ROW | {"extremum": False},
+        ROW | {"direction": 7},
+        ROW | {"direction": 1},
+        ROW | {"most": 0},
+        ROW | {"terminal": "yes"},
+        {"terms": ROW["terms"]},
+        7,
+    ]
+    for row in bad:
+        with pytest.raises(ValueError, match="the checkpoint is no checkpoint of a run"):
+            kr.resume(forged(run, events=[row]))
+    for changes in (
+        {"events": None},
+        {"events": []},
+        {"events": [ROW, ROW]},
+        {"events": 3},
+        {"found": []},
+        {"found": [1, 2]},
+        {"found": [-1]},
+        {"found": [2**63]},
+        {"found": ["1"]},
+        {"found": 3},
+        {"method": "strang", "step": 0.1},
+    ):
+        with pytest.raises(ValueError, match="the checkpoint is no checkpoint of a run"):
+            kr.resume(forged(run, **changes))
