@@ -17,6 +17,7 @@ from ._analysis.compare import Row, Table, compare
 from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
+from ._ground.names import MethodName, QuantityName
 from ._model.body import Body
 from ._model.scene import Scene
 from ._recording.path import Error, Events, Interrupted, Path, Stats
@@ -25,8 +26,9 @@ from ._request.plan import Choice, Plan, plan
 from ._showing.view import View, view
 from ._verbs.exact import Exact, ExactEnsemble, ExactMap, exact
 from ._verbs.load import load
-from ._verbs.run import Run, resume, start, stream
+from ._verbs.run import Run, resume
 from ._verbs.solve import solve
+from ._verbs.start import start, stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 
@@ -42,9 +44,11 @@ __all__ = [
     "ExactMap",
     "Interrupted",
     "Method",
+    "MethodName",
     "Nutation",
     "Path",
     "Plan",
+    "QuantityName",
     "Rod",
     "Row",
     "Run",

@@ -4,6 +4,8 @@ from typing import TypedDict
 import numpy as np
 import numpy.typing as npt
 
+from ._ground.names import MethodName, QuantityName
+
 _Array = npt.NDArray[np.float64]
 _Doubles = _Array | Sequence[float]
 _Vector = tuple[float, float, float]
@@ -14,7 +16,7 @@ _Terms = list[tuple[float, int, int]]
 _Event = tuple[_Terms, _Terms, bool, int, int, bool]
 
 class _Method(TypedDict):
-    name: str
+    name: MethodName
     text: str
     order: int
     conserves: str
@@ -22,7 +24,7 @@ class _Method(TypedDict):
     flags: int
 
 class _Quantity(TypedDict):
-    name: str
+    name: QuantityName
     doubles: int
     turns: bool
     kept: bool

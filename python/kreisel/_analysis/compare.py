@@ -12,10 +12,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from .._ground.arguments import instance, positive, whole
+from .._ground.arguments import Numbers, instance, positive, shown, whole
 from .._ground.files import write
+from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._recording.path import Error, Path, Stats
 from .._request.methods import fitting
@@ -38,7 +38,7 @@ class Row:
     """
 
     scene: str
-    method: str
+    method: MethodName
     step: float | None
     tol: float | None
     seconds: float
@@ -95,8 +95,8 @@ class _Run:
     """A method at one setting: its path, what it failed of, and the seconds of each repeat."""
 
     scene: Scene
-    t: ArrayLike
-    method: str
+    t: Numbers
+    method: MethodName
     step: float | None = None
     tol: float | None = None
     seconds: list[float] = field(default_factory=list)
@@ -135,11 +135,11 @@ class _Run:
 
 def compare(
     scene: Scene,
-    t: ArrayLike,
-    methods: Iterable[str] | None = None,
+    t: Numbers,
+    methods: Iterable[MethodName] | None = None,
     steps: Iterable[float] = (),
     tols: Iterable[float] = (),
-    truth: Path | str = "auto",
+    truth: Path | MethodName = "auto",
     repeats: int = 5,
 ) -> Table:
     """Error and run time of methods on one scene; the repeats are interleaved, so that what
@@ -167,14 +167,14 @@ def compare(
 
 def _runs(
     scene: Scene,
-    t: ArrayLike,
-    methods: Iterable[str] | None,
+    t: Numbers,
+    methods: Iterable[MethodName] | None,
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_Run]:
     """Each method at each setting."""
     if isinstance(methods, str):
-        raise TypeError(f"methods must be a list of names, not {methods!r}")
+        raise TypeError(f"methods must be a list of names, not {shown(methods)}")
     if methods is None:
         methods = [method.name for method in known.values() if method.suits(scene)]
     runs = []
@@ -197,7 +197,7 @@ def _apart(path: Path, truth: Path) -> float:
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 
-def _truth(scene: Scene, t: ArrayLike, method: str, by_step: list[float]) -> Path:
+def _truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
     chosen = fitting(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)

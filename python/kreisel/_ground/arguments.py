@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 import reprlib
+from collections.abc import Sequence
 from numbers import Integral, Real
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,15 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+
+
+class Arrayed(Protocol):
+    """What numpy takes for an array."""
+
+    def __array__(self) -> npt.NDArray[np.generic]: ...
+
+
+Numbers = float | Arrayed | Sequence[float] | Sequence[Arrayed]  # one, or a list, and no text
 
 _T = TypeVar("_T")
 

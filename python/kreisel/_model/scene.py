@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Self, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,19 @@ from .body import Body, body_of
 from .toml import lines, made, read, tables
 
 _COUNTABLE = 2.0**53  # whole radians are told apart up to here
+
+
+class _Changes(TypedDict, total=False):
+    """The words of Scene."""
+
+    body: Body
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike
+    attitude_xyzw: ArrayLike
+    gravity: float
 
 
 @dataclass(frozen=True, init=False)
@@ -104,7 +117,7 @@ class Scene:
         w, x, y, z = self.attitude
         return x, y, z, w
 
-    def replace(self, **changes: object) -> Self:
+    def replace(self, **changes: Unpack[_Changes]) -> Self:
         """This scene but for what is named, in the words of the constructor."""
         words: dict[str, object] = {
             "body": self.body,

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import numpy.typing as npt
-from numpy.typing import ArrayLike
 
 from .._core import statuses
-from .._ground.arguments import Array, frozen
+from .._ground.arguments import Array, Numbers, frozen
 from .._ground.files import write
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
@@ -59,12 +59,12 @@ class Path(Tables):
 
     scene: Scene
     states: Array  # not there where _columns are
-    method: str
+    method: MethodName
     step: float | None
     tol: float | None
     stats: Stats
     digits: int | None = None
-    want: tuple[str, ...] | None = None
+    want: tuple[QuantityName, ...] | None = None
     events: Events | None = None
     _low: Array | None = None  # what the doubles of the states leave out
     _columns: dict[str, Array] | None = None  # in place of states: t, and what is wanted
@@ -75,12 +75,12 @@ class Path(Tables):
         self,
         scene: Scene,
         states: Array,
-        method: str,
+        method: MethodName,
         step: float | None,
         tol: float | None,
         stats: Stats,
         digits: int | None = None,
-        want: tuple[str, ...] | None = None,
+        want: tuple[QuantityName, ...] | None = None,
         events: Events | None = None,
         _low: Array | None = None,
         _columns: dict[str, Array] | None = None,
@@ -153,7 +153,7 @@ class Path(Tables):
         words = step, self.tol, self.digits, 0, self.want, self._asked, watched
         return Request(methods[self.method], *words)
 
-    def __call__(self, t: ArrayLike) -> Path:
+    def __call__(self, t: Numbers) -> Path:
         """The states of the same run at other times, as a path: bit for bit those that solve gives
         in the same words.
 
@@ -214,11 +214,12 @@ class Path(Tables):
         """The scene that begins, at t = 0, with the last state."""
         return self.scene_at(-1)
 
-    def only(self, want: Iterable[str]) -> Path:
+    def only(self, want: Iterable[QuantityName]) -> Path:
         """The path with no more than t and these quantities, as if solve had been asked for
         them."""
         names = wanted(want) or ()
-        columns = {name: np.ascontiguousarray(getattr(self, name)) for name in ("t", *names)}
+        words: tuple[str, ...] = ("t", *names)
+        columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         return replace(self, states=NO_STATES, _low=None, want=names, _columns=columns)
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -332,7 +333,7 @@ def good(scene: Scene, done: Request, came: Rows) -> Path:
     return path
 
 
-def kept(path: Path, want: tuple[str, ...] | None, end: float) -> Path:
+def kept(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
     """The path with no more than what is wanted; Ctrl-C while that is computed loses nothing."""
     if want is None:
         return path

@@ -7,9 +7,8 @@ from typing import SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
-from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, array, shown
+from .._ground.arguments import Array, Numbers, array, shown
 
 Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
 
@@ -34,7 +33,7 @@ def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
     return at
 
 
-def inside(reached: Array, t: ArrayLike) -> Array:
+def inside(reached: Array, t: Numbers) -> Array:
     """(k,) times that a user gave, in any order, on the way from 0 to all that was reached."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:

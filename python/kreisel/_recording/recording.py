@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array
+from .._ground.names import QuantityName
 from .._model.scene import Scene
 from .._request.request import Progress, Request
 from .._request.times import PIECE
@@ -62,7 +63,7 @@ def _joined(met: list[Events]) -> Events:
 class Columns:
     """What is wanted of n states, filled in piece by piece, and the events that were met."""
 
-    def __init__(self, want: tuple[str, ...], n: int) -> None:
+    def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
         self._arrays: dict[str, Array] = {}
         self._met: list[Events] = []
@@ -89,7 +90,7 @@ class Columns:
 
 def in_pieces(
     times: Array,
-    want: tuple[str, ...],
+    want: tuple[QuantityName, ...],
     record: Callable[[Array], tuple[str, Path]],
     ended: Callable[[], bool],
 ) -> tuple[str, Path]:

@@ -13,6 +13,7 @@ import numpy as np
 from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene, parse
 from .._request.methods import methods, unknown
 from .._request.plan import Choice
@@ -30,12 +31,12 @@ class Saved(NamedTuple):
 
     scene: Scene
     states: Array
-    method: str
+    method: MethodName
     step: float | None
     tol: float | None
     stats: Stats
     digits: int | None
-    want: tuple[str, ...] | None
+    want: tuple[QuantityName, ...] | None
     low: Array | None
     columns: dict[str, Array] | None
     asked: str
@@ -125,7 +126,18 @@ def _words(head: dict[str, object], scene: Scene) -> Saved:
     costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
     choice = None if head["choice"] is None else _chosen(_object(head["choice"]))
     return Saved(
-        scene, NO_STATES, method, step, tol, costs, digits, None, None, None, asked, choice
+        scene,
+        NO_STATES,
+        methods[method].name,
+        step,
+        tol,
+        costs,
+        digits,
+        None,
+        None,
+        None,
+        asked,
+        choice,
     )
 
 

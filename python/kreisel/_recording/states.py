@@ -10,6 +10,7 @@ import numpy as np
 
 from .._core import modified_energy, modified_energy4, values
 from .._ground.arguments import Array, frozen, number
+from .._ground.names import MethodName, Quantities, QuantityName
 from .._model.scene import Scene
 from .._request.plan import Choice
 from .._request.quantities import QUANTITIES, WANTED, Quantity
@@ -43,17 +44,17 @@ class Stats(NamedTuple):
     iterations: int
 
 
-class States:
+class States(Quantities):
     """What the states of a kreisel.Path tell: each quantity is an attribute."""
 
     scene: Scene
     states: Array  # not there where _columns are
-    method: str
+    method: MethodName
     step: float | None
     tol: float | None
     stats: Stats
     digits: int | None
-    want: tuple[str, ...] | None
+    want: tuple[QuantityName, ...] | None
     _low: Array | None  # what the doubles of the states leave out
     _columns: dict[str, Array] | None  # in place of states: t, and what is wanted
     _asked: str  # the method in the user's words
@@ -73,20 +74,22 @@ class States:
             names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
         return sorted(names)
 
-    def __getattr__(self, name: str) -> Array:
-        """The quantities are attributes, set below; for any other name a hint, as
-        AttributeError."""
-        if name.startswith("__"):
-            raise AttributeError(name)
-        if self.want is not None and (name == "states" or hasattr(type(self), name)):
-            more = f"add {name!r} to want" if name in WANTED else "solve without want"
-            raise AttributeError(
-                f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
-            )
-        known = [word for word in ("states", *dir(type(self))) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
-        raise AttributeError(f"a path has no {name!r}; {hint}")
+    if not TYPE_CHECKING:  # which knows the quantities
+
+        def __getattr__(self, name: str) -> Array:
+            """The quantities are attributes, set below; for any other name a hint, as
+            AttributeError."""
+            if name.startswith("__"):
+                raise AttributeError(name)
+            if self.want is not None and (name == "states" or hasattr(type(self), name)):
+                more = f"add {name!r} to want" if name in WANTED else "solve without want"
+                raise AttributeError(
+                    f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+                )
+            known = [word for word in ("states", *dir(type(self))) if not word.startswith("_")]
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
+            raise AttributeError(f"a path has no {name!r}; {hint}")
 
     def _part(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:

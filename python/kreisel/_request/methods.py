@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, cast
 
 from .._core import flags as FLAGS
 from .._core import method_applies, method_suits
 from .._core import methods as core_methods
+from .._ground.arguments import shown
+from .._ground.names import MethodName
 from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
 from .._model.scene import Scene
 
 # for some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-EXACT, ELSE = "exact", "taylor"  # what 'auto' takes: the first where it suits
+# What 'auto' takes: the first where it suits.
+EXACT: Final = "exact"
+ELSE: Final = "taylor"
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,7 @@ class Method:
     digits     can be asked for more digits than a double has
     """
 
-    name: str
+    name: MethodName
     text: str
     order: int
     conserves: str
@@ -102,7 +107,7 @@ class Method:
         return any_body or method_suits(self.name, scene._block)
 
 
-class Methods(dict[str, Method]):
+class Methods(dict[MethodName, Method]):
     """Methods by name; a KeyError suggests the nearest. Printed, they are a table."""
 
     def __repr__(self) -> str:
@@ -110,6 +115,10 @@ class Methods(dict[str, Method]):
         rows = [(name, str(method.order or "-"), method.text) for name, method in self.items()]
         wide = max((len(name) for name, _, _ in rows), default=0)
         return "\n".join(f"{name:<{wide}} {order:>2}  {text}" for name, order, text in rows)
+
+    if TYPE_CHECKING:  # any text may be looked up
+
+        def __getitem__(self, name: str, /) -> Method: ...
 
     def __missing__(self, name: str) -> Method:
         raise KeyError(unknown(name))
@@ -133,10 +142,10 @@ def fitting(name: object, scene: Scene) -> Method:
     """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
     the scene."""
     if not isinstance(name, str):
-        raise TypeError(f"method must be a name in kreisel.methods, not {name!r}")
+        raise TypeError(f"method must be a name in kreisel.methods, not {shown(name)}")
     if name == "auto":
         return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
-    method = methods.get(name)
+    method = methods.get(cast(MethodName, name))
     if method is None:
         raise ValueError(unknown(name))
     if not method.suits(scene):

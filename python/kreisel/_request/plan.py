@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from numpy.typing import ArrayLike
-
 from .._core import start
+from .._ground.arguments import Numbers
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
 from .methods import ELSE, EXACT
 from .quantities import TURNING, doubles
 from .request import Request, checked_every, request
 from .times import PIECE, listed
 
+_BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
 Reasons = tuple[tuple[str, str], ...]
 
 
@@ -103,9 +104,9 @@ class Plan:
 
 def plan(
     scene: Scene,
-    t: ArrayLike | None = None,
-    want: Iterable[str] | None = None,
-    method: str = "auto",
+    t: Numbers | None = None,
+    want: Iterable[QuantityName] | None = None,
+    method: MethodName = "auto",
     *,
     step: float | None = None,
     tol: float | None = None,
@@ -121,7 +122,7 @@ def plan(
     Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
     takes trial runs: see path.plan.
     """
-    if method == "geometric":
+    if method == _BY_TRIAL:
         raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
     asked = request(scene, method, step, tol, digits, 0, want)
     number = checked_every(asked.method, every)

@@ -28,7 +28,7 @@ class Quantity(NamedTuple):
         return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
 
 
-QUANTITIES = {  # functions of the state
+QUANTITIES: dict[str, Quantity] = {  # functions of the state
     row["name"]: Quantity(
         row["name"],
         row["doubles"],

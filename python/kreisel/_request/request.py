@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
-from .._ground.arguments import instance, positive, whole
+from .._ground.arguments import instance, positive, shown, whole
+from .._ground.names import QuantityName
 from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .methods import ELSE, Method, fitting
@@ -33,7 +34,7 @@ class Request:
     tol: float | None = None
     digits: int | None = None
     max_steps: int = 0
-    want: tuple[str, ...] | None = None
+    want: tuple[QuantityName, ...] | None = None
     asked: str = ""
     watched: bool = False
 
@@ -119,13 +120,13 @@ def _checked(
 _known = lru_cache(maxsize=256, typed=True)(_checked)
 
 
-def wanted(want: object) -> tuple[str, ...] | None:
+def wanted(want: object) -> tuple[QuantityName, ...] | None:
     """Names of quantities, each once; None for all."""
     if want is None:
         return None
     if isinstance(want, str) or not isinstance(want, Iterable):
         raise TypeError(
-            f"want must be names of quantities, as in want=('apex', 'energy'), not {want!r}"
+            f"want must be names of quantities, as in want=('apex', 'energy'), not {shown(want)}"
         )
     names = tuple(dict.fromkeys(want))
     for name in names:
@@ -195,6 +196,6 @@ def checked_progress(progress: Progress | None) -> Progress | None:
     """A function to be told the time reached, or none."""
     if progress is not None and not callable(progress):
         raise TypeError(
-            f"progress must be a function that takes the time reached, not {progress!r}"
+            f"progress must be a function that takes the time reached, not {shown(progress)}"
         )
     return progress

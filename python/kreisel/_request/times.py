@@ -9,9 +9,8 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, array, number
+from .._ground.arguments import Array, Numbers, array, number
 from .._model.scene import Scene
 
 PIECE = 1 << 14  # states that are computed, reduced and dropped at a time
@@ -55,7 +54,7 @@ def refuse_disorder(times: Array, last: float, back: bool) -> None:
 
 
 def pieces(
-    t: ArrayLike | Iterator[float],
+    t: Numbers | Iterator[float],
     step: float | None,
     every: int | None,
     size: int,
@@ -81,7 +80,7 @@ def pieces(
     return _grid_pieces(end, step, every, size, after)
 
 
-def direction(t: ArrayLike | Iterator[float]) -> tuple[bool, ArrayLike | Iterator[float]]:
+def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Whether t leads back in time; and t, of which an iterator has been read up to the first time
     that tells."""
     if isinstance(t, Iterator):

@@ -20,6 +20,7 @@ from .._analysis.compare import compare as compared
 from .._analysis.costs import page
 from .._core import version
 from .._ground.files import refuse_no_place
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
 from .._recording.path import Error, Interrupted, Path
 from .._recording.tables import as_csv, columns
@@ -37,13 +38,13 @@ _REPORT = "validation.__main__"
 class _Words(TypedDict):
     """The words of kreisel.solve that the command line has."""
 
-    method: str
+    method: MethodName
     step: float | None
     tol: float | None
     error: float | None
     every: int | None
     max_steps: int
-    want: list[str] | None
+    want: list[QuantityName] | None
 
 
 def _numbers(words: str) -> list[float]:
@@ -222,10 +223,10 @@ def solve(
 def compare(
     scene: Scene,
     t: list[float],
-    methods: list[str] | None,
+    methods: list[MethodName] | None,
     steps: list[float] | None,
     tols: list[float] | None,
-    truth: str,
+    truth: MethodName,
     repeats: int,
     csv_file: str | None,
 ) -> None:

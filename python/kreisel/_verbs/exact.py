@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, overload
+from typing import Final, Literal, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .._core import (
     exact_map_plan,
@@ -20,13 +19,13 @@ from .._core import (
     exact_states,
     statuses,
 )
-from .._ground.arguments import Array, array, instance, number
+from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Scene
 from .._recording.path import Path, Stats
 from .._request.methods import EXACT, fitting, methods
 from .._request.times import refuse_endless
 
-_MAP = "bobenko_suris"
+_MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53
 _NO_STEPS = Stats(0, 0, 0, 0)
 
@@ -61,14 +60,14 @@ class Exact(_Rates):
     As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign.
     """
 
-    def __call__(self, t: ArrayLike) -> Path:
+    def __call__(self, t: Numbers) -> Path:
         states = exact_states(self._plan, t, self.scene._within)
         if states is None:
             states = exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
-    def _times(self, t: ArrayLike) -> Array:
+    def _times(self, t: Numbers) -> Array:
         times = _row(t)
         refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
@@ -92,7 +91,7 @@ class ExactEnsemble:
     def __len__(self) -> int:
         return len(self.scenes)
 
-    def __call__(self, t: ArrayLike) -> Array:
+    def __call__(self, t: Numbers) -> Array:
         times = _row(t)
         end = float(np.abs(times).max(initial=0.0))
         if end >= self._within:
@@ -117,7 +116,7 @@ class ExactMap(_Rates):
 
     step: float
 
-    def __call__(self, k: ArrayLike) -> Path:
+    def __call__(self, k: Numbers) -> Path:
         numbers = array("k", k, "a whole number or a list of them")
         if numbers.ndim > 1:
             raise ValueError(
@@ -127,7 +126,7 @@ class ExactMap(_Rates):
             not (np.rint(numbers) == numbers).all()
             or np.abs(numbers).max(initial=0.0) >= _COUNTABLE
         ):
-            raise ValueError(f"k must be whole and below 2**53, not {k!r}")
+            raise ValueError(f"k must be whole and below 2**53, not {shown(k)}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
         return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS, _asked=EXACT)
 
@@ -185,7 +184,7 @@ def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:
     return ExactEnsemble(tuple(scenes), period, precession, spin, plans)
 
 
-def _row(t: ArrayLike) -> Array:
+def _row(t: Numbers) -> Array:
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
@@ -196,7 +195,7 @@ def _row(t: ArrayLike) -> Array:
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
-        raise ValueError(f"the map with a closed form is {_MAP!r}, not {map!r}")
+        raise ValueError(f"the map with a closed form is {_MAP!r}, not {shown(map)}")
     h = number("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")

@@ -16,6 +16,7 @@ import numpy as np
 
 from .._core import values
 from .._ground.arguments import Array
+from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._recording.path import Path, Stats, path_of, stopped
 from .._recording.reference import (
@@ -34,12 +35,13 @@ from .._request.request import Progress, Request
 from ..quaternion import attitude_error
 
 # The constants c, and the price of a step in kicks and drifts
-_SYMMETRIC = {
+_Constants = dict[MethodName, tuple[float, float]]
+_SYMMETRIC: _Constants = {
     "takahashi_imada4": (0.165, 1.25),
     "blanes_moan6": (0.04, 15.0),
     "kahan_li8": (0.122, 17.0),
 }
-_GENERAL = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
+_GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
 _SHORTER = 1.05  # a step too short costs less than one more run
 _AIM = 0.4  # a refined run aims at this part of the target, and
@@ -73,7 +75,7 @@ class _Search:
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _LOOKS, math.ceil(self.angle))
 
-    def guess(self, grown: float) -> tuple[str, float]:
+    def guess(self, grown: float) -> tuple[MethodName, float]:
         """The cheapest method, and how many steps it will take."""
         prices, t = {}, abs(self.end)
         for name, (c, price) in _constants(self.scene).items():
@@ -190,7 +192,7 @@ def _path(search: _Search, states: Array, error: float, steps: int) -> Path:
     return Path(search.scene, states, method, step, None, spent, _choice=choice)
 
 
-def _constants(scene: Scene) -> dict[str, tuple[float, float]]:
+def _constants(scene: Scene) -> _Constants:
     return _SYMMETRIC if scene.body.is_symmetric else _GENERAL
 
 

@@ -7,26 +7,23 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path as File
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .._core import start as start_top
 from .._core import statuses
-from .._ground.arguments import Array, whole
+from .._ground.arguments import Array, Numbers, whole
 from .._ground.files import write
 from .._model.scene import Scene, parse
 from .._recording.path import Path, Stats, kept, path_of, stopped, way
 from .._recording.recording import in_pieces, told, with_events
-from .._request.methods import ELSE
 from .._request.plan import Plan, plan_of
 from .._request.request import Progress, Request, checked_every, checked_progress, request
 from .._request.times import (
     PIECE,
-    direction,
     listed,
     pieces,
     refuse_disorder,
@@ -71,9 +68,7 @@ class Run:
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
-    def to(
-        self, t: ArrayLike, *, every: int | None = None, progress: Progress | None = None
-    ) -> Path:
+    def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
         """On to t: a number, for the state where the run stands and that at t, or with `every` for
         each so many steps not given yet; or a list, for exactly these. Raises what kreisel.solve
         raises; the run then stays at its last good state."""
@@ -102,7 +97,7 @@ class Run:
 
     def stream(
         self,
-        t: ArrayLike | Iterator[float],
+        t: Numbers | Iterator[float],
         *,
         every: int | None = None,
         chunk: int = PIECE,
@@ -126,7 +121,7 @@ class Run:
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _asked(self, t: ArrayLike, every: int | None) -> Array:
+    def _asked(self, t: Numbers, every: int | None) -> Array:
         number = checked_every(self._request.method, every)
         asked = listed(t, self.step, number, self._request.size)
         if np.ndim(t) > 0 or self._fresh:
@@ -196,89 +191,6 @@ class Run:
         """Write the checkpoint; a file of that name is replaced once all is on the disk, never left
         half done."""
         write(file, self.checkpoint)
-
-
-def start(
-    scene: Scene,
-    method: str = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[str] | None = None,
-    events: Event | Sequence[Event] | None = None,
-    back: bool = False,
-) -> Run:
-    """A run of a scene that goes on in pieces: run.to(t) is kreisel.solve up to there,
-    run.save(file) and kreisel.resume let it go on another day.
-
-        file = pathlib.Path("run.kreisel")
-        run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)
-        for path in run.stream(1e6, every=100):
-            keep(path)
-            run.save(file)
-
-    The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric',
-    which tries whole runs.
-    """
-    if not isinstance(back, bool):
-        raise TypeError(f"back must be True or False, not {back!r}")
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    return Run(scene, asked, back, sought)
-
-
-def asked_for(
-    scene: object,
-    method: object,
-    step: object,
-    tol: object,
-    digits: object,
-    max_steps: object,
-    want: object,
-    events: object,
-) -> tuple[Request, tuple[Event, ...] | None]:
-    """The request in these words, and the events to look for: 'auto' is then what can."""
-    if events is None:
-        return request(scene, method, step, tol, digits, max_steps, want), None
-    name = ELSE if method == "auto" else method
-    asked = request(scene, name, step, tol, digits, max_steps, want, method)
-    return replace(asked, watched=True), checked_events(asked.method.name, events)
-
-
-def stream(
-    scene: Scene,
-    t: ArrayLike | Iterator[float],
-    method: str = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[str] | None = None,
-    events: Event | Sequence[Event] | None = None,
-    chunk: int = PIECE,
-    progress: Progress | None = None,
-) -> Iterator[Path]:
-    """The states of kreisel.solve, with the same bits, as paths of at most `chunk` states: in
-    constant memory.
-
-    t      a list, an iterator of times, which may have no end, or with `every` a number, which may
-           be math.inf [T]
-
-        for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
-        for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
-
-    Each path's stats are those of the whole run so far. Raises what kreisel.solve raises: for what
-    can be seen at once, at once; for what an iterator brings, when it comes; `.path` is what the
-    last path would have been.
-    """
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    number, size = checked_every(asked.method, every), whole("chunk", chunk, 1)
-    back, t = direction(t)
-    found = pieces(t, asked.step, number, size, None)
-    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:

@@ -3,25 +3,27 @@ anything runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import Literal, overload
 
-from numpy.typing import ArrayLike
-
-from .._ground.arguments import instance, positive, whole
+from .._ground.arguments import Numbers, instance, positive, whole
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
 from .._recording.path import Path
 from .._recording.recording import recorded, recorded_at_once, told
+from .._recording.watched import WatchedPath
 from .._request.request import Progress, checked_every, checked_progress, wanted
 from .._request.times import listed, refuse_endless
-from ..events import Event
 from .geometric import best
-from .run import Run, asked_for
+from .run import Run
+from .start import Looked, asked_for
 
 
+@overload
 def solve(
     scene: Scene,
-    t: ArrayLike,
-    method: str = "auto",
+    t: Numbers,
+    method: MethodName | Literal["geometric"] = "auto",
     *,
     step: float | None = None,
     tol: float | None = None,
@@ -29,9 +31,40 @@ def solve(
     every: int | None = None,
     max_steps: int = 0,
     error: float | None = None,
-    want: Iterable[str] | None = None,
+    want: Iterable[QuantityName] | None = None,
     progress: Progress | None = None,
-    events: Event | Sequence[Event] | None = None,
+    events: None = None,
+) -> Path: ...
+@overload
+def solve(
+    scene: Scene,
+    t: Numbers,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: float | None = None,
+    want: Iterable[QuantityName] | None = None,
+    progress: Progress | None = None,
+    events: Looked,
+) -> WatchedPath: ...
+def solve(
+    scene: Scene,
+    t: Numbers,
+    method: MethodName | Literal["geometric"] = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: float | None = None,
+    want: Iterable[QuantityName] | None = None,
+    progress: Progress | None = None,
+    events: Looked | None = None,
 ) -> Path:
     """The motion of a scene, which starts at t = 0.
 
@@ -87,11 +120,11 @@ def solve(
 
 def _geometric(
     scene: Scene,
-    t: ArrayLike,
+    t: Numbers,
     error: float | None,
     max_steps: int,
     others: Mapping[str, object],
-    want: Iterable[str] | None,
+    want: Iterable[QuantityName] | None,
     progress: Progress | None,
 ) -> Path:
     instance("scene", scene, Scene)

@@ -1,0 +1,39 @@
+"""A script in which nothing is wrong."""
+
+import itertools
+
+import kreisel as kr
+import numpy as np
+
+body = kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1))
+scene = kr.Scene(body, momentum=(0.172, -1.862, 1.46))
+heavier = scene.replace(gravity=2.0, momentum=np.array([1.0, 2.0, 3.0]))
+times = np.linspace(0, 10, 11)
+for t in (10, 10.0, [1, 2.5], (1, 2), range(3), times, np.arange(3), np.float32(3), np.int64(2)):
+    path = kr.solve(scene, t, "taylor")
+several = kr.solve(scene, [np.float64(1), np.float64(2)], want=("energy", "apex", "t"))
+listed = kr.solve(scene, 3, want=["nutation"], method="geometric", error=1e-3)
+name: kr.MethodName = "strang"
+names: list[kr.QuantityName] = ["energy", "spin"]
+named = kr.solve(scene, 1.0, name, step=0.1, want=names)
+again = kr.solve(scene, 1.0, named.method, step=0.1, want=named.want)
+print(path.energy.max(), path.velocity[0], path.q_low, path.error, path[0].apex, path(0.5).t)
+for method in kr.methods.values():
+    if method.suits(scene) and not method.adaptive:
+        kr.solve(scene, 1, method.name, step=0.01)
+for method_name in kr.methods:
+    if kr.methods[method_name].suits(scene):
+        kr.plan(scene, 1, method=method_name, step=0.01)
+watched = kr.solve(heavier, 9, events=[kr.events.nutation(), kr.events.crossing("spin", 1.0)])
+print(watched.events.t, watched.events.path.energy, len(watched.events))
+one = kr.solve(heavier, 9, events=kr.events.plane((0, 1, 0), most=3, terminal=True))
+print(one.events.which)
+run = kr.start(scene, events=[kr.events.loop(where={"apex_z": 1.0})], want=("energy",))
+print(run.to([1, 2]).events.direction, [piece.events.t for piece in run.stream([3.0])])
+print([piece.events.t for piece in kr.stream(scene, times, events=[kr.events.loop()])])
+endless = kr.stream(scene, (0.1 * k for k in itertools.count()), want=("energy",))
+print(next(endless).energy, kr.start(scene).to(3).events is None)
+closed = kr.exact(scene)
+print(closed(times).apex, closed([1, 2]).q, kr.exact([scene])(1.0).shape)
+table = kr.compare(scene, 10, methods=["rk4", "taylor"], steps=[0.1], truth="exact")
+print(table[0].method, kr.methods["taylor"].order)

@@ -1,0 +1,31 @@
+"""A script in which each line that says so is wrong, and nothing else."""
+
+import kreisel as kr
+
+scene = kr.scenes.thesis
+path = kr.solve(scene, 1.0)
+kr.solve(scene, 1, "taylr")  # wrong
+kr.solve(scene, 1, "geometric", error=1.0, events=[])  # wrong
+kr.start(scene, "geometric")  # wrong
+kr.stream(scene, [1.0], "strnag", step=0.1)  # wrong
+kr.plan(scene, method="rk5")  # wrong
+kr.compare(scene, 1, methods=["rk5"])  # wrong
+kr.solve(scene, 1, want=("energi",))  # wrong
+kr.start(scene, want=["enrgy"])  # wrong
+path.only(("apx",))  # wrong
+print(path.enregy)  # wrong
+print(kr.solve(scene, 1.0).events.t)  # wrong
+print(kr.start(scene).to(1.0).events.t)  # wrong
+kr.solve(scene, "10")  # wrong
+kr.solve(scene, ["10"])  # wrong
+kr.start(scene).to("10")  # wrong
+kr.exact(scene)("10")  # wrong
+path("10")  # wrong
+kr.solve(scene, 1, stpe=0.1)  # wrong
+kr.solve(scene, 1, "strang", step="0.1")  # wrong
+scene.replace(gravty=2)  # wrong
+scene.replace(gravity="2")  # wrong
+kr.events.plane((0, 1, 0), mst=3)  # wrong
+kr.solve(scene, 1, events=["loop"])  # wrong
+kr.start(scene, events=kr.events.loop)  # wrong
+path.energy = path.t  # wrong
