@@ -13,7 +13,7 @@ kreisel.methods, kreisel.scenes.
 
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
-from ._analysis.compare import Row, Table, compare
+from ._analysis.compare import CompareInterrupted, Row, Table, compare
 from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
@@ -36,6 +36,7 @@ __all__ = [
     "Apex",
     "Body",
     "Choice",
+    "CompareInterrupted",
     "Error",
     "Event",
     "Events",

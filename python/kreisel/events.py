@@ -165,7 +165,7 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     rest as in extremum, without `where`."""
     if number("within", within) < 1e-7:
         raise ValueError(
-            f"within must be at least 1e-7, not {within!r}: nearer to rest rounding decides"
+            f"within must be at least 1e-7, not {shown(within)}: nearer to rest rounding decides"
         )
     left = {name: factor * (within * within - 1.0) for name, factor in _SPEED.items()}
     return extremum({"apex_z": 1.0}, where=left | {"spin*spin": 1.0}, **more)
@@ -273,10 +273,10 @@ def _event(
             "than zero"
         )
     if direction not in (-1, 0, 1):
-        raise ValueError(f"direction must be 1, -1 or 0, not {direction!r}")
+        raise ValueError(f"direction must be 1, -1 or 0, not {shown(direction)}")
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
         if not isinstance(value, bool):
-            raise TypeError(f"{name} must be True or False, not {value!r}")
+            raise TypeError(f"{name} must be True or False, not {shown(value)}")
     limit = None if most is None else whole("most", most, 1)
     return Event(terms, where, extremum, int(direction), limit, terminal)
 

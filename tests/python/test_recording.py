@@ -127,7 +127,7 @@ def test_unknown_names_get_a_hint():
     path = kr.solve(GENERAL, [1.0])
     with pytest.raises(AttributeError, match="did you mean 'velocity'"):
         _ = path.velocty
-    with pytest.raises(AttributeError, match=r"there are .*energy"):
+    with pytest.raises(AttributeError, match=r"known are .*energy"):
         _ = path.nothing_like_it
     assert not hasattr(path, "plane")
 

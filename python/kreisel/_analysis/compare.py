@@ -20,6 +20,7 @@ from .._model.scene import Scene
 from .._recording.path import Error, Path, Stats
 from .._request.methods import fitting
 from .._request.methods import methods as known
+from .._request.request import Progress, checked_progress
 from .._verbs.solve import solve
 from ..quaternion import attitude_error
 from ..scenes import name_of
@@ -141,6 +142,7 @@ def compare(
     tols: Iterable[float] = (),
     truth: Path | MethodName = "auto",
     repeats: int = 5,
+    progress: Progress | None = None,
 ) -> Table:
     """Error and run time of methods on one scene; the repeats are interleaved, so that what
     disturbs, disturbs all alike.
@@ -151,18 +153,51 @@ def compare(
     truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or
              a sixteenth of the smallest step
 
+    progress called after each run with the part of them that is done, up to 1; what it raises stops
+             the comparison
+
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
+    Ctrl-C raises kreisel.CompareInterrupted, whose table has the rows so far.
     """
     instance("scene", scene, Scene)
     by_step = [positive("steps", step) for step in steps]
     by_tol = [positive("tols", tol) for tol in tols]
     runs = _runs(scene, t, methods, by_step, by_tol)
     rounds = whole("repeats", repeats, 1)
-    reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
-    for _ in range(rounds):
-        for run in runs:
-            run.repeat()
-    return Table(tuple(run.row(name_of(scene), reference) for run in runs))
+    tell = checked_progress(progress)
+    reference: Path | None = None
+    try:
+        reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
+        for done in range(rounds * len(runs)):
+            runs[done % len(runs)].repeat()
+            if tell is not None:
+                tell((done + 1) / (rounds * len(runs)))
+    except KeyboardInterrupt:
+        table = _table(scene, runs, reference)
+        total = f"{len(table)} of {len(runs)} runs were made"
+        raise CompareInterrupted(f"interrupted: {total} at least once", table) from None
+    return _table(scene, runs, reference)
+
+
+def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
+    """The rows of all that was run; none without a truth to tell their errors."""
+    if truth is None:
+        return Table(())
+    made = [run for run in runs if run.seconds or run.failure]
+    return Table(tuple(run.row(name_of(scene), truth) for run in made))
+
+
+class CompareInterrupted(KeyboardInterrupt):
+    """Ctrl-C during kreisel.compare. `.table` holds the rows of what was run at least once."""
+
+    __module__ = "kreisel"  # a traceback names what users catch
+
+    def __init__(self, message: str, table: Table) -> None:
+        super().__init__(message)
+        self.table = table
+
+    def __reduce__(self) -> tuple[type[CompareInterrupted], tuple[str, Table]]:
+        return type(self), (str(self), self.table)
 
 
 def _runs(

@@ -49,8 +49,14 @@ def instance(name: str, value: object, wanted: type[_T]) -> _T:
     return value
 
 
+def _has_unit(value: object) -> bool:
+    return hasattr(value, "unit") or hasattr(value, "units")
+
+
 def number(name: str, value: object) -> float:
     """A finite float."""
+    if _has_unit(value):
+        raise TypeError(f"{name} must be a number without a unit, not {shown(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, bool) or not isinstance(scalar, Real):
         raise TypeError(f"{name} must be a number, not {shown(value)}")
@@ -92,7 +98,8 @@ def array(name: str, value: object, what: str) -> Array:
     """An array of finite doubles, of any shape; `what` says what would be right."""
     if np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what}, none of them masked")
-    if any(hasattr(value, word) for word in ("unit", "units")):
+    kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
+    if any(map(_has_unit, (value, *kinds))):
         raise TypeError(f"{name} must be {what} without a unit: take its numbers in yours")
     try:
         given = np.asarray(value)

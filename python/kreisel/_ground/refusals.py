@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterable
 
 from .._core import statuses
+from .arguments import shown
 
 
 def refusal(status: str, detail: str) -> Exception:
@@ -14,6 +15,7 @@ def refusal(status: str, detail: str) -> Exception:
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
+_LONGEST = 100  # letters of what may be a name misspelt
 _OTHER_WORDS = {  # that books have for the same
     "attitude": "q",
     "omega": "velocity",
@@ -25,9 +27,13 @@ _OTHER_WORDS = {  # that books have for the same
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """A message for a name that is not known, with the nearest that is."""
+    return f"unknown {what} {shown(name)}; {nearest(name, known)}"
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The name that may have been meant, or all that there are."""
     names = list(known)
     word, _, axis = name.lower().replace("-", "_").partition("_")
     word = "_".join(filter(None, (_OTHER_WORDS.get(word, word), axis)))
-    near = difflib.get_close_matches(word, names, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
-    return f"unknown {what} {name!r}; {hint}"
+    near = difflib.get_close_matches(word[:_LONGEST], names, n=1)
+    return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)

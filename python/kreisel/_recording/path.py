@@ -310,6 +310,9 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
     """What the status of a run stands for: a failure with its path, or bad input."""
     kinds: dict[str, type[_Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
+    if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
+        below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
+        text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
     return refused(status, path.scene, path.method, path.step, path.tol)

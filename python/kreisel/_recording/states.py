@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from .._core import modified_energy, modified_energy4, values
 from .._ground.arguments import Array, frozen, number
 from .._ground.names import MethodName, Quantities, QuantityName
+from .._ground.refusals import nearest
 from .._model.scene import Scene
 from .._request.plan import Choice
 from .._request.quantities import QUANTITIES, WANTED, Quantity
@@ -86,10 +86,8 @@ class States(Quantities):
                 raise AttributeError(
                     f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
                 )
-            known = [word for word in ("states", *dir(type(self))) if not word.startswith("_")]
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
-            raise AttributeError(f"a path has no {name!r}; {hint}")
+            known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
+            raise AttributeError(f"a path has no {name!r}; {nearest(name, known)}")
 
     def _part(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .._core import start
+import numpy as np
+
+from .._core import start, values
 from .._ground.arguments import Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
@@ -65,6 +67,8 @@ class Plan:
     left_out      (what, why) of all that the scene or the request does not need
     kept          (what, why) of what is not needed and yet computed
     choice        of method="geometric": its target, error, conditioning and cost; else None
+    turn          about how far the top turns in a step: as fast as at the start, or as a pendulum
+                  would; None where the steps are chosen on the way [rad]
     """
 
     method: str
@@ -78,6 +82,7 @@ class Plan:
     left_out: Reasons
     kept: Reasons
     choice: Choice | None = None
+    turn: float | None = None
 
     def __str__(self) -> str:
         order = (
@@ -88,6 +93,9 @@ class Plan:
         parts = {
             "method": [f"{self.method}: {self.why}"],
             "equations": [self.form],
+            "step": []
+            if self.turn is None
+            else [f"{self.step:g}: in each the top turns by about {self.turn:.2g} rad"],
             "order": [f"{order}, kernel {self.kernel}" if self.kernel else order],
             "recorded": [f"{', '.join(self.columns)}: {self.bytes} bytes a state"],
             "left out": [f"{what}: {why}" for what, why in self.left_out],
@@ -153,7 +161,16 @@ def plan_of(
         left_out=_left_out(scene, done, states),
         kept=_kept(scene, done),
         choice=choice,
+        turn=_turn(scene, done),
     )
+
+
+def _turn(scene: Scene, done: Request) -> float | None:
+    """How far the top turns in a fixed step; from a radian on few methods can follow it."""
+    if done.step is None or done.method.adaptive:
+        return None
+    velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
+    return done.step * max(velocity, scene._fastest)
 
 
 def _why(scene: Scene, done: Request, choice: Choice | None) -> str:

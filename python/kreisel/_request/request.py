@@ -128,11 +128,11 @@ def wanted(want: object) -> tuple[QuantityName, ...] | None:
         raise TypeError(
             f"want must be names of quantities, as in want=('apex', 'energy'), not {shown(want)}"
         )
-    names = tuple(dict.fromkeys(want))
-    for name in names:
+    given = list(want)
+    for name in given:
         if not isinstance(name, str) or (name not in WANTED and name != "t"):
             raise ValueError(unknown("quantity in want:", str(name), ["t", *WANTED]))
-    kept = tuple(name for name in names if name != "t")
+    kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
         raise ValueError("want names no quantity beside t; leave it out for all of them")
     return kept

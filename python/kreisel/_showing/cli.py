@@ -15,7 +15,7 @@ from rich.console import Console, JustifyMethod
 from rich.progress import Progress
 from rich.table import Table as Grid
 
-from .._analysis.compare import Table
+from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compared
 from .._analysis.costs import page
 from .._core import version
@@ -230,18 +230,22 @@ def compare(
     repeats: int,
     csv_file: str | None,
 ) -> None:
-    """Error against run time, method by method."""
+    """Error against run time, method by method. What an interrupted comparison has is shown too."""
+    stopped: CompareInterrupted | None = None
     _refuse_no_place(csv_file)
     try:
         table = compared(scene, _one_or_more(t), methods, steps or (), tols or (), truth, repeats)
-    except Interrupted:
-        raise click.Abort() from None
+    except CompareInterrupted as error:
+        table, stopped = error.table, error
     except (Error, MemoryError, TypeError, ValueError) as error:
         raise click.ClickException(str(error)) from None
     if csv_file:
         with _one_line():
             table.to_csv(csv_file)
     Console().print(_in_columns(table))
+    if stopped:
+        click.echo(f"Error: {stopped}", err=True)
+        sys.exit(130)
 
 
 _LEFT = ("method", "")  # the columns of words

@@ -57,7 +57,8 @@ class Exact(_Rates):
     """The motion of a scene in closed form; call it with a time or an array of times for a
     kreisel.Path.
 
-    As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign.
+    As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign. Ctrl-C
+    is a plain KeyboardInterrupt: there is all or nothing, for no state waits for another.
     """
 
     def __call__(self, t: Numbers) -> Path:

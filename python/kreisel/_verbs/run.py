@@ -194,8 +194,9 @@ class Run:
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """The run of a checkpoint, or of the file in which it was saved, as it stood. `max_steps`:
-    another limit.
+    """The run of a checkpoint, or of the file in which it was saved, as it stood, with the events
+    that it looks for. `max_steps`: another limit. How to keep results exactly once though a run is
+    killed is told by help(kreisel.start).
 
     Raises ValueError for what is damaged, of another version of kreisel or another kind of machine;
     OSError for a file that cannot be read. Warns where this processor has another kernel of

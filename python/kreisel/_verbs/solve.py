@@ -142,7 +142,7 @@ def _geometric(
         )
     names, times = wanted(want), listed(t, None, None)
     if not times.any():
-        return solve(scene, t, "strang", step=1.0, want=names)  # nothing moves
+        return solve(scene, t, "strang", step=1.0, want=names, progress=progress)  # nothing moves
     refuse_endless(scene, float(times[-1]), None)
     most = whole("max_steps", max_steps, 0)
     callback = checked_progress(progress)

@@ -85,7 +85,25 @@ def start(
             run.save(file)
 
     The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric',
-    which tries whole runs.
+    which tries whole runs. With events each path tells those that it met, all together those of one
+    solve; a terminal one ends the run, which then goes no further: run.ended, and run.t is its
+    time.
+
+    A run killed between keep and save goes on behind what was kept last. For each state to be kept
+    once, cut off what lies behind run.t, as here where rows of eight doubles are appended to a
+    file:
+
+        file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
+        run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
+        with open("states", "r+b" if begun else "w+b") as kept:
+            t = np.fromfile(kept, dtype=[("t", float), ("q and m", float, 7)])["t"]
+            kept.truncate(64 * np.count_nonzero(abs(t) <= abs(run.t)))
+            kept.seek(0, os.SEEK_END)
+            for path in run.stream(1e6, every=100):
+                kept.write(path.states.tobytes())
+                kept.flush()
+                os.fsync(kept.fileno())
+                run.save(file)
     """
     if not isinstance(back, bool):
         raise TypeError(f"back must be True or False, not {shown(back)}")
@@ -167,7 +185,8 @@ def stream(
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
         for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
 
-    Each path's stats are those of the whole run so far. Raises what kreisel.solve raises: for what
+    Each path's stats are those of the whole run so far, its events those of its part of the way; a
+    terminal one ends the stream. Raises what kreisel.solve raises: for what
     can be seen at once, at once; for what an iterator brings, when it comes; `.path` is what the
     last path would have been.
     """

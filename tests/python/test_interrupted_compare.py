@@ -1,0 +1,98 @@
+"""A comparison that is stopped keeps the rows that it has; it tells how far it is."""
+
+import pickle
+
+import kreisel as kr
+import pytest
+from toolbox import python
+
+TOP = kr.scenes.asymmetric
+WORDS = {"methods": ["rk4", "strang", "taylor"], "steps": [0.1, 0.05], "repeats": 2}
+
+
+def test_a_comparison_tells_its_progress():
+    told = []
+    table = kr.compare(TOP, 1.0, progress=told.append, **WORDS)
+    assert len(table) == 5 and told == [pytest.approx(i / 10) for i in range(1, 11)]
+    assert told[-1] == 1.0
+    with pytest.raises(TypeError, match="progress must be a function"):
+        kr.compare(TOP, 1.0, progress=3, **WORDS)
+
+
+@pytest.mark.parametrize("made", [1, 3, 5, 7])
+def test_an_interrupted_comparison_keeps_its_rows(made):
+    told = []
+
+    def stop(part):
+        told.append(part)
+        if len(told) == made:
+            raise KeyboardInterrupt
+
+    with pytest.raises(kr.CompareInterrupted) as stopped:
+        kr.compare(TOP, 1.0, progress=stop, **WORDS)
+    rows = min(made, 5)
+    assert str(stopped.value) == f"interrupted: {rows} of 5 runs were made at least once"
+    whole = kr.compare(TOP, 1.0, **WORDS)
+    again = pickle.loads(pickle.dumps(stopped.value))
+    for table in (stopped.value.table, again.table):
+        assert len(table) == rows
+        for row, full in zip(table, whole, strict=False):
+            assert (row.method, row.step, row.steps) == (full.method, full.step, full.steps)
+            assert row.attitude_error == full.attitude_error and row.seconds > 0
+    assert isinstance(stopped.value, KeyboardInterrupt)
+
+
+SEND = """
+import os, signal, sys, threading
+import kreisel as kr, numpy as np
+from kreisel._showing.cli import main
+def send(*told):
+    os.kill(os.getpid(), signal.SIGINT)
+soon = threading.Timer(0.5, send)
+"""
+
+
+@pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
+def test_ctrl_c_ends_a_comparison(truth, when):
+    """In a run that would take hours, after one that takes none; or in the truth."""
+    done = python(
+        SEND
+        + f"""
+try:
+    {"" if when else "soon.start()"}
+    kr.compare(kr.scenes.thesis, 1e6, ["exact", "rk4"], steps=[1e-4], truth={truth!r}, {when})
+except kr.CompareInterrupted as stopped:
+    print([row.method for row in stopped.table])
+"""
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == ("['exact']" if truth == "exact" else "[]")
+
+
+def test_the_command_line_shows_what_there_is():
+    words = ["compare", "thesis", "--t", "1e6", "--methods", "exact,rk4", "--steps", "1e-4"]
+    code = f"""
+sys.argv[1:] = {[*words, "--truth", "exact"]}
+soon.start()
+main()
+"""
+    done = python(SEND + code)
+    assert done.returncode == 130, done.stderr
+    assert "exact" in done.stdout and "rk4" not in done.stdout
+    assert "interrupted: 1 of 2 runs" in done.stderr
+
+
+def test_ctrl_c_in_a_closed_form_is_plain():
+    done = python(
+        SEND
+        + """
+times = np.linspace(0, 10, 3_000_000)
+try:
+    soon.start()
+    while True:
+        kr.exact(kr.scenes.thesis)(times)
+except KeyboardInterrupt as stopped:
+    print(type(stopped).__name__)
+"""
+    )
+    assert (done.returncode, done.stdout) == (0, "KeyboardInterrupt\n"), done.stderr

@@ -1,0 +1,181 @@
+"""Messages: a refusal names the word, shows a line of the value at most, and says what would be
+right."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel import events
+from tops import GENERAL, LAGRANGE
+
+MANY = np.linspace(0.0, 1.0, 50_001)
+ONE_NAN = np.where(np.arange(50_001) == 777, np.nan, MANY)
+LONG = "x" * 5000
+ROWS = np.ones((300, 3))
+HUGE = 10**5000  # which Python does not write
+VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LONG}, HUGE, object()]
+
+
+class Quantity(np.ndarray):
+    """As in astropy: an array with a unit, of one number too."""
+
+    unit = "min"
+
+
+class Stripped:
+    """As in pint: numpy can take it, and drops its units."""
+
+    units = "minute"
+
+    def __init__(self, value):
+        self.value = value
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.value, dtype=dtype)
+
+    def __float__(self):
+        return float(self.value)
+
+
+def body():
+    return LAGRANGE.body
+
+
+CALLS = {
+    "momentum": lambda x: kr.Scene(body(), momentum=x),
+    "velocity": lambda x: kr.Scene(body(), velocity=x),
+    "attitude": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude=x),
+    "attitude_xyzw": lambda x: kr.Scene(body(), momentum=(1, 2, 3), attitude_xyzw=x),
+    "gravity": lambda x: GENERAL.replace(gravity=x),
+    "step": lambda x: kr.solve(GENERAL, 1, "strang", step=x),
+    "tol": lambda x: kr.solve(GENERAL, 1, tol=x),
+    "digits": lambda x: kr.solve(GENERAL, 1, digits=x),
+    "every": lambda x: kr.solve(GENERAL, 1, "strang", step=0.1, every=x),
+    "max_steps": lambda x: kr.solve(GENERAL, 1, max_steps=x),
+    "error": lambda x: kr.solve(GENERAL, 1, "geometric", error=x),
+    "progress": lambda x: kr.solve(GENERAL, 1, progress=x),
+    "method": lambda x: kr.solve(GENERAL, 1, x),
+    "want": lambda x: kr.solve(GENERAL, 1, want=x),
+    "events": lambda x: kr.solve(GENERAL, 1, events=x),
+    "scene": lambda x: kr.solve(x, 1),
+    "back": lambda x: kr.start(GENERAL, back=x),
+    "chunk": lambda x: kr.stream(GENERAL, [1.0], chunk=x),
+    "steps": lambda x: kr.compare(GENERAL, 1, ["rk4"], steps=[x]),
+    "methods": lambda x: kr.compare(GENERAL, 1, methods=[x]),
+    "repeats": lambda x: kr.compare(GENERAL, 1, ["taylor"], repeats=x),
+    "map": lambda x: kr.exact(LAGRANGE, map=x, step=0.1),
+    "function": lambda x: events.crossing(x),
+    "value": lambda x: events.crossing("spin", x),
+    "factor": lambda x: events.crossing({"spin": x}),
+    "direction": lambda x: events.nutation(direction=x),
+    "terminal": lambda x: events.nutation(terminal=x),
+    "most": lambda x: events.nutation(most=x),
+    "normal": lambda x: events.plane(x),
+    "of": lambda x: events.plane((0, 1, 0), of=x),
+    "within": lambda x: events.cusp(within=x),
+}
+
+
+@pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
+def test_no_message_holds_a_whole_argument(call):
+    for value in VALUES:
+        with pytest.raises((TypeError, ValueError)) as refusal:
+            call(value)
+        assert 0 < len(str(refusal.value)) < 600, type(value)
+
+
+OF_TIMES = {
+    "solve": lambda t: kr.solve(GENERAL, t),
+    "to": lambda t: kr.start(GENERAL).to(t),
+    "stream": lambda t: kr.stream(GENERAL, t),
+    "plan": lambda t: kr.plan(GENERAL, t),
+    "exact": lambda t: kr.exact(LAGRANGE)(t),
+    "all": lambda t: kr.exact([LAGRANGE])(t),
+    "map": lambda t: kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)(t),
+    "path": lambda t: kr.solve(GENERAL, 1)(t),
+    "compare": lambda t: kr.compare(GENERAL, t, ["taylor"]),
+}
+
+
+@pytest.mark.parametrize("call", OF_TIMES.values(), ids=OF_TIMES)
+@pytest.mark.parametrize("times", [ONE_NAN, ONE_NAN.tolist()], ids=["array", "list"])
+def test_a_time_that_is_none_is_told_by_its_place(call, times):
+    with pytest.raises(ValueError, match=r"must be finite, not .\[777\] = nan"):
+        call(times)
+
+
+@pytest.mark.parametrize("call", OF_TIMES.values(), ids=OF_TIMES)
+def test_times_with_a_unit_are_refused(call):
+    for times in (
+        np.array([1.0, 2.0]).view(Quantity),
+        np.array(1.0).view(Quantity),
+        Stripped([1.0, 2.0]),
+        [Stripped(1.0), Stripped(2.0)],
+        Stripped(1.0),
+    ):
+        if np.ndim(times) or call is not OF_TIMES["stream"]:  # which takes no number
+            with pytest.raises(TypeError, match=r"without a unit|must be a number"):
+                call(times)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["momentum", "attitude", "velocity", "attitude_xyzw", "steps", "value", "step", "normal"],
+)
+def test_numbers_with_a_unit_are_refused(name):
+    row = {"attitude": (1.0, 0, 0, 0), "attitude_xyzw": (0.0, 0, 0, 1)}.get(name, (1.0, 2.0, 3.0))
+    if name in ("steps", "value", "step"):
+        row = 1.0
+    for value in (np.array(row).view(Quantity), Stripped(row)):
+        with pytest.raises(TypeError, match=r"without a unit|must be a number"):
+            CALLS[name](value)
+
+
+def test_a_shape_is_told_in_place_of_the_numbers():
+    with pytest.raises(ValueError, match=r"3 numbers, not an array of shape \(300, 3\)$"):
+        kr.Scene(body(), momentum=ROWS)
+    with pytest.raises(ValueError, match=r"4 numbers .* not an array of shape \(101, 4\)$"):
+        CALLS["attitude_xyzw"](np.ones((101, 4)))
+
+
+# Names
+
+
+@pytest.mark.parametrize(
+    "word, meant", [("omega_y", "velocity"), ("omega", "velocity"), ("theta", "nutation"),
+                    ("phi", "precession_angle"), ("psi", "spin_angle"), ("enregy", "energy")]
+)  # fmt: skip
+def test_what_books_call_otherwise_is_understood(word, meant):
+    with pytest.raises(ValueError, match=f"did you mean '{meant}'"):
+        kr.solve(GENERAL, 1, want=[word])
+    with pytest.raises(AttributeError, match=f"a path has no '{word}'; did you mean '{meant}'"):
+        getattr(kr.solve(GENERAL, 1), word)
+
+
+def test_each_name_is_told_once():
+    with pytest.raises(AttributeError) as refusal:
+        kr.solve(GENERAL, 1).qqqqqqqqqqqq  # noqa: B018
+    names = str(refusal.value).partition("known are ")[2].split(", ")
+    assert len(names) > 30 and len(set(names)) == len(names)
+
+
+# What a tolerance or a step comes to
+
+
+@pytest.mark.parametrize(
+    "method, words",
+    [("taylor", {}), ("extrap", {}), ("implicit_midpoint", {"step": 0.1})],
+)
+def test_a_tolerance_out_of_reach_is_named(method, words):
+    said = "at tol = 1e-40, which is below the rounding of doubles: "
+    with pytest.raises(kr.Error, match=said + method):
+        kr.solve(kr.scenes.asymmetric, 1, method, tol=1e-40, **words)
+
+
+def test_the_plan_says_how_far_a_top_turns_in_a_step():
+    plan = kr.plan(LAGRANGE, method="strang", step=20)
+    speed = np.linalg.norm(kr.solve(LAGRANGE, [0.0]).velocity)
+    assert plan.turn >= 20 * speed * (1 - 1e-15)
+    assert f"step       20: in each the top turns by about {plan.turn:.2g} rad" in str(plan)
+    assert kr.plan(GENERAL).turn is None and "in each" not in str(kr.plan(GENERAL, step=1))
+    still = kr.Scene(body(), momentum=(0, 0, 0), gravity=0)
+    assert kr.plan(still, method="strang", step=1).turn == 0.0
