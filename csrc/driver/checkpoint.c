@@ -1,8 +1,8 @@
 /* Checkpoints: a top as bytes, and back. Both its motions go along with all their work, clocks,
  * counts and own units, but no pointer does: the top that is loaded has its own. So a fixed-step
  * motion goes on on its grid, an adaptive one with the step and order that it was about to take, a
- * dense one inside its piece. The bytes are a header, what KR_SAVED_TOP in top.h tells, the work, and
- * of each event that is watched where its search stands: so none is met twice, or lost. */
+ * dense one inside its piece. The bytes are a header, what KR_SAVED_TOP in top.h tells, the work,
+ * and of each event that is watched where its search stands: so none is met twice, or lost. */
 #include "top.h"
 
 typedef struct header {
