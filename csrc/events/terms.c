@@ -81,6 +81,13 @@ static void set(series s[4], int n, kr_quat q)
     s[2][PAD + n] = q.y;
     s[3][PAD + n] = q.z;
 }
+/* e q, with e along an axis of space. */
+static kr_quat from_axis(int axis, kr_quat q)
+{
+    const kr_quat products[3] = {
+        {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
+    return products[axis];
+}
 /* Adds the component along axis 0, 1 or 2 of space of a vector that is fixed in the body. */
 static void add_turned(const view *v, int axis, kr_vec3 body, double *c)
 {
@@ -88,12 +95,53 @@ static void add_turned(const view *v, int axis, kr_vec3 body, double *c)
     for (int i = 0; i < 4; i++) clear(v, left[i]), clear(v, right[i]);
     for (int n = 0; n <= v->order; n++) {
         const kr_quat q = attitude(v, n);
-        const kr_quat by_axis[3] = {
-            {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
-        set(left, n, by_axis[axis]);
+        set(left, n, from_axis(axis, q));
         set(right, n, q_mul(q, pure(body)));
     }
     for (int i = 0; i < 4; i++) multiply(v, left[i] + PAD, right[i] + PAD, c);
+}
+/* Adds factor times the angular momentum along an axis of space, of any change with time: the
+ * series of <e q, q M>, with M in the body. */
+static void add_turned_momentum(const view *v, double factor, int axis, double *c)
+{
+    /* q M component by component: numbers in q and M, and whether they count negative. */
+    static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
+                                       {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
+                                       {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
+                                       {{0, 2, 0}, {1, 1, 0}, {2, 0, 1}}};
+    series q[4], left[4], right[4], M[2][4];
+    for (int i = 0; i < 4; i++) {
+        clear(v, q[i]), clear(v, left[i]), clear(v, M[0][i]), clear(v, M[1][i]);
+        memset(right[i], 0, sizeof right[i]);
+    }
+    for (int n = 0; n <= v->order; n++) {
+        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
+        const kr_vec3 m = v_scale(factor, v_times(v->top->main.inertia, W));
+        set(q, n, attitude(v, n));
+        set(left, n, from_axis(axis, attitude(v, n)));
+        set(M[0], n, q4(m.x, v3(m.y, m.z, 0.0)));
+        set(M[1], n, q4(-m.x, v3(-m.y, -m.z, 0.0)));
+    }
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < 3; k++) {
+            const int *t = terms[i][k];
+            multiply(v, q[t[0]] + PAD, M[t[2]][t[1]] + PAD, right[i] + PAD);
+        }
+        memset(right[i] + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof(double));
+        multiply(v, left[i] + PAD, right[i] + PAD, c);
+    }
+}
+/* Adds factor times that along the vertical, <P, M>, without the attitude. */
+static void add_vertical_momentum(const view *v, double factor, double *c)
+{
+    series P[4], M[4];
+    for (int i = 0; i < 4; i++) clear(v, P[i]), clear(v, M[i]);
+    for (int n = 0; n <= v->order; n++) {
+        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
+        set(P, n, q4(0.0, v3(v->x[n][5], v->x[n][6], v->x[n][7])));
+        set(M, n, pure(v_scale(factor, v_times(v->top->main.inertia, W))));
+    }
+    for (int i = 1; i < 4; i++) multiply(v, P[i] + PAD, M[i] + PAD, c);
 }
 
 /* One function for each quantity that has KR_SERIES adds factor times the series of a component. */
@@ -106,6 +154,13 @@ static void add_q(const view *v, double factor, int axis, double *c)
 static void add_m(const view *v, double factor, int axis, double *c)
 {
     const kr_motion *motion = &v->top->main;
+    if (v_largest(motion->damping) > 0.0) {
+        if (axis == 2)
+            add_vertical_momentum(v, factor, c);
+        else
+            add_turned_momentum(v, factor, axis, c);
+        return;
+    }
     const kr_vec3 e = unit_vector(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
     const kr_vec3 M = v_times(motion->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
     const kr_quat q = attitude(v, 0);
@@ -202,7 +257,9 @@ static void sum_at_end(const kr_top *top, const kr_piece *p, const kr_event *e, 
                   W = v3(p->end_w[1], p->end_w[2], p->end_w[3]);
     const kr_quat q = q4(p->end_x[0], v3(p->end_x[1], p->end_x[2], p->end_x[3])),
                   dq = q_scale(0.5, q_mul(q, pure(W)));
-    const kr_vec3 dP = v_cross(P, W), torque = v_add(v_cross(v_times(A, W), W), v_cross(P, lever));
+    const kr_vec3 drag = v_scale(-1.0 / p->rate, v_times(top->main.damping, W));
+    const kr_vec3 dP = v_cross(P, W), gravity = v_cross(P, lever),
+                  torque = v_add(v_add(v_cross(v_times(A, W), W), gravity), drag);
     const double x[2][8] = {{q.w, q.x, q.y, q.z, 0.0, P.x, P.y, P.z},
                             {dq.w, dq.x, dq.y, dq.z, 0.0, dP.x, dP.y, dP.z}};
     const double w[2][4] = {{0.0, W.x, W.y, W.z},

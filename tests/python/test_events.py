@@ -47,10 +47,11 @@ def changes(values, times):
     return times[at], np.sign(values[at + 1])
 
 
+@pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
-def test_none_missed_none_twice(seed):
+def test_none_missed_none_twice(seed, damping):
     """States a thousand times as dense as the steps show each change that the search finds."""
-    scene = random_scene(np.random.default_rng(seed))
+    scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
     path = kr.solve(scene, end, events=wanted)

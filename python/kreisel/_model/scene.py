@@ -34,6 +34,7 @@ class _Changes(TypedDict, total=False):
     attitude: ArrayLike
     attitude_xyzw: ArrayLike
     gravity: float
+    damping: ArrayLike | None
 
 
 @dataclass(frozen=True, init=False)
