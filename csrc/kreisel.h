@@ -378,7 +378,7 @@ typedef struct kr_turning {
     double critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3, beyond which it sleeps [T^-1] */
     /* To 1e-12, "sleeping", "hanging", "steady", "separatrix" (to the upright, in infinite time),
      * "pendulum" (in a plane), "rosette" (through the vertical); by the sense of the precession at
-     * the upper turning point and the lower "loops", "cusps", "waves"; free: "resting", "circle". */
+     * the upper turning point to that below "loops", "cusps", "waves"; free "resting", "circle". */
     const char *course;
     double sum, difference, inertia, axial_energy, lever;
 } kr_turning;

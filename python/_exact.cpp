@@ -72,8 +72,8 @@ static doubles exact_plans_states(const doubles &plans, const doubles &t)
     });
     return out;
 }
-// A row a scene, of what a kr_turning holds beside its course; the courses; and how many scenes there
-// are before the first without turning points, whose status it is.
+// A row a scene, of what a kr_turning holds beside its course; the courses; and how many scenes
+// there are before the first without turning points, whose status it is.
 static py::tuple exact_turnings(const py::list &blocks)
 {
     std::vector<kr_scene> scenes;

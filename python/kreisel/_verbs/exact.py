@@ -24,10 +24,10 @@ from .._core import (
 )
 from .._ground.arguments import Array, array, instance, number
 from .._model.scene import Scene
+from .._model.turning import Turnings, turnings
 from .._recording.path import Path, Stats
 from .._request.methods import EXACT, fitting, methods
 from .._request.times import refuse_endless
-from .turning import Turnings, turnings
 
 _MAP = "bobenko_suris"
 _COUNTABLE = 2.0**53

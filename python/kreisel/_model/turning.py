@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._core import exact_turnings, statuses
 from .._ground.arguments import Array, frozen
-from .._model.scene import Scene
+from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

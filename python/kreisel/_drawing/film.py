@@ -1,0 +1,171 @@
+"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory and
+beside its place, so that a file is there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path as File
+
+import numpy as np
+
+from .._ground.arguments import Array
+from .._ground.files import refuse_no_place, write
+from .._ground.optional import installed
+from .._model.body import Body
+from .charts import ball
+from .solids import BLUE, ORANGE, bare, faces, solid_of, view
+
+with installed("'kreisel[plot]'"):
+    import matplotlib
+    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+MOST_FRAMES = 1000
+BETWEEN = 8  # points of the trace from one frame to the next
+_DPI = 100
+_REACH = 0.8  # of the sphere's radius, up to which the body is drawn
+
+
+class Film:
+    """A film of a path: save it, or let a notebook show it.
+
+    t    (n,) times of its frames, evenly spaced [T]
+    fps  how many of them are shown in a second
+    """
+
+    t: Array
+    fps: float
+
+    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: float, size: int) -> None:
+        """`apex` has BETWEEN points for each step from frame to frame."""
+        self.t, self.fps = t, fps
+        self._body, self._q, self._apex, self._size = body, q, apex, size
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
+        return f"<kreisel.Film: {len(self)} frames, {self.fps:g} a second, {span}>"
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
+        all. ValueError for other names, OSError where it cannot be written."""
+        make = maker_of(file)
+        write(file, make(self))
+
+    def _repr_html_(self) -> str:
+        return self._page
+
+    @cached_property
+    def _page(self) -> str:
+        return _html(self).decode()
+
+    def _figures(self) -> Iterator[Figure]:
+        """One figure, drawn anew for each frame."""
+        figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
+        FigureCanvasAgg(figure)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ball(axes)
+        bare(axes)
+        (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
+        (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
+        (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
+        (tip,) = axes.plot([], [], "o", color=ORANGE, markersize=4)
+        clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
+        x, y, depth = view(self._apex)
+        quads, colours = _solid(self._body)
+        for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
+            seen = slice(0, i * BETWEEN + 1)
+            behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
+            trace.set_data(x[seen], np.where(depth[seen] > 0.0, y[seen], np.nan))
+            now = i * BETWEEN
+            needle.set_data([0.0, x[now]], [0.0, y[now]])
+            tip.set_data([x[now]], [y[now]])
+            front = 4.0 if depth[now] > 0.0 else 1.0
+            needle.set_zorder(1.0)
+            tip.set_zorder(front)
+            solid = faces(axes, quads @ _matrix(q).T, colours)
+            solid.set_zorder(2.0)
+            clock.set_text(f"t = {t:.4g}")
+            yield figure
+            solid.remove()
+
+
+def _solid(body: Body) -> tuple[Array, Array]:
+    """Faces along the frame of description, scaled into the sphere, and their colours."""
+    quads, colours = solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads = quads @ _matrix(np.array(body.axes)).T
+    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
+
+
+def _matrix(q: Array) -> Array:
+    """The rotation of a unit quaternion (w, x, y, z): columns are the turned axes."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (z * x + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (z * z + x * x), 2 * (y * z - w * x)],
+            [2 * (z * x - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def maker_of(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+    """What makes a film for a file of this name; refuses it before anything is computed."""
+    suffix = File(file).suffix.lower()
+    if suffix not in _MAKERS:
+        raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
+    refuse_no_place(file)
+    return _MAKERS[suffix]
+
+
+def _gif(film: Film) -> bytes:
+    """Frames go to the palette of the first one and are kept in it, a byte a point."""
+    images = _images(film)
+    first = next(images).quantize(128)
+    rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
+    file = BytesIO()
+    pause = 10 * max(2, round(100.0 / film.fps))  # a GIF counts hundredths of a second
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
+    return file.getvalue()
+
+
+def _images(film: Film) -> Iterator[Image.Image]:
+    for figure in film._figures():
+        canvas = figure.canvas
+        assert isinstance(canvas, FigureCanvasAgg)
+        canvas.draw()
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+
+
+def _html(film: Film) -> bytes:
+    with matplotlib.rc_context({"animation.embed_limit": 500.0}):
+        return _written(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+
+
+def _mp4(film: Film) -> bytes:
+    return _written(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+
+
+def _written(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+    """What a writer of matplotlib's makes of the frames, by way of a folder that does not stay."""
+    frames = film._figures()
+    with tempfile.TemporaryDirectory() as folder:
+        out = File(folder, f"film{suffix}")
+        with writer.saving(next(frames), out, _DPI):
+            writer.grab_frame()
+            for _ in frames:
+                writer.grab_frame()
+        return out.read_bytes()
+
+
+_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _html}
