@@ -45,11 +45,12 @@ class Apex:
     scene: Scene
 
     def __repr__(self) -> str:
+        kind = self.scene.body.kind
         if not len(self.t):
-            return f"<kreisel.Apex: no points; kind {self.kind!r}>"
+            return f"<kreisel.Apex: no points; kind {kind!r}>"
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
         heights = f"heights {self.height.min():.3g} .. {self.height.max():.3g}"
-        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {self.kind!r}>"
+        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {kind!r}>"
 
     @property
     def height(self) -> Array:

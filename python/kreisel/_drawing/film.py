@@ -1,5 +1,5 @@
-"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory and
-beside its place, so that a file is there whole or not at all."""
+"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory,
+so that a file is there whole or not at all."""
 
 from __future__ import annotations
 
@@ -9,27 +9,43 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 from io import BytesIO
 from pathlib import Path as File
+from typing import Protocol
 
 import numpy as np
 
-from .._ground.arguments import Array
+from .._ground.arguments import Array, positive, whole
 from .._ground.files import refuse_no_place, write
 from .._ground.optional import installed
 from .._model.body import Body
+from .._model.scene import Scene
 from .charts import ball
 from .solids import BLUE, ORANGE, bare, faces, solid_of, view
 
 with installed("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from PIL import Image
 
-MOST_FRAMES = 1000
+MOST_POINTS = 2**28  # of all frames; a GIF keeps a byte of each
 BETWEEN = 8  # points of the trace from one frame to the next
+SECONDS = 8.0
 _DPI = 100
 _REACH = 0.8  # of the sphere's radius, up to which the body is drawn
+
+
+class Moving(Protocol):
+    """What a film needs of a path."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def q(self) -> Array: ...
+    @property
+    def apex(self) -> Array: ...
+    def __call__(self, t: Array, /) -> Moving: ...
 
 
 class Film:
@@ -40,9 +56,9 @@ class Film:
     """
 
     t: Array
-    fps: float
+    fps: int
 
-    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: float, size: int) -> None:
+    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
         """`apex` has BETWEEN points for each step from frame to frame."""
         self.t, self.fps = t, fps
         self._body, self._q, self._apex, self._size = body, q, apex, size
@@ -52,7 +68,7 @@ class Film:
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
-        return f"<kreisel.Film: {len(self)} frames, {self.fps:g} a second, {span}>"
+        return f"<kreisel.Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
@@ -70,7 +86,6 @@ class Film:
     def _figures(self) -> Iterator[Figure]:
         """One figure, drawn anew for each frame."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
-        FigureCanvasAgg(figure)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         ball(axes)
         bare(axes)
@@ -81,21 +96,58 @@ class Film:
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = view(self._apex)
         quads, colours = _solid(self._body)
+        out = float((quads @ _matrix(self._q[0]).T @ self._apex[0]).max())  # of the body, there
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
             trace.set_data(x[seen], np.where(depth[seen] > 0.0, y[seen], np.nan))
             now = i * BETWEEN
-            needle.set_data([0.0, x[now]], [0.0, y[now]])
+            needle.set_data([out * x[now], x[now]], [out * y[now], y[now]])
             tip.set_data([x[now]], [y[now]])
-            front = 4.0 if depth[now] > 0.0 else 1.0
-            needle.set_zorder(1.0)
-            tip.set_zorder(front)
+            for part in needle, tip:
+                part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
             solid = faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
             yield figure
             solid.remove()
+
+
+def film_of(
+    path: Moving,
+    file: str | os.PathLike[str] | None,
+    speed: float | None,
+    fps: int,
+    size: int,
+) -> Film:
+    """A film of a path, saved where a file is named; what cannot be is refused before anything
+    runs."""
+    make = None if file is None else maker_of(file)
+    rate, wide = whole("fps", fps, 1), whole("size", size, 16)
+    begin, end = _ends(path.t)
+    pace = abs(end - begin) / SECONDS if speed is None else positive("speed", speed)
+    frames = abs(end - begin) / pace * rate + 1.0
+    if frames * wide * wide > MOST_POINTS:
+        most = max(MOST_POINTS // wide**2 - 1, 1)
+        raise ValueError(
+            f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
+            f"with speed = {abs(end - begin) / most * rate:.3g}, or take fewer or smaller ones"
+        )
+    steps = max(round(frames) - 1, 1)
+    t = np.linspace(begin, end, steps * BETWEEN + 1)
+    states = path(t)
+    film = Film(path.scene.body, t[::BETWEEN], states.q[::BETWEEN], states.apex, rate, wide)
+    if file is not None and make is not None:
+        write(file, make(film))
+    return film
+
+
+def _ends(t: Array) -> tuple[float, float]:
+    """The first and the last time of a path, whatever the order of those between."""
+    low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
+    if not low < high:
+        raise ValueError("a film needs a path of some time: solve to a later one")
+    return (low, high) if t[-1] >= t[0] else (high, low)
 
 
 def _solid(body: Body) -> tuple[Array, Array]:
@@ -131,7 +183,12 @@ def maker_of(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
 def _gif(film: Film) -> bytes:
     """Frames go to the palette of the first one and are kept in it, a byte a point."""
     images = _images(film)
-    first = next(images).quantize(128)
+    full = next(images)
+    first = full.quantize(128)
+    ground = np.array(full.getpixel((0, 0)))
+    colours = np.array(first.getpalette()).reshape(-1, 3)
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # else it is taken for a neighbour
+    first.putpalette(colours.ravel().tolist())
     rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
     file = BytesIO()
     pause = 10 * max(2, round(100.0 / film.fps))  # a GIF counts hundredths of a second
@@ -141,10 +198,10 @@ def _gif(film: Film) -> bytes:
 
 def _images(film: Film) -> Iterator[Image.Image]:
     for figure in film._figures():
-        canvas = figure.canvas
-        assert isinstance(canvas, FigureCanvasAgg)
-        canvas.draw()
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy())
+        raw = BytesIO()
+        figure.savefig(raw, format="rgba", dpi=_DPI)
+        size = figure.canvas.get_width_height()
+        yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
 
 
 def _html(film: Film) -> bytes:
