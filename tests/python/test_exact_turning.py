@@ -1,6 +1,7 @@
 """Turning points, course and potential of closed forms, against the roots in 60 digits."""
 
 import copy
+import doctest
 import math
 import pickle
 
@@ -235,3 +236,10 @@ def test_frames_of_description_do_not_matter():
     top = kr.exact(ball)
     nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
     assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
+
+
+@pytest.mark.parametrize("what", [kr.Exact, kr.ExactEnsemble])
+def test_examples_run(what):
+    tests = doctest.DocTestFinder().find(what, globs={})
+    assert sum(len(test.examples) for test in tests) > 1
+    assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)

@@ -27,14 +27,14 @@ def plot(
     degrees  angles in degrees rather than in radians
 
     Where the closed form tells the turning points, broken lines are the nutations between which the
-    motion stays; the events of a path are marked. Nothing of it is known to pyplot: the picture's
-    figure goes to a file by savefig.
+    motion stays; the events of a path are marked. It is unknown to pyplot: to a file goes
+    `kr.plot(path).figure.savefig("top.png")`.
 
-        >>> path = kr.solve(kr.scenes.cusps, np.linspace(0, 10, 1001))
-        >>> sphere, nutation, precession = picture = kr.plot(path, degrees=True)
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
+        >>> sphere, nutation, precession = kr.plot(path, degrees=True)
         >>> nutation.get_ylabel()
         'nutation [°]'
-        >>> picture.figure.savefig("cusps.png")
 
     Raises ValueError for a path without states, ImportError without matplotlib.
     """

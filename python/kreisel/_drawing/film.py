@@ -68,7 +68,7 @@ class Film:
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
-        return f"<kreisel.Film: {len(self)} frames, {self.fps} a second, {span}>"
+        return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
@@ -209,6 +209,12 @@ def _html(film: Film) -> bytes:
         return _written(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
 
 
+def _document(film: Film) -> bytes:
+    return (
+        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n' + _html(film) + b"</html>\n"
+    )
+
+
 def _mp4(film: Film) -> bytes:
     return _written(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
 
@@ -225,4 +231,4 @@ def _written(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
         return out.read_bytes()
 
 
-_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _html}
+_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _document}

@@ -258,9 +258,10 @@ class Path(Tables):
         fps    frames in a second; of a GIF, hundredths of a second
         size   of a frame, high and wide [pixels]
 
+            >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, 2)
-            >>> path.animate("top.gif", fps=5, size=120)
-            <kreisel.Film: 41 frames, 5 a second, t = 0 .. 2>
+            >>> path.animate(fps=5, size=120)
+            <Film: 41 frames, 5 a second, t = 0 .. 2>
 
         Frames are evenly spaced in time, whatever the path's times are: their states are those of
         `path(t)`, which raises what it cannot give. ValueError for a path within no time, and for

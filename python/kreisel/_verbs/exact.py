@@ -63,6 +63,7 @@ class Exact(_Rates):
 
     As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign.
 
+        >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
         >>> top.course, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
         ('cusps', 0.9273, 1.1414)
@@ -148,9 +149,10 @@ class ExactEnsemble:
     scene alone; so are the states, bit for bit. ValueError, asked for turning points, where one
     scene has none.
 
+        >>> import kreisel as kr
         >>> tops = [kr.scenes.cusps.replace(momentum=(0, 0, m)) for m in (1, 2, 3)]
         >>> kr.exact(tops).greatest_nutation.round(3)
-        array([2.356, 1.77 , 1.369])
+        array([2.244, 1.465, 1.141])
     """
 
     scenes: tuple[Scene, ...]
