@@ -369,26 +369,22 @@ KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* The turning points of the apex, from the roots of the closed form: of Lagrange tops, and of free
- * bodies that are symmetric about the apex (KR_ERR_METHOD for others). What follows `course` is its
- * own. The potential [M L^2 T^-2] is what I1/2 (d nutation/dt)^2 leaves of the scene's energy. */
+/* The turning points of the apex, of Lagrange tops and of free bodies symmetric about the apex
+ * (KR_ERR_METHOD for others). The course is "resting", "circle" (both free), "sleeping", "hanging",
+ * "steady", "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps", "waves".
+ * The potential is what I1/2 (d nutation/dt)^2 leaves of the energy [M L^2 T^-2]. */
 typedef struct kr_turning {
-    double least, greatest;     /* the nutation there, 0 .. pi [rad] */
-    double t_least, t_greatest; /* from the start on it is so first; INFINITY: never [T] */
-    double critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3, beyond which it sleeps [T^-1] */
-    /* To 1e-12, "sleeping", "hanging", "steady", "separatrix" (to the upright, in infinite time),
-     * "pendulum" (in a plane), "rosette" (through the vertical); by the sense of the precession at
-     * the upper turning point to that below "loops", "cusps", "waves"; free "resting", "circle". */
+    double least, greatest, t_least, t_greatest; /* nutation [rad], first so, or INFINITY [T] */
+    double critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3: a top sleeps beyond it [T^-1] */
     const char *course;
-    double sum, difference, inertia, axial_energy, lever;
+    double sum, difference, inertia, axial_energy, lever; /* its own */
 } kr_turning;
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The k-th state of bobenko_suris, at start.t + k step, at once, k of either sign; the map's own
  * period, precession and spin are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer
- * than k'^2 = 1e-26 to a separatrix of the map at this step, where double-double does not
- * suffice. */
+ * than k'^2 = 1e-26 to a separatrix of the map at this step. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;

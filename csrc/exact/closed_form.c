@@ -1,6 +1,6 @@
 /* The closed form of a scene, one state of it at a time, and its turning points. This file is
- * compiled once per instruction set, because products in double-double are three times as fast where
- * a fused product gives what the rounded one leaves out. */
+ * compiled once per instruction set, because products in double-double are three times as fast
+ * where a fused product gives what the rounded one leaves out. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"

@@ -9,18 +9,20 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
+/* What is equal to KR_KIND_RTOL, of an angle in rad or of a precession or momentum in its terms, is
+ * equal here. */
 enum course {
-    RESTING, /* nothing pulls, and the apex rests */
-    CIRCLE,  /* nothing pulls: a circle about the angular momentum */
-    SLEEPING,
-    HANGING,
-    STEADY,
-    SEPARATRIX,
-    PENDULUM,
-    ROSETTE, /* through the vertical, above or below */
-    LOOPS,   /* above it precesses against its sense below */
-    CUSPS,   /* above it stands still */
-    WAVES
+    RESTING,    /* nothing pulls, and the apex rests */
+    CIRCLE,     /* nothing pulls: a circle about the angular momentum */
+    SLEEPING,   /* upright against gravity */
+    HANGING,    /* straight down */
+    STEADY,     /* precession without nutation */
+    SEPARATRIX, /* to the upright, in infinite time */
+    PENDULUM,   /* in a plane, to and fro or over the top */
+    ROSETTE,    /* through the vertical, above or below */
+    LOOPS,      /* above it precesses against its sense below */
+    CUSPS,      /* above it stands still */
+    WAVES       /* it precesses in one sense */
 };
 static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
                                       "steady",  "separatrix", "pendulum", "rosette",
