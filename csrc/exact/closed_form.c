@@ -36,7 +36,8 @@ static kr_status find_turning(const kr_scene *scene, kr_turning *out)
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL);
-    if (!turns_about_apex(&scene->body, kind)) return KR_ERR_METHOD;
+    if (!turns_about_apex(&scene->body, kind) || v_largest(scene->damping) > 0.0)
+        return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     const int below = top.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;

@@ -7,7 +7,7 @@
 static kr_scene top_of(double height, double gravity, kr_quat q, kr_vec3 m)
 {
     const kr_scene s = {
-        {1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, height}, {1, 0, 0, 0}}, gravity, {2.0, q, m}};
+        {1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, height}, {1, 0, 0, 0}}, gravity, {2.0, q, m}, {0, 0, 0}};
     return s;
 }
 static kr_scene random_top(int number)
@@ -115,6 +115,9 @@ static void refusals(void)
     IS(kr_exact_turning(NULL, &r) == KR_ERR_ARGUMENT && kr_exact_turning(&top, NULL) != KR_OK);
     bad.start.q.w += 1.0;
     IS(kr_exact_turning(&bad, &r) == KR_ERR_ATTITUDE);
+    bad = top;
+    bad.damping.z = 1e-9;
+    IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD);
     bad = asymmetric();
     IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD);
     bad.gravity = 0.0;

@@ -165,6 +165,12 @@ def test_nutation_is_refused_between_states_too_far_apart(scene):
     assert read.period == pytest.approx(period, rel=1e-2)
 
 
+def test_nutation_of_a_damped_top_is_measured_too():
+    scene = kr.scenes.cusps.replace(damping=(1e-9, 1e-9, 1e-9))
+    read = kr.apex(kr.solve(scene, np.linspace(0, 10, 2001))).nutation()
+    assert read.period == pytest.approx(kr.exact(kr.scenes.cusps).period, rel=1e-6)
+
+
 def test_nutation_near_a_pole_loses_no_digits():
     """Of a height 1 - 1e-12 a cosine alone would tell no more than four."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1), momentum=(1e-6, 0, 5))

@@ -219,6 +219,8 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
     tops = kr.exact([LAGRANGE, free])
     with pytest.raises(ValueError, match=r"^scene\[1\]: turning points are those of a Lagrange"):
         tops.greatest_nutation  # noqa: B018
+    with pytest.raises(ValueError, match="with damping"):
+        kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
     beside = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
     with pytest.raises(ValueError, match="kind 'euler'"):
         kr.exact(beside).course  # noqa: B018

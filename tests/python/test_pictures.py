@@ -57,6 +57,7 @@ def test_the_trace_is_the_apex_seen_from_a_little_above():
         (kr.scenes.steady_precession, "steady, by taylor", 3),
         (kr.scenes.sleeping, "rosette, by taylor", 3),
         (GENERAL, "general, by taylor", 1),
+        (kr.scenes.cusps.replace(damping=(0.1, 0.1, 0.1)), "lagrange, by taylor", 1),
         (FREE, "euler, by taylor", 1),
     ],
 )

@@ -104,7 +104,7 @@ class Apex:
 
     def _refuse_sparse(self) -> None:
         """Turning points between states too far apart are other ones, or none."""
-        top = exact(self.scene)
+        top = exact(self.scene.replace(damping=(0, 0, 0)))
         period, apart = (
             2.0 * abs(top.t_least - top.t_greatest),
             float(np.abs(np.diff(self.t)).max()),

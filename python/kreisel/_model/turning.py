@@ -42,8 +42,8 @@ def turnings(scenes: Sequence[Scene]) -> Turnings:
 def _reason(status: str, scene: Scene) -> str:
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
+    what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"
     return (
         "turning points are those of a Lagrange top, or of a body that is symmetric about its apex "
-        f"and free of torque; the apex of this one, of kind {scene.body.kind!r}, has none that "
-        "come again"
+        f"and free of torque; the apex of {what} has none that come again"
     )
