@@ -370,10 +370,22 @@ KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
+/* The turning points of the apex, of Lagrange tops and of free bodies symmetric about the apex
+ * (KR_ERR_METHOD for others). The course is "resting", "circle" (both free), "sleeping", "hanging",
+ * "steady", "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps", "waves".
+ * The potential is what I1/2 (d nutation/dt)^2 leaves of the energy [M L^2 T^-2]. */
+typedef struct kr_turning {
+    double least, greatest, t_least, t_greatest; /* nutation [rad], first so, or INFINITY [T] */
+    double critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3: a top sleeps beyond it [T^-1] */
+    const char *course;
+    double sum, difference, inertia, axial_energy, lever; /* its own */
+} kr_turning;
+KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
+KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
+
 /* The k-th state of bobenko_suris, at start.t + k step, at once, k of either sign; the map's own
  * period, precession and spin are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer
- * than k'^2 = 1e-26 to a separatrix of the map at this step, where double-double does not
- * suffice. */
+ * than k'^2 = 1e-26 to a separatrix of the map at this step. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;

@@ -72,6 +72,48 @@ static doubles exact_plans_states(const doubles &plans, const doubles &t)
     });
     return out;
 }
+// A row a scene, of what a kr_turning holds beside its course; the courses; and how many scenes
+// there are before the first without turning points, whose status it is.
+static py::tuple exact_turnings(const py::list &blocks)
+{
+    std::vector<kr_scene> scenes;
+    scenes.reserve(blocks.size());
+    for (const auto &block : blocks) scenes.push_back(py::cast<kr_scene>(block));
+    doubles out({py::ssize_t(scenes.size()), py::ssize_t(10)});
+    double *rows = out.mutable_data();
+    std::vector<const char *> courses(scenes.size());
+    kr_status status = KR_OK;
+    py::ssize_t done = 0;
+    in_pieces(py::ssize_t(scenes.size()), [&](py::ssize_t, py::ssize_t end) {
+        for (kr_turning r; done < end && status == KR_OK; done += status == KR_OK) {
+            status = kr_exact_turning(&scenes[size_t(done)], &r);
+            if (status != KR_OK) continue;
+            const double row[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
+                                  r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
+            std::copy(std::begin(row), std::end(row), rows + 10 * done);
+            courses[size_t(done)] = r.course;
+        }
+    });
+    py::list names;
+    for (py::ssize_t i = 0; i < done; i++) names.append(courses[size_t(i)]);
+    return py::make_tuple(name_of(status), done, out, names);
+}
+// The potential at each nutation, by a row of exact_turnings.
+static doubles turning_potential(const doubles &row, const doubles &nutation)
+{
+    const double *r = row.data();
+    kr_turning turning = {};
+    turning.sum = r[5];
+    turning.difference = r[6];
+    turning.inertia = r[7];
+    turning.axial_energy = r[8];
+    turning.lever = r[9];
+    doubles out(nutation.size());
+    double *to = out.mutable_data();
+    for (py::ssize_t i = 0; i < nutation.size(); i++)
+        to[i] = kr_turning_potential(&turning, nutation.data()[i]);
+    return out;
+}
 static py::tuple exact_map_plan(const kr_scene &scene, double step)
 {
     kr_exact_map map = {};
@@ -99,6 +141,8 @@ void bind_exact(py::module_ &m)
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
     m.def("exact_plans", exact_plans, "scenes"_a);
     m.def("exact_plans_states", exact_plans_states, "plans"_a, "t"_a);
+    m.def("exact_turnings", exact_turnings, "scenes"_a);
+    m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);
     m.def("exact_map_plan", exact_map_plan, "scene"_a, "step"_a);
     m.def("exact_map_states", exact_map_states, "plan"_a, "k"_a);
 }

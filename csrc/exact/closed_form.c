@@ -1,9 +1,9 @@
-/* The closed form of a scene, and one state of it at a time. This file is compiled once per
- * instruction set, because products in double-double are three times as fast where a fused product
- * gives what the rounded one leaves out. */
+/* The closed form of a scene, one state of it at a time, and its turning points. This file is
+ * compiled once per instruction set, because products in double-double are three times as fast
+ * where a fused product gives what the rounded one leaves out. */
 #include "dispatch.h"
 #include "euler.h"
-#include "lagrange.h"
+#include "turning.h"
 #include "from_scene.h"
 
 /* Sets the closed form up for a user's scene. Where `own` is not 0, it stays in working axes and
@@ -23,4 +23,29 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     if (!own) to_user(exact, &top, scene->start.t, top.units.time);
     return KR_OK;
 }
-const kr_exact_one KR_NAME(kr_exact_one) = {set_up, state_at};
+/* Says whether the turning points are those of a symmetric body whose apex is its axis. */
+static int turns_about_apex(const kr_body *body, kr_kind kind)
+{
+    const kr_vec3 i = body->inertia;
+    return kind == KR_LAGRANGE ||
+           (kind == KR_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
+}
+static kr_status find_turning(const kr_scene *scene, kr_turning *out)
+{
+    exact_top top;
+    kr_status status = kr_scene_check(scene);
+    if (status != KR_OK) return status;
+    const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL);
+    if (!turns_about_apex(&scene->body, kind) || v_largest(scene->damping) > 0.0)
+        return KR_ERR_METHOD;
+    status = read_top(scene, kind, &top);
+    if (status != KR_OK) return status;
+    const int below = top.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
+    if (below) top = seen_from_below(&top);
+    kr_turning r = turning_downwards(&top);
+    if (below != behind) turning_over(&r);
+    turning_to_user(&r, &top.units, scene->start.t);
+    *out = r;
+    return KR_OK;
+}
+const kr_exact_one KR_NAME(kr_exact_one) = {set_up, state_at, find_turning};

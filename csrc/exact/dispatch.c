@@ -1,5 +1,6 @@
 /* The public functions of the closed form: each goes to what was compiled for the widest
  * instruction set that this processor has. */
+#include <math.h>
 #include "dispatch.h"
 
 const kr_exact_isa *kr_exact_isa_at(int i)
@@ -29,6 +30,18 @@ kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact)
     return here()->one->plan(scene, 1, exact);
 }
 kr_state kr_exact_state(const kr_exact *exact, double t) { return here()->one->state(exact, t); }
+kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
+{
+    return turning ? here()->one->turning(scene, turning) : KR_ERR_ARGUMENT;
+}
+double kr_turning_potential(const kr_turning *turning, double nutation)
+{
+    const double half = tan(0.5 * nutation), sum = turning->sum != 0.0 ? turning->sum * half : 0.0,
+                 difference = turning->difference != 0.0 ? turning->difference / half : 0.0,
+                 across = sum + difference;
+    return across * across / (8.0 * turning->inertia) + turning->axial_energy +
+           turning->lever * cos(nutation);
+}
 void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
     here()->many(exact, n, t, out);

@@ -6,11 +6,13 @@
 #include "kreisel.h"
 #include "numbers/isa.h"
 
-/* closed_form.c makes these: they set one scene up and read one state. Where `own` is not 0, the
+/* closed_form.c makes these: they set one scene up, read one state, and
+ * find the turning points. Where `own` is not 0, the
  * closed form stays in working axes and own units and begins at time 0. */
 typedef struct kr_exact_one {
     kr_status (*plan)(const kr_scene *scene, int own, kr_exact *exact);
     kr_state (*state)(const kr_exact *exact, double t);
+    kr_status (*turning)(const kr_scene *scene, kr_turning *out);
 } kr_exact_one;
 /* map.c makes these: they do for the Bobenko-Suris map what kr_exact_one does for the motion. */
 typedef struct kr_exact_maps {

@@ -14,6 +14,7 @@ kreisel.methods, kreisel.scenes.
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
 from ._analysis.compare import CompareInterrupted, Row, Table, compare
+from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
@@ -70,6 +71,7 @@ __all__ = [
     "load",
     "methods",
     "plan",
+    "plot",
     "quaternion",
     "resume",
     "rod",

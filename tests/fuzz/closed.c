@@ -61,6 +61,23 @@ static void call_exact(const kr_scene *scene)
              kr_attitude_error(start.q, scene->start.q) <= 1e-7);
     check_states(scene, &exact);
 }
+static void call_turning(const kr_scene *scene)
+{
+    kr_turning turning;
+    leave_mark(&turning, sizeof turning);
+    call("find the turning points");
+    const kr_status status = kr_exact_turning(scene, &turning);
+    const enum what_went_wrong wrong = went_wrong(status);
+    CLAIM(wrong == NONE || wrong == INPUT);
+    CLAIM(status == KR_OK || is_marked(&turning, sizeof turning));
+    if (status != KR_OK) return;
+    CLAIM(kr_scene_check(scene) == KR_OK && turning.course != NULL);
+    OWED("turning points are angles, however small the numbers",
+         turning.least >= 0.0 && turning.least <= turning.greatest && turning.greatest <= 3.1416);
+    OWED("turning points lie ahead, however small the numbers",
+         turning.t_least >= scene->start.t && turning.t_greatest >= scene->start.t);
+    kr_turning_potential(&turning, spread(1e-9, 3.0));
+}
 static void call_map(const kr_scene *scene)
 {
     kr_exact_map map;
@@ -95,8 +112,10 @@ void call_closed(void)
         return;
     }
 #endif
-    if (of_the_map)
+    if (of_the_map) {
         call_map(&scene);
-    else
-        call_exact(&scene);
+        return;
+    }
+    call_exact(&scene);
+    call_turning(&scene);
 }

@@ -1,5 +1,6 @@
 """What the tests use of the package's private rooms: each name is imported here alone."""
 
+import numpy as np
 from kreisel import _core as core
 from kreisel._analysis.costs import page as page_of_methods
 from kreisel._recording import rows, states
@@ -16,6 +17,14 @@ __all__ = [
     "core",
     "page_of_methods",
     "rows",
+    "solid_of",
     "states",
     "view",
 ]
+
+
+def solid_of(body):
+    """What is drawn of a body along its principal axes; needs matplotlib."""
+    from kreisel._drawing.solids import solid_of
+
+    return solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))

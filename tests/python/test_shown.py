@@ -27,7 +27,8 @@ def test_dir_lists_what_a_path_has(words):
         "scene_at": lambda: path.scene_at(0),
         "modified_energy": lambda: path.modified_energy(0.1),
         "modified_energy4": lambda: path.modified_energy4(0.1),
-        "plot": lambda: (path.apex, path.energy_error),
+        "plot": lambda: (path.apex, path.nutation, path.precession_angle),
+        "animate": lambda: (path.q, path.apex),
     }
     everything = public(kr.solve(TOP, [1.0])) | {"states"}
     for name in everything:

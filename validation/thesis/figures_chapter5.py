@@ -69,7 +69,7 @@ def analogies():
         "5.9",
         "The apex trace of a Lagrange top",
         [stills.trace(lagrange)],
-        f"From height {nutation.highest:.4f} to {nutation.lowest:.4f} and back in "
+        f"From height {np.cos(nutation.least):.4f} to {np.cos(nutation.greatest):.4f} and back in "
         f"{nutation.period:.4f}. It begins upright, so it comes back through the vertical each "
         "time.",
     )

@@ -3,6 +3,7 @@ it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,17 +11,20 @@ from typing import NamedTuple
 import numpy as np
 
 from .._ground.arguments import Array, instance
+from .._model.scene import Scene
 from .._recording.path import Path
+from .._verbs.exact import exact
 
 _LEVEL = 1e-9  # solutions by a tolerance of 1e-10 differ in height by about as much
+_FEWEST = 4  # states in a nutation: of three the period can be a hundredth off, of two a half
 
 
 class Nutation(NamedTuple):
-    """Between which heights the axis moves, in what time it falls and rises again [T], and how fast
-    it goes round the vertical meanwhile [T^-1]."""
+    """Between which nutations the apex moves, 0 .. pi [rad], in what time it falls and rises again
+    [T], and how fast it goes round the vertical meanwhile [T^-1]."""
 
-    lowest: float
-    highest: float
+    least: float
+    greatest: float
     period: float
     precession: float
 
@@ -32,30 +36,26 @@ class Apex:
     t      (n,) times [T]
     trace  (n, 3) unit vectors from the fixed point to the centre of mass
     rate   (n, 3) their change [T^-1]
-    kind   of the body, as in Body.kind
+    scene  whose path it is
     """
 
     t: Array
     trace: Array
     rate: Array
-    kind: str
+    scene: Scene
 
     def __repr__(self) -> str:
+        kind = self.scene.body.kind
         if not len(self.t):
-            return f"<kreisel.Apex: no points; kind {self.kind!r}>"
+            return f"<kreisel.Apex: no points; kind {kind!r}>"
         span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
         heights = f"heights {self.height.min():.3g} .. {self.height.max():.3g}"
-        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {self.kind!r}>"
+        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {kind!r}>"
 
     @property
     def height(self) -> Array:
         """(n,) <apex, e3>, from -1 to 1."""
         return self.trace[:, 2]
-
-    @cached_property
-    def tilt(self) -> Array:
-        """(n,) angle to the vertical, 0 .. pi [rad]."""
-        return np.arctan2(np.hypot(self.trace[:, 0], self.trace[:, 1]), self.trace[:, 2])
 
     @cached_property
     def azimuth(self) -> Array:
@@ -65,37 +65,55 @@ class Apex:
 
     def nutation(self) -> Nutation:
         """Of a Lagrange top: means over the whole nutations in the path, between its first and last
-        lowest point.
+        lowest point. What kreisel.exact tells of the scene, this reads from the path of any method.
 
         Turning points lie between the states and are found by cubics: of fifty states in a nutation
         they are right to four digits, of four hundred to seven. A level trace, whose heights differ
         by less than 1e-9, is steady precession: its period is NaN. Raises ValueError for other
-        tops, whose rise and fall have no period, and for less than one nutation.
+        tops, whose rise and fall have no period, for less than one nutation, and where states are
+        farther apart than a quarter of one.
         """
-        if self.kind != "lagrange":
+        body = self.scene.body
+        if body.kind != "lagrange":
             raise ValueError(
                 "nutation and precession belong to Lagrange tops, not to a body of kind "
-                f"{self.kind!r}"
+                f"{body.kind!r}"
             )
+        if not len(self.t):
+            raise ValueError("a path without states has no nutation: solve for times")
         if np.ptp(self.height) < _LEVEL:
-            rate = (self.azimuth[-1] - self.azimuth[0]) / (self.t[-1] - self.t[0])
-            return Nutation(
-                float(self.height.min()), float(self.height.max()), float("nan"), float(rate)
-            )
+            return self._level()
+        self._refuse_sparse()
         low, high = self._turns(1.0), self._turns(-1.0)
         if len(low) < 2:
             raise ValueError(
                 f"the axis has {len(low)} lowest points in this path, and two make a nutation: "
-                "solve for longer times, or "
-                "ask for more states"
+                "solve for longer times"
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
         turned = self._at(self.azimuth, last) - self._at(self.azimuth, first)
-        lowest, highest = (
-            float(np.mean([self._at(self.height, t) for t in times])) for times in (low, high)
+        greatest, least = (float(np.mean([self._angle(t) for t in times])) for times in (low, high))
+        return Nutation(least, greatest, period, turned / (last - first))
+
+    def _level(self) -> Nutation:
+        nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
+        turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
+        rate = float(turned / took) if took else math.nan
+        return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
+
+    def _refuse_sparse(self) -> None:
+        """Turning points between states too far apart are other ones, or none."""
+        top = exact(self.scene.replace(damping=(0, 0, 0)))
+        period, apart = (
+            2.0 * abs(top.t_least - top.t_greatest),
+            float(np.abs(np.diff(self.t)).max()),
         )
-        return Nutation(lowest, highest, period, turned / (last - first))
+        if period and _FEWEST * apart > period * (1.0 + 1e-9):
+            raise ValueError(
+                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: ask for "
+                f"{_FEWEST} states in each or more, or kr.exact(path.scene)"
+            )
 
     def _turns(self, sign: float) -> list[float]:
         """When the height is lowest (1) or highest (-1)."""
@@ -108,6 +126,11 @@ class Apex:
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
+    def _angle(self, t: float) -> float:
+        """The nutation between states, from two smooth functions that lose no digit at a pole."""
+        square = self._at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
+        return math.atan2(math.sqrt(max(square, 0.0)), self._at(self.height, t))
+
     def _at(self, values: Array, t: float) -> float:
         return _lagrange(*self._near(int(np.searchsorted(self.t, t)), values), t)
 
@@ -116,7 +139,7 @@ def apex(path: Path) -> Apex:
     """The trace of the centre of mass, of T where it is the fixed point, with what can be read from
     it."""
     instance("path", path, Path)
-    return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene.body.kind)
+    return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
 def _lagrange(t: Array, values: Array, at: float) -> float:

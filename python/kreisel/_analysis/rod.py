@@ -95,10 +95,13 @@ class Rod:
 
         States must be so close that each bends little to the next. ImportError without matplotlib.
         """
-        from .._ground.drawing import ORANGE, bar
+        from .._drawing.charts import new_axes
+        from .._drawing.solids import ORANGE, bar
 
+        drawn = new_axes() if axes is None else axes
         seen = colour or ORANGE, elevation, azimuth
-        return bar(self.centre, self.frame, self.section, axes, thickness, *seen)
+        bar(self.centre, self.frame, self.section, drawn, thickness, *seen)
+        return drawn
 
 
 def rod(path: Path) -> Rod:

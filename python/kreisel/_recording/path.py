@@ -41,6 +41,9 @@ from .tables import Tables
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .._drawing.charts import Picture
+    from .._drawing.film import Film
+
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Path(Tables):
@@ -234,13 +237,41 @@ class Path(Tables):
         met = self.events
         write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))
 
-    def plot(self, axes: Iterable[Axes] | None = None) -> Iterable[Axes]:
-        """The trace of the axis and its height over the time, with matplotlib, in two axes or in
-        new ones; the axes. ImportError without matplotlib."""
-        from .._ground.drawing import trace
+    def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
+        """The picture that kreisel.plot draws, of this path alone."""
+        from .._drawing.charts import plotted
 
-        title = f"{self.method}: energy error {self.energy_error:.0e}"
-        return trace(self.t, self.apex, title, axes)
+        return plotted([(self, self.events.path if self.events else None)], axes, degrees)
+
+    def animate(
+        self,
+        file: str | os.PathLike[str] | None = None,
+        *,
+        speed: float | None = None,
+        fps: int = 25,
+        size: int = 480,
+    ) -> Film:
+        """The body in motion with the trace of its apex, drawn with matplotlib: a film that a
+        notebook shows, and that goes to a file. A body symmetric about its apex is drawn as a
+        turned top, any other as a cuboid, in the proportions of its moments.
+
+        file   its name, .gif, .mp4 (where ffmpeg is) or .html; it is there whole or not at all
+        speed  of the path's time that passes in a second [T]; left out: all of it in 8 seconds
+        fps    frames in a second; of a GIF, hundredths of a second
+        size   of a frame, high and wide [pixels]
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, 2)
+            >>> path.animate(fps=5, size=120)
+            <Film: 41 frames, 5 a second, t = 0 .. 2>
+
+        Frames are evenly spaced in time, whatever the path's times are: their states are those of
+        `path(t)`, which raises what it cannot give. ValueError for a path within no time, and for
+        more than 2**28 pixels in all; OSError for a file that cannot be written.
+        """
+        from .._drawing.film import film_of
+
+        return film_of(self, file, speed, fps, size)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Final, Literal, overload
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core import (
     exact_map_plan,
@@ -18,9 +19,11 @@ from .._core import (
     exact_plans_states,
     exact_states,
     statuses,
+    turning_potential,
 )
 from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Scene
+from .._model.turning import Turnings, turnings
 from .._recording.path import Path, Stats
 from .._request.methods import EXACT, fitting, methods
 from .._request.times import refuse_endless
@@ -59,7 +62,70 @@ class Exact(_Rates):
 
     As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign. Ctrl-C
     is a plain KeyboardInterrupt: there is all or nothing, for no state waits for another.
+
+        >>> import kreisel as kr
+        >>> top = kr.exact(kr.scenes.cusps)
+        >>> top.course, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
+        ('cusps', 0.9273, 1.1414)
+        >>> top(top.t_greatest).nutation.round(4)
+        array([1.1414])
+
+    The turning points are those of the apex of a Lagrange top, or of a free body that is symmetric
+    about its apex; asked for those of another, these attributes raise ValueError.
     """
+
+    @cached_property
+    def _turning(self) -> Turnings:
+        return turnings((self.scene,))
+
+    @property
+    def least_nutation(self) -> float:
+        """The nutation at the turning point nearer to e3, 0 .. pi [rad]."""
+        return float(self._turning.least[0])
+
+    @property
+    def greatest_nutation(self) -> float:
+        """The nutation at the turning point farther from e3, 0 .. pi [rad]."""
+        return float(self._turning.greatest[0])
+
+    @property
+    def t_least(self) -> float:
+        """The first time from the start on at which the nutation is least; the start's where it
+        never changes, inf where that is never reached [T]."""
+        return float(self._turning.t_least[0])
+
+    @property
+    def t_greatest(self) -> float:
+        """The first time from the start on at which the nutation is greatest, as t_least [T]."""
+        return float(self._turning.t_greatest[0])
+
+    @property
+    def course(self) -> str:
+        """How the apex goes about the vertical. By the precession where gravity has it highest:
+        against that at the other turning point 'loops', none 'cusps', with it 'waves'. Without
+        nutation 'sleeping' (upright against gravity), 'hanging', 'steady'. Through the vertical
+        'pendulum' (in a plane), 'rosette', 'separatrix' (to the upright in infinite time). Without
+        torque 'circle', 'resting'. What is equal to 1e-12 is equal here."""
+        return str(self._turning.course[0])
+
+    @property
+    def critical_spin(self) -> float:
+        """The spin beyond which the body sleeps upright, 2 sqrt(I1 mass |gravity| |com|) / I3
+        [T^-1]."""
+        return float(self._turning.critical_spin[0])
+
+    def potential(self, nutation: Numbers) -> Array:
+        """The effective potential at each nutation [rad], of their shape [M L^2 T^-2]:
+
+            (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
+
+        with m3 = <m, e3>, c = <m, apex>. It is what I1 / 2 times the squared rate of the nutation
+        leaves of the energy: that of the motion at turning points off the vertical. inf at a pole
+        out of reach.
+        """
+        angles = array("nutation", nutation, "a number or an array of angles")
+        values = turning_potential(self._turning.rows[0], angles.reshape(-1))
+        return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
         states = exact_states(self._plan, t, self.scene._within)
@@ -79,8 +145,14 @@ class ExactEnsemble:
     """The motions of n scenes in closed form; call it with a time for the states of all, an array
     (n, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array (n, k, 8).
 
-    period, precession and spin are arrays (n,), each as of one scene alone; so are the states, bit
-    for bit.
+    period, precession, spin and what is told of turning points are arrays (n,), each as of one
+    scene alone; so are the states, bit for bit. ValueError, asked for turning points, where one
+    scene has none.
+
+        >>> import kreisel as kr
+        >>> tops = [kr.scenes.cusps.replace(momentum=(0, 0, m)) for m in (1, 2, 3)]
+        >>> kr.exact(tops).greatest_nutation.round(3)
+        array([2.244, 1.465, 1.141])
     """
 
     scenes: tuple[Scene, ...]
@@ -100,6 +172,40 @@ class ExactEnsemble:
                 refuse_endless(scene, end, None)
         states = exact_plans_states(self._plans, times.reshape(-1))
         return states if times.ndim else states[:, 0]
+
+    @cached_property
+    def _turning(self) -> Turnings:
+        return turnings(self.scenes)
+
+    @property
+    def least_nutation(self) -> Array:
+        """(n,) as in Exact [rad]."""
+        return self._turning.least
+
+    @property
+    def greatest_nutation(self) -> Array:
+        """(n,) as in Exact [rad]."""
+        return self._turning.greatest
+
+    @property
+    def t_least(self) -> Array:
+        """(n,) as in Exact [T]."""
+        return self._turning.t_least
+
+    @property
+    def t_greatest(self) -> Array:
+        """(n,) as in Exact [T]."""
+        return self._turning.t_greatest
+
+    @property
+    def course(self) -> npt.NDArray[np.str_]:
+        """(n,) as in Exact."""
+        return self._turning.course
+
+    @property
+    def critical_spin(self) -> Array:
+        """(n,) as in Exact [T^-1]."""
+        return self._turning.critical_spin
 
     @cached_property
     def _within(self) -> float:

@@ -1,0 +1,143 @@
+/* Between which angles the apex of a closed form goes up and down, and how it goes about the
+ * vertical meanwhile. With m3 = <m, e3>, c = <m, apex> and the nutation th
+ *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
+ * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 does not cancel near
+ * a pole. A free body is a top with u3 at infinity, of which only g u3 is used. This header is
+ * source that is compiled once per instruction set, because its double-doubles want the fused
+ * product. */
+#ifndef KR_EXACT_TURNING_H
+#define KR_EXACT_TURNING_H
+#include "lagrange.h"
+
+/* What is equal to KR_KIND_RTOL, of an angle in rad or of a precession or momentum in its terms, is
+ * equal here. */
+enum course {
+    RESTING,    /* nothing pulls, and the apex rests */
+    CIRCLE,     /* nothing pulls: a circle about the angular momentum */
+    SLEEPING,   /* upright against gravity */
+    HANGING,    /* straight down */
+    STEADY,     /* precession without nutation */
+    SEPARATRIX, /* to the upright, in infinite time */
+    PENDULUM,   /* in a plane, to and fro or over the top */
+    ROSETTE,    /* through the vertical, above or below */
+    LOOPS,      /* above it precesses against its sense below */
+    CUSPS,      /* above it stands still */
+    WAVES       /* it precesses in one sense */
+};
+static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
+                                      "steady",  "separatrix", "pendulum", "rosette",
+                                      "loops",   "cusps",      "waves"};
+
+/* Returns the nutation at a turning height u, given 1 - u and 1 + u; what `sharpen` has kept above
+ * zero is zero. */
+static double turning_angle(dd minus, dd plus)
+{
+    const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
+                 high = plus.hi > least ? plus.hi : 0.0;
+    return 2.0 * atan2(sqrt(low), sqrt(high));
+}
+/* Returns the sign of the precession at the height u, given 1 - u and 1 + u; 0 where it comes to no
+ * more than `tol` of its terms. */
+static int precession_sign(const initial *s, dd minus, dd plus, double tol)
+{
+    const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
+    const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
+    return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
+}
+/* Says how the axis of a heavy top moves, seen with gravity downwards, between these nutations. */
+static enum course heavy_course(const initial *s, const turning *r, double least, double greatest)
+{
+    const double pi = 3.14159265358979323846, tol = KR_KIND_RTOL,
+                 size = tol * sqrt(s->w_square.hi + s->g.hi);
+    if (greatest - least <= tol)
+        return greatest <= tol ? SLEEPING : pi - least <= tol ? HANGING : STEADY;
+    if (least <= tol && r->g32.hi <= tol * r->g31.hi) return SEPARATRIX;
+    if (fabs(s->sum.hi) <= size && fabs(s->difference.hi) <= size) return PENDULUM;
+    if (least <= tol || pi - greatest <= tol) return ROSETTE;
+    const int high = precession_sign(s, r->minus2, r->plus2, tol),
+              low = precession_sign(s, r->minus1, r->plus1, 0.0);
+    return high == 0 ? CUSPS : high == low ? WAVES : LOOPS;
+}
+static enum course free_course(const initial *s)
+{
+    const dd axial = dd_half(dd_sub(s->sum, s->difference));
+    const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
+    return across.hi <= KR_KIND_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
+}
+/* Gives the first times from 0 on at which the axis is lowest and highest. */
+static void turning_times(const initial *s, const turning *r, double *low, double *high)
+{
+    const double kp = sqrt(r->g32.hi / r->g31.hi);
+    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = place(r, mean.hi);
+    const dd rise = dd_sub(dd_of(0.25), here);
+    const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
+    const int falls = s->climb.hi < 0.0;
+    *low = turn * (falls || here.hi <= 0.0 ? here.hi : dd_sub(dd_of(0.5), here).hi);
+    *high = turn * (!falls || rise.hi <= 0.0 ? rise.hi : dd_add(dd_of(0.25), here).hi);
+    if (kp <= 1e-119) *high = INFINITY;
+    if (kp <= 1e-119 && !falls && here.hi > 0.0) *low = INFINITY;
+}
+/* Sets what does not depend on where the axis is; as seen with gravity downwards, in own units. */
+static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
+{
+    kr_turning r = {0};
+    const double axial = i1.hi * dd_half(dd_sub(s->sum, s->difference)).hi;
+    r.inertia = i1.hi;
+    r.sum = i1.hi * s->sum.hi;
+    r.difference = i1.hi * s->difference.hi;
+    r.axial_energy = axial * axial / (2.0 * top->inertia.z);
+    r.lever = top->lever.hi;
+    r.critical_spin = 2.0 * sqrt(i1.hi * top->lever.hi) / top->inertia.z;
+    r.least = r.greatest = turning_angle(s->minus, s->plus);
+    return r;
+}
+/* Returns the turning points of a top whose lever is not negative, in own units from time 0. */
+static kr_turning turning_downwards(const exact_top *top)
+{
+    const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
+    const initial s = initial_of(top, i1);
+    const int free = s.g.hi == 0.0;
+    kr_turning r = turning_of_body(top, &s, i1);
+    if (free ? free_course(&s) == RESTING : stands(&s)) {
+        r.course = courses[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
+        return r;
+    }
+    const turning heights = turning_heights(&s);
+    r.least = turning_angle(heights.minus2, heights.plus2);
+    r.greatest = turning_angle(heights.minus1, heights.plus1);
+    r.course = courses[free ? CIRCLE : heavy_course(&s, &heights, r.least, r.greatest)];
+    if (r.greatest - r.least > KR_KIND_RTOL) turning_times(&s, &heights, &r.t_greatest, &r.t_least);
+    return r;
+}
+static void exchange(double *a, double *b)
+{
+    const double c = *a;
+    *a = *b;
+    *b = c;
+}
+/* Looks at turning points from the other end of the vertical. */
+static void turning_over(kr_turning *r)
+{
+    const double pi = 3.14159265358979323846, least = pi - r->greatest;
+    r->greatest = pi - r->least;
+    r->least = least;
+    exchange(&r->t_least, &r->t_greatest);
+    exchange(&r->sum, &r->difference);
+    r->sum = -r->sum;
+    r->difference = -r->difference;
+    r->lever = -r->lever;
+}
+/* Brings turning points from own units to the user's. */
+static void turning_to_user(kr_turning *r, const kr_units *units, double start)
+{
+    const double momentum = units->moment / units->time, energy = momentum / units->time;
+    r->t_least = start + units->time * r->t_least;
+    r->t_greatest = start + units->time * r->t_greatest;
+    r->critical_spin /= units->time;
+    r->inertia *= units->moment;
+    r->sum *= momentum;
+    r->difference *= momentum;
+    r->axial_energy *= energy;
+    r->lever *= energy;
+}
+#endif

@@ -1,0 +1,51 @@
+"""Pictures of paths beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from .._ground.arguments import instance
+from .._recording.path import Path
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .._drawing.charts import Picture
+
+MOST = 8
+
+
+def plot(
+    path: Path | Sequence[Path], axes: Iterable[Axes] | None = None, *, degrees: bool = False
+) -> Picture:
+    """The trace of the apex on a sphere, its nutation and its precession over the time, drawn with
+    matplotlib; the three axes, which a notebook shows.
+
+    path     or up to 8 of them, to be drawn beside each other: then three axes for each
+    axes     to draw in instead of a new figure, three a path
+    degrees  angles in degrees rather than in radians
+
+    Where the closed form tells the turning points, broken lines are the nutations between which the
+    motion stays; the events of a path are marked. It is unknown to pyplot: to a file goes
+    `kr.plot(path).figure.savefig("top.png")`.
+
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
+        >>> sphere, nutation, precession = kr.plot(path, degrees=True)
+        >>> nutation.get_ylabel()
+        'nutation [°]'
+
+    Raises ValueError for a path without states, ImportError without matplotlib.
+    """
+    paths = [path] if isinstance(path, Path) else path
+    if not isinstance(paths, (list, tuple)):
+        raise TypeError(f"path must be a kreisel.Path or a list of them, not {path!r}")
+    for i, one in enumerate(paths):
+        instance(f"path[{i}]", one, Path)
+    if not 1 <= len(paths) <= MOST:
+        raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
+    from .._drawing.charts import plotted
+
+    both = [(one, one.events.path if one.events else None) for one in paths]
+    return plotted(both, axes, degrees)

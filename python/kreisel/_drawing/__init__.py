@@ -1,0 +1,2 @@
+"""Pictures with matplotlib, which is imported here alone, and never its pyplot: no state is left
+behind."""

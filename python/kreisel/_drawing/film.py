@@ -1,0 +1,234 @@
+"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory,
+so that a file is there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path as File
+from typing import Protocol
+
+import numpy as np
+
+from .._ground.arguments import Array, positive, whole
+from .._ground.files import refuse_no_place, write
+from .._ground.optional import installed
+from .._model.body import Body
+from .._model.scene import Scene
+from .charts import ball
+from .solids import BLUE, ORANGE, bare, faces, solid_of, view
+
+with installed("'kreisel[plot]'"):
+    import matplotlib
+    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+MOST_POINTS = 2**28  # of all frames; a GIF keeps a byte of each
+BETWEEN = 8  # points of the trace from one frame to the next
+SECONDS = 8.0
+_DPI = 100
+_REACH = 0.8  # of the sphere's radius, up to which the body is drawn
+
+
+class Moving(Protocol):
+    """What a film needs of a path."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def q(self) -> Array: ...
+    @property
+    def apex(self) -> Array: ...
+    def __call__(self, t: Array, /) -> Moving: ...
+
+
+class Film:
+    """A film of a path: save it, or let a notebook show it.
+
+    t    (n,) times of its frames, evenly spaced [T]
+    fps  how many of them are shown in a second
+    """
+
+    t: Array
+    fps: int
+
+    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
+        """`apex` has BETWEEN points for each step from frame to frame."""
+        self.t, self.fps = t, fps
+        self._body, self._q, self._apex, self._size = body, q, apex, size
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
+        return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
+        all. ValueError for other names, OSError where it cannot be written."""
+        make = maker_of(file)
+        write(file, make(self))
+
+    def _repr_html_(self) -> str:
+        return self._page
+
+    @cached_property
+    def _page(self) -> str:
+        return _html(self).decode()
+
+    def _figures(self) -> Iterator[Figure]:
+        """One figure, drawn anew for each frame."""
+        figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ball(axes)
+        bare(axes)
+        (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
+        (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
+        (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
+        (tip,) = axes.plot([], [], "o", color=ORANGE, markersize=4)
+        clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
+        x, y, depth = view(self._apex)
+        quads, colours = _solid(self._body)
+        out = float((quads @ _matrix(self._q[0]).T @ self._apex[0]).max())  # of the body, there
+        for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
+            seen = slice(0, i * BETWEEN + 1)
+            behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
+            trace.set_data(x[seen], np.where(depth[seen] > 0.0, y[seen], np.nan))
+            now = i * BETWEEN
+            needle.set_data([out * x[now], x[now]], [out * y[now], y[now]])
+            tip.set_data([x[now]], [y[now]])
+            for part in needle, tip:
+                part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
+            solid = faces(axes, quads @ _matrix(q).T, colours)
+            solid.set_zorder(2.0)
+            clock.set_text(f"t = {t:.4g}")
+            yield figure
+            solid.remove()
+
+
+def film_of(
+    path: Moving,
+    file: str | os.PathLike[str] | None,
+    speed: float | None,
+    fps: int,
+    size: int,
+) -> Film:
+    """A film of a path, saved where a file is named; what cannot be is refused before anything
+    runs."""
+    make = None if file is None else maker_of(file)
+    rate, wide = whole("fps", fps, 1), whole("size", size, 16)
+    begin, end = _ends(path.t)
+    pace = abs(end - begin) / SECONDS if speed is None else positive("speed", speed)
+    frames = abs(end - begin) / pace * rate + 1.0
+    if frames * wide * wide > MOST_POINTS:
+        most = max(MOST_POINTS // wide**2 - 1, 1)
+        raise ValueError(
+            f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
+            f"with speed = {abs(end - begin) / most * rate:.3g}, or take fewer or smaller ones"
+        )
+    steps = max(round(frames) - 1, 1)
+    t = np.linspace(begin, end, steps * BETWEEN + 1)
+    states = path(t)
+    film = Film(path.scene.body, t[::BETWEEN], states.q[::BETWEEN], states.apex, rate, wide)
+    if file is not None and make is not None:
+        write(file, make(film))
+    return film
+
+
+def _ends(t: Array) -> tuple[float, float]:
+    """The first and the last time of a path, whatever the order of those between."""
+    low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
+    if not low < high:
+        raise ValueError("a film needs a path of some time: solve to a later one")
+    return (low, high) if t[-1] >= t[0] else (high, low)
+
+
+def _solid(body: Body) -> tuple[Array, Array]:
+    """Faces along the frame of description, scaled into the sphere, and their colours."""
+    quads, colours = solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads = quads @ _matrix(np.array(body.axes)).T
+    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
+
+
+def _matrix(q: Array) -> Array:
+    """The rotation of a unit quaternion (w, x, y, z): columns are the turned axes."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (z * x + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (z * z + x * x), 2 * (y * z - w * x)],
+            [2 * (z * x - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def maker_of(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+    """What makes a film for a file of this name; refuses it before anything is computed."""
+    suffix = File(file).suffix.lower()
+    if suffix not in _MAKERS:
+        raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
+    refuse_no_place(file)
+    return _MAKERS[suffix]
+
+
+def _gif(film: Film) -> bytes:
+    """Frames go to the palette of the first one and are kept in it, a byte a point."""
+    images = _images(film)
+    full = next(images)
+    first = full.quantize(128)
+    ground = np.array(full.getpixel((0, 0)))
+    colours = np.array(first.getpalette()).reshape(-1, 3)
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # else it is taken for a neighbour
+    first.putpalette(colours.ravel().tolist())
+    rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
+    file = BytesIO()
+    pause = 10 * max(2, round(100.0 / film.fps))  # a GIF counts hundredths of a second
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
+    return file.getvalue()
+
+
+def _images(film: Film) -> Iterator[Image.Image]:
+    for figure in film._figures():
+        raw = BytesIO()
+        figure.savefig(raw, format="rgba", dpi=_DPI)
+        size = figure.canvas.get_width_height()
+        yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
+
+
+def _html(film: Film) -> bytes:
+    with matplotlib.rc_context({"animation.embed_limit": 500.0}):
+        return _written(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+
+
+def _document(film: Film) -> bytes:
+    return (
+        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n' + _html(film) + b"</html>\n"
+    )
+
+
+def _mp4(film: Film) -> bytes:
+    return _written(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+
+
+def _written(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+    """What a writer of matplotlib's makes of the frames, by way of a folder that does not stay."""
+    frames = film._figures()
+    with tempfile.TemporaryDirectory() as folder:
+        out = File(folder, f"film{suffix}")
+        with writer.saving(next(frames), out, _DPI):
+            writer.grab_frame()
+            for _ in frames:
+                writer.grab_frame()
+        return out.read_bytes()
+
+
+_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _document}

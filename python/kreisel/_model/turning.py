@@ -1,0 +1,49 @@
+"""The turning points of the apex of a closed form, which are roots of its cubic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import exact_turnings, statuses
+from .._ground.arguments import Array, frozen
+from .scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Turnings:
+    """Of n scenes, each an array (n,): least and greatest nutation [rad], the first times at which
+    it is so [T], the critical spin [T^-1], the course; and the rows that tell the potential."""
+
+    least: Array
+    greatest: Array
+    t_least: Array
+    t_greatest: Array
+    critical_spin: Array
+    course: npt.NDArray[np.str_]
+    rows: Array
+
+
+def turnings(scenes: Sequence[Scene]) -> Turnings:
+    """Those of all scenes; ValueError for the first that has none."""
+    status, done, rows, courses = exact_turnings([scene._block for scene in scenes])
+    if status != "OK":
+        where = f"scene[{done}]: " if len(scenes) > 1 else ""
+        raise ValueError(where + _reason(status, scenes[done]))
+    least, greatest, t_least, t_greatest, spin = (frozen(x.copy()) for x in rows.T[:5])
+    names = np.array(courses)
+    names.flags.writeable = False
+    return Turnings(least, greatest, t_least, t_greatest, spin, names, rows)
+
+
+def _reason(status: str, scene: Scene) -> str:
+    if status != "ERR_METHOD":
+        return f"{statuses[status][1]}: {scene!r}"
+    what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"
+    return (
+        "turning points are those of a Lagrange top, or of a body that is symmetric about its apex "
+        f"and free of torque; the apex of {what} has none that come again"
+    )

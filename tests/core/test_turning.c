@@ -1,0 +1,135 @@
+/* Turning points: the closed form keeps between them and is there when it is said to be, they scale
+ * with powers of two, every instruction set finds the same, and what has none is refused. */
+#include "exact/dispatch.h"
+#include "random.h"
+#include "tops.h"
+
+static kr_scene top_of(double height, double gravity, kr_quat q, kr_vec3 m)
+{
+    const kr_scene s = {
+        {1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, height}, {1, 0, 0, 0}}, gravity, {2.0, q, m}, {0, 0, 0}};
+    return s;
+}
+static kr_scene random_top(int number)
+{
+    const double size = pow(10.0, uniform(-2, 2));
+    const kr_quat q = random_quat();
+    return top_of(number % 2 ? 1.0 : -1.0, number % 3 ? number % 3 == 1 ? 2.0 : -0.5 : 0.0, q,
+                  random_vec(size));
+}
+static kr_turning turning_of(const kr_scene *s)
+{
+    kr_turning turning = {0};
+    IS(kr_exact_turning(s, &turning) == KR_OK);
+    return turning;
+}
+static double nutation_at(const kr_scene *s, const kr_exact *exact, double t)
+{
+    const kr_state state = kr_exact_state(exact, t);
+    return kr_state_nutation(s, &state);
+}
+
+static void the_way_keeps_between(void)
+{
+    for (int i = 0; i < 300; i++) {
+        const kr_scene s = random_top(i);
+        const kr_turning r = turning_of(&s);
+        const double half = fabs(r.t_least - r.t_greatest);
+        kr_exact exact = {0};
+        IS(kr_exact_plan(&s, &exact) == KR_OK);
+        if (s.gravity != 0.0) NEAR(2.0 * half / exact.period, 1.0, 1e-13);
+        IS(fmin(r.t_least, r.t_greatest) >= 2.0 && fmax(r.t_least, r.t_greatest) <= 2.0 + 2 * half);
+        NEAR(nutation_at(&s, &exact, r.t_least), r.least, 1e-7);
+        NEAR(nutation_at(&s, &exact, r.t_greatest), r.greatest, 1e-7);
+        for (int k = 0; k < 50; k++) {
+            const double nutation = nutation_at(&s, &exact, uniform(2.0, 2.0 + 4.0 * half));
+            IS(nutation >= r.least - 1e-13 && nutation <= r.greatest + 1e-13);
+        }
+    }
+}
+static void the_potential_is_the_energy_there(void)
+{
+    for (int i = 0; i < 300; i++) {
+        const kr_scene s = random_top(i);
+        const kr_turning r = turning_of(&s);
+        const double energy = kr_state_energy(&s, &s.start),
+                     size = kr_state_kinetic(&s, &s.start) + fabs(s.gravity);
+        NEAR(kr_turning_potential(&r, r.least), energy, 1e-9 * size);
+        NEAR(kr_turning_potential(&r, r.greatest), energy, 1e-9 * size);
+        IS(kr_turning_potential(&r, 0.5 * (r.least + r.greatest)) < energy);
+    }
+}
+static void same_bits(void)
+{
+    for (int i = 0; i < 300; i++) {
+        const kr_scene s = random_top(i);
+        kr_scene scaled = s;
+        scaled.body.mass *= 0x1p-30;
+        scaled.body.inertia = v_scale(0x1p-30, s.body.inertia);
+        scaled.gravity *= 0x1p20;
+        scaled.start.m = v_scale(0x1p-20, s.start.m);
+        scaled.start.t *= 0x1p-10;
+        const kr_turning one = turning_of(&s), other = turning_of(&scaled);
+        IS(one.least == other.least && one.greatest == other.greatest);
+        IS(one.t_least == 0x1p10 * other.t_least &&
+           one.critical_spin == 0x1p-10 * other.critical_spin);
+        IS(one.course == other.course);
+        for (int k = 0; kr_exact_isa_at(k); k++) {
+            kr_turning here = {0};
+            if (!kr_exact_isa_at(k)->runs_here()) continue;
+            IS(kr_exact_isa_at(k)->one->turning(&s, &here) == KR_OK);
+            IS(memcmp(&here, &one, sizeof one) == 0);
+        }
+    }
+}
+static void courses(void)
+{
+    const kr_quat up = q_one(), down = q4(0, v3(1, 0, 0)), tilted = q_exp(v3(0.4, 0.3, 0.1));
+    const kr_vec3 axis = q_turn(tilted, v3(0, 0, 1));
+    const struct {
+        const char *name;
+        double gravity;
+        kr_quat q;
+        kr_vec3 m;
+    } cases[] = {
+        {"sleeping", 1, up, {0, 0, 3}},           {"hanging", -1, up, {0, 0, 3}},
+        {"hanging", 1, down, {0, 0, 1}},          {"sleeping", -1, down, {0, 0, 0}},
+        {"rosette", 1, up, {0.5, 0, 1}},          {"pendulum", 1, tilted, {0, 0, 0}},
+        {"separatrix", 1, down, {0, 2, 0}},       {"cusps", 1, tilted, v_scale(3, axis)},
+        {"waves", 1, tilted, {0, 0, 3}},          {"circle", 0, tilted, {0, 0, 3}},
+        {"resting", 0, tilted, {0, 0, 0}},        {"resting", 0, up, {0, 0, 2}},
+        {"resting", 0, tilted, v_scale(3, axis)},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const kr_scene s = top_of(1.0, cases[i].gravity, cases[i].q, cases[i].m);
+        const kr_turning r = turning_of(&s);
+        if (strcmp(r.course, cases[i].name) != 0) printf("%s, not %s\n", r.course, cases[i].name);
+        IS(strcmp(r.course, cases[i].name) == 0);
+    }
+}
+static void refusals(void)
+{
+    const kr_scene top = tilted();
+    kr_scene bad = top;
+    kr_turning r = {.least = 5.0};
+    IS(kr_exact_turning(NULL, &r) == KR_ERR_ARGUMENT && kr_exact_turning(&top, NULL) != KR_OK);
+    bad.start.q.w += 1.0;
+    IS(kr_exact_turning(&bad, &r) == KR_ERR_ATTITUDE);
+    bad = top;
+    bad.damping.z = 1e-9;
+    IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD);
+    bad = asymmetric();
+    IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD);
+    bad.gravity = 0.0;
+    IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD && r.least == 5.0);
+}
+
+int main(void)
+{
+    the_way_keeps_between();
+    the_potential_is_the_energy_there();
+    same_bits();
+    courses();
+    refusals();
+    return check_result();
+}

@@ -1,0 +1,247 @@
+"""Turning points, course and potential of closed forms, against the roots in 60 digits."""
+
+import copy
+import doctest
+import math
+import pickle
+
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+import pytest
+from tops import GENERAL, LAGRANGE, unit
+
+BODY = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0)
+TILTED = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # cosine 0.6
+STEADY = kr.scenes.steady_precession
+
+
+def exact_start(scene):
+    """The height of the apex, <m, e3> and <m, apex>."""
+    w, x, y, z = (mp.mpf(c) for c in scene.attitude)
+    norm = w * w + x * x + y * y + z * z
+    apex = [2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm]
+    apex.append((w * w - x * x - y * y + z * z) / norm)
+    m = [mp.mpf(c) for c in scene.momentum]
+    return apex[2], m[2], sum(a * b for a, b in zip(apex, m, strict=True))
+
+
+def roots_of(a, b, c, d):
+    """The real roots of a cubic that has three, smallest first."""
+    shift, p = b / (3 * a), c / a - (b / a) ** 2 / 3
+    q = 2 * shift**3 - shift * c / a + d / a
+    size = 2 * mp.sqrt(max(-p / 3, 0))
+    third = mp.acos(max(-1, min(1, 3 * q / (p * size)))) / 3 if size else 0
+    return sorted(size * mp.cos(third - 2 * mp.pi * k / 3) - shift for k in range(3))
+
+
+def true_turning(scene):
+    """Least and greatest nutation of a top with moments (I1, I1, I3) and com (0, 0, h)."""
+    with mp.workdps(250):
+        u, vertical, axial = exact_start(scene)
+        pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
+        pull *= mp.mpf(scene.gravity) * mp.mpf(scene.body.com[2])
+        # I1^2 (du/dt)^2 = (free - pull u)(1 - u^2) - (vertical - axial u)^2
+        square = sum(mp.mpf(c) ** 2 for c in scene.momentum) - axial**2
+        free = square + pull * u
+        roots = roots_of(pull, -free - axial**2, 2 * vertical * axial - pull, free - vertical**2)
+        low, high = roots[:2] if pull > 0 else roots[1:]
+        return float(mp.acos(min(high, 1))), float(mp.acos(max(low, -1)))
+
+
+def scenes_near(rng, kind):
+    """A random top near a motion of this kind."""
+    near = 10.0 ** rng.uniform(-14, -1)
+    body = kr.Body.symmetric(1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2))
+    tilt = rng.uniform(0.1, 3.0)
+    q = unit((math.cos(tilt / 2), math.sin(tilt / 2), 0, 0))
+    apex = np.array((0, -math.sin(tilt), math.cos(tilt)))
+    i1, lever = body.moments[0], body.com[2]
+    if kind == "anywhere":
+        return kr.Scene(
+            body, rng.normal(size=3) * 10.0 ** rng.uniform(-2, 2), q, rng.uniform(-1, 1)
+        )
+    if kind == "cusp":
+        return kr.Scene(body, apex * 3 * math.sqrt(i1 * lever) + near * rng.normal(size=3), q)
+    if kind == "steady":
+        rate = rng.uniform(0.3, 3) * math.sqrt(lever / i1)
+        spin = (i1 * rate**2 * math.cos(tilt) + lever) / rate
+        across = i1 * rate * math.sin(tilt) * np.array((0, math.cos(tilt), math.sin(tilt)))
+        return kr.Scene(body, spin * apex + across + near * rng.normal(size=3), q)
+    if kind == "upright":
+        q = unit((1, near, 0, 0))
+        spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
+        return kr.Scene(body, (near * rng.normal(), near * rng.normal(), spin), q)
+    # a pendulum with the energy of the upright, up to `near`
+    rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
+    return kr.Scene(body, (i1 * rate * (1 + near), 0, 0), q)
+
+
+@pytest.mark.parametrize("kind", ["anywhere", "cusp", "steady", "upright", "separatrix"])
+def test_turning_points_are_those_of_the_cubic(kind):
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        scene = scenes_near(rng, kind)
+        top = kr.exact(scene)
+        least, greatest = true_turning(scene)
+        assert top.least_nutation == pytest.approx(least, rel=1e-14, abs=1e-15), scene
+        assert top.greatest_nutation == pytest.approx(greatest, rel=1e-14, abs=1e-15), scene
+
+
+COURSES = {
+    "cusps": kr.scenes.cusps,
+    "steady": STEADY,
+    "loops": kr.Scene(BODY, body_momentum=(0.0, -0.4, 3.0), attitude=TILTED),
+    "waves": kr.Scene(BODY, body_momentum=(0.0, 0.3, 3.0), attitude=TILTED),
+    "rosette": kr.Scene(BODY, momentum=(0.3, 0, 1)),
+    "pendulum": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED),
+    "separatrix": kr.Scene(BODY, momentum=(2, 0, 0), attitude=(0, 1, 0, 0)),
+    "sleeping": kr.Scene(BODY, momentum=(0, 0, 3)),
+    "hanging": kr.Scene(BODY, momentum=(0, 0, 3), attitude=(0, 1, 0, 0)),
+    "circle": kr.Scene(BODY, momentum=(1, 2, 3), attitude=TILTED, gravity=0),
+    "resting": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED, gravity=0),
+}
+TURNED = {  # the same motion, upside down, and of a body that hangs from its axis the other way
+    "as it is": lambda scene: scene,
+    "gravity upwards": lambda s: s.replace(
+        attitude=kr.quaternion.multiply((0, 1, 0, 0), s.attitude),
+        momentum=(s.momentum[0], -s.momentum[1], -s.momentum[2]),
+        gravity=-s.gravity,
+    ),
+    "centre of mass below": lambda s: s.replace(
+        body=kr.Body.symmetric(1.0, 1.0, 0.5, -1.0),
+        attitude=kr.quaternion.multiply(s.attitude, (0, 1, 0, 0)),
+    ),
+    "small units": lambda s: s.replace(
+        body=kr.Body.symmetric(2.0**-40, 2.0**-40, 2.0**-41, 1.0),
+        momentum=tuple(x * 2.0**-40 for x in s.momentum),
+    ),
+}
+
+
+@pytest.mark.parametrize("turned", TURNED)
+@pytest.mark.parametrize("course", COURSES)
+def test_course(course, turned):
+    plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[turned](COURSES[course]))
+    assert plain.course == top.course == course
+    want = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
+    if turned == "gravity upwards":
+        want = math.pi - want[1], math.pi - want[0], want[3], want[2]
+    got = top.least_nutation, top.greatest_nutation, top.t_least, top.t_greatest
+    assert got == pytest.approx(want, abs=1e-14)
+
+
+@pytest.mark.parametrize("course", COURSES)
+@pytest.mark.parametrize("turned", TURNED)
+def test_the_path_keeps_between_the_turning_points_and_reaches_them(course, turned):
+    scene = TURNED[turned](COURSES[course])
+    top = kr.exact(scene)
+    nutation = kr.solve(scene, np.linspace(0, 10, 4001), method="taylor").nutation
+    assert nutation.min() > top.least_nutation - 1e-12
+    assert nutation.max() < top.greatest_nutation + 1e-12
+    for t, angle in (top.t_least, top.least_nutation), (top.t_greatest, top.greatest_nutation):
+        assert t >= 0
+        if t < math.inf:
+            assert top(t).nutation[0] == pytest.approx(angle, abs=1e-13)
+    if top.period < math.inf and course not in ("steady", "separatrix"):
+        assert abs(top.t_least - top.t_greatest) == pytest.approx(top.period / 2, rel=1e-14)
+
+
+def test_the_first_times_are_those_of_events():
+    scene = COURSES["loops"].replace(momentum=(0.3, -0.8, 2.0))
+    top = kr.exact(scene)
+    found = kr.solve(scene, top.period, events=[kr.events.nutation()]).events
+    times = {1: top.t_greatest, -1: top.t_least}
+    assert len(found) == 2
+    assert found.t == pytest.approx([times[int(d)] for d in found.direction], abs=1e-12)
+
+
+def test_on_the_separatrix_the_upright_is_never_reached():
+    rising = kr.exact(COURSES["separatrix"])
+    assert rising.t_least == math.inf and rising.t_greatest == 0
+    falling = kr.exact(rising(5.0).scene_at(0).replace(momentum=-np.array(rising(5.0).m[0])))
+    assert falling.t_greatest == pytest.approx(5.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["loops", "cusps", "waves", "steady", "circle", "pendulum"])
+@pytest.mark.parametrize("turned", TURNED)
+def test_the_potential_is_what_the_rate_of_the_nutation_leaves_of_the_energy(name, turned):
+    scene = TURNED[turned](COURSES[name])
+    top, path = kr.exact(scene), kr.solve(scene, np.linspace(0.1, 7.1, 50))
+    inertia = scene.body.moments[0]
+    rate = np.cross(path.velocity, path.apex)[:, 2] / np.sin(path.nutation)
+    left = path.energy - inertia * rate**2 / 2
+    assert top.potential(path.nutation) == pytest.approx(left, rel=1e-12)
+    ends = top.potential([top.least_nutation, top.greatest_nutation])
+    if name != "pendulum":
+        assert ends == pytest.approx([path.energy[0]] * 2, rel=1e-13)
+
+
+def test_the_potential_has_the_shape_of_its_angles_and_walls_at_the_poles():
+    top = kr.exact(kr.scenes.cusps)
+    assert top.potential(1.0).shape == () and top.potential(np.ones((2, 3))).shape == (2, 3)
+    assert top.potential([]).shape == (0,)
+    assert top.potential(0.0) == math.inf and top.potential(math.pi) > 1e30
+    assert kr.exact(kr.scenes.thesis).potential(0.0) < math.inf, "the apex passes the upright"
+    for wrong in "upright", None, math.nan, [1j]:
+        with pytest.raises((TypeError, ValueError), match="nutation must be"):
+            top.potential(wrong)
+
+
+def test_the_critical_spin_divides_sleeping_tops_from_falling_ones():
+    spin = kr.exact(COURSES["sleeping"]).critical_spin
+    assert spin == 4.0
+    for factor, falls in (0.99, True), (1.01, False):
+        scene = kr.Scene(BODY, velocity=(1e-9, 0, factor * spin))
+        assert (kr.exact(scene).greatest_nutation > 1e-2) is falls
+    assert kr.exact(COURSES["circle"]).critical_spin == 0.0
+
+
+def test_an_ensemble_gives_arrays_with_the_same_bits():
+    scenes = list(COURSES.values())
+    tops = kr.exact(scenes)
+    for word in "least_nutation", "greatest_nutation", "t_least", "t_greatest", "critical_spin":
+        column = getattr(tops, word)
+        assert column.shape == (len(scenes),) and not column.flags.writeable
+        assert column.tolist() == [getattr(kr.exact(scene), word) for scene in scenes]
+    assert tops.course.tolist() == list(COURSES)
+    for again in copy.deepcopy(tops), pickle.loads(pickle.dumps(tops)):
+        assert np.array_equal(again.greatest_nutation, tops.greatest_nutation)
+    assert pickle.loads(pickle.dumps(kr.exact(scenes[0]))).course == "cusps"
+
+
+def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
+    free = GENERAL.replace(gravity=0.0)
+    top = kr.exact(free)
+    assert top.period > 0.0
+    with pytest.raises(ValueError, match="kind 'general', has none that come again"):
+        top.least_nutation  # noqa: B018
+    tops = kr.exact([LAGRANGE, free])
+    with pytest.raises(ValueError, match=r"^scene\[1\]: turning points are those of a Lagrange"):
+        tops.greatest_nutation  # noqa: B018
+    with pytest.raises(ValueError, match="with damping"):
+        kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
+    beside = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
+    with pytest.raises(ValueError, match="kind 'euler'"):
+        kr.exact(beside).course  # noqa: B018
+
+
+def test_frames_of_description_do_not_matter():
+    body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1))
+    assert body.kind == "lagrange"
+    scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)))
+    top = kr.exact(scene)
+    nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
+    assert nutation.min() == pytest.approx(top.least_nutation, abs=1e-5)
+    assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
+    ball = kr.Scene(kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2)), (1, 2, 3), unit((1, 2, 3, 4)))
+    top = kr.exact(ball)
+    nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation
+    assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
+
+
+@pytest.mark.parametrize("what", [kr.Exact, kr.ExactEnsemble])
+def test_examples_run(what):
+    tests = doctest.DocTestFinder().find(what, globs={})
+    assert sum(len(test.examples) for test in tests) > 1
+    assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)

@@ -1,0 +1,290 @@
+"""Pictures and films of paths: what is drawn is what the path says, and nothing stays behind."""
+
+import doctest
+import itertools
+import subprocess
+import sys
+import tempfile
+
+import kreisel as kr
+import numpy as np
+import pytest
+from inside import solid_of
+from tops import CORNER, FREE, GENERAL
+
+pytest.importorskip("matplotlib")
+from matplotlib.animation import FFMpegWriter
+from matplotlib.figure import Figure
+from PIL import Image
+
+CUSPS = kr.solve(kr.scenes.cusps, np.linspace(0, 6, 301))
+PNG, GIF = b"\x89PNG\r\n", b"GIF89a"
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+@pytest.mark.parametrize("back", [False, True])
+def test_the_lines_have_the_data_of_the_path(degrees, back):
+    path = kr.solve(kr.scenes.cusps, np.linspace(0, -6 if back else 6, 301))
+    unit = np.degrees(1) if degrees else 1
+    sphere, nutation, precession = kr.plot(path, degrees=degrees)
+    line, upper, lower = nutation.lines
+    assert np.array_equal(line.get_xdata(), path.t)
+    assert line.get_ydata() == pytest.approx(unit * path.nutation, rel=1e-15)
+    top = kr.exact(path.scene)
+    assert list(upper.get_ydata()) == [unit * top.least_nutation] * 2
+    assert list(lower.get_ydata()) == [unit * top.greatest_nutation] * 2
+    around = precession.lines[0].get_ydata()
+    turns = (around / unit - path.precession_angle) / (2 * np.pi)
+    assert turns == pytest.approx(np.rint(turns), abs=1e-12)
+    assert np.abs(np.diff(around)).max() < unit * 0.1
+    assert nutation.get_ylabel() == ("nutation [°]" if degrees else "nutation [rad]")
+    assert precession.get_xlabel() == "time [T]"
+    assert sphere.get_title() == f"cusps, by {path.method}"
+
+
+def test_the_trace_is_the_apex_seen_from_a_little_above():
+    sphere, _, _ = kr.plot(CUSPS)
+    trace = next(line for line in sphere.lines if len(line.get_xdata()) == len(CUSPS))
+    x, y, z = CUSPS.apex.T
+    e = np.radians(20)
+    assert trace.get_xdata() == pytest.approx(x, abs=1e-15)
+    assert trace.get_ydata() == pytest.approx(z * np.cos(e) + y * np.sin(e), abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("scene", "title", "lines"),
+    [
+        (kr.scenes.steady_precession, "steady, by taylor", 3),
+        (kr.scenes.sleeping, "rosette, by taylor", 3),
+        (GENERAL, "general, by taylor", 1),
+        (kr.scenes.cusps.replace(damping=(0.1, 0.1, 0.1)), "lagrange, by taylor", 1),
+        (FREE, "euler, by taylor", 1),
+    ],
+)
+def test_limits_are_drawn_where_there_are_some(scene, title, lines):
+    sphere, nutation, _ = kr.solve(scene, np.linspace(0, 3, 50), method="taylor").plot()
+    assert sphere.get_title() == title and len(nutation.lines) == lines
+    low, high = nutation.get_ylim()
+    assert high - low > 1e-3, "of a steady motion no roundings are drawn"
+
+
+def test_events_are_marked():
+    path = kr.solve(GENERAL, np.linspace(0, 20, 2001), events=[kr.events.nutation()])
+    _, nutation, precession = kr.plot(path)
+    _, dots = nutation.lines
+    assert len(path.events) > 4 and np.array_equal(dots.get_xdata(), path.events.t)
+    assert dots.get_ydata() == pytest.approx(path.events.path.nutation, abs=1e-15)
+    on_the_line = np.interp(path.events.t, path.t, precession.lines[0].get_ydata())
+    assert precession.lines[1].get_ydata() == pytest.approx(on_the_line, abs=1e-12)
+    none = kr.solve(GENERAL, np.linspace(0, 0.1, 5), events=[kr.events.nutation()])
+    assert len(kr.plot(none)[1].lines) == 1
+
+
+def test_paths_stand_beside_each_other():
+    paths = [CUSPS, kr.solve(GENERAL, np.linspace(0, 3, 50)), kr.solve(FREE, [1.0])]
+    picture = kr.plot(paths)
+    assert len(picture) == 9 and len(picture.figure.axes) == 9
+    for i, path in enumerate(paths):
+        assert np.array_equal(picture[3 * i + 1].lines[0].get_xdata(), path.t)
+    assert picture[1].get_shared_y_axes().joined(picture[1], picture[7])
+    assert picture._repr_png_().startswith(PNG)
+
+
+def test_axes_that_are_there_are_drawn_in():
+    axes = Figure().subplots(3)
+    picture = kr.plot(CUSPS, axes)
+    assert list(picture) == list(axes) and picture.figure is axes[0].figure
+    with pytest.raises(ValueError, match="axes must be 6, for trace, nutation and precession"):
+        kr.plot([CUSPS, CUSPS], axes)
+
+
+def test_what_cannot_be_drawn_is_refused():
+    with pytest.raises(ValueError, match="a path without states cannot be drawn"):
+        kr.plot(kr.solve(GENERAL, []))
+    for paths in [], [CUSPS] * 9:
+        with pytest.raises(ValueError, match="a list of 1 to 8 paths, not of"):
+            kr.plot(paths)
+    with pytest.raises(TypeError, match=r"path must be a kreisel\.Path or a list of them"):
+        kr.plot("top")
+    with pytest.raises(TypeError, match=r"path\[1\] must be a kreisel\.Path"):
+        kr.plot([CUSPS, GENERAL])
+    with pytest.raises(AttributeError, match=r"keeps what want=\('energy',\) asked for"):
+        kr.plot(kr.solve(GENERAL, [1.0], want=("energy",)))
+
+
+def test_what_is_wanted_is_enough():
+    path = kr.solve(GENERAL, [0.0, 1.0], want=("apex", "nutation", "precession_angle"))
+    assert np.array_equal(kr.plot(path)[1].lines[0].get_ydata(), path.nutation)
+
+
+def test_pyplot_is_left_alone():
+    program = (
+        "import sys, kreisel as kr; path = kr.solve(kr.scenes.cusps, 1); kr.plot(path);"
+        "kr.rod(path).plot(); path.animate(fps=1, size=50)._repr_html_();"
+        "assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def frames_of(file):
+    with Image.open(file) as film:
+        for i in range(film.n_frames):
+            film.seek(i)
+            yield film.convert("RGB").copy()
+
+
+def test_a_gif_has_the_frames(tmp_path):
+    file = tmp_path / "top.gif"
+    film = CUSPS.animate(file, speed=2, fps=5, size=100)
+    assert file.read_bytes().startswith(GIF)
+    assert len(film) == 16 and film.t == pytest.approx(np.linspace(0, 6, 16), abs=1e-14)
+    assert film.fps == 5 and repr(film) == "<Film: 16 frames, 5 a second, t = 0 .. 6>"
+    frames = list(frames_of(file))
+    assert len(frames) == 16 and {frame.size for frame in frames} == {(100, 100)}
+    assert all(frame.getpixel((0, 0)) == (255, 255, 255) for frame in frames)
+    for one, other in itertools.pairwise(frames):
+        assert one.tobytes() != other.tobytes(), "each shows another time"
+    with Image.open(file) as image:
+        assert image.info["duration"] == 200 and image.info["loop"] == 0
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_left_out_the_speed_shows_all_in_8_seconds():
+    film = CUSPS.animate(fps=10)
+    assert len(film) == 81 and film.t[-1] == 6
+
+
+@pytest.mark.parametrize("scene", [GENERAL, kr.scenes.thesis])
+def test_uneven_times_are_shown_evenly(scene, tmp_path):
+    uneven = kr.solve(scene, [0.0, 0.01, 0.02, 1.5, 4.0], method="taylor")
+    even = kr.solve(scene, np.linspace(0, 4, 41), method="taylor")
+    films = []
+    for name, path in ("uneven.gif", uneven), ("even.gif", even):
+        path.animate(tmp_path / name, fps=1, size=100)
+        films.append((tmp_path / name).read_bytes())
+    assert films[0] == films[1]
+
+
+def test_a_film_runs_the_way_of_its_path(tmp_path):
+    back = kr.solve(GENERAL, np.linspace(0, -2, 21)).animate(fps=1, size=50)
+    assert back.t == pytest.approx(np.linspace(0, -2, 9), abs=1e-15)
+    between = kr.exact(kr.scenes.cusps)([1.0, 5.0]).animate(fps=1, size=50)
+    assert between.t == pytest.approx(np.linspace(1, 5, 9), abs=1e-15)
+
+
+@pytest.mark.parametrize("method", ["bobenko_suris", "strang", "rk4", "extrap", "taylor", "exact"])
+def test_paths_of_all_kinds_of_methods_become_films(method):
+    words = {} if kr.methods[method].adaptive else {"step": 0.05}
+    film = kr.solve(kr.scenes.thesis, 2, method=method, **words).animate(fps=1, size=50)
+    assert (
+        film._repr_html_().lstrip().startswith("<link") and "data:image/png" in film._repr_html_()
+    )
+
+
+def test_html(tmp_path):
+    CUSPS.animate(tmp_path / "top.html", fps=1, size=50)
+    text = (tmp_path / "top.html").read_text()
+    assert "<html" in text.lower() and text.count("data:image/png") == 9
+
+
+def test_mp4(tmp_path):
+    file = tmp_path / "top.mp4"
+    if not FFMpegWriter.isAvailable():
+        with pytest.raises(OSError, match="needs ffmpeg, which is not here"):
+            CUSPS.animate(file)
+        return
+    CUSPS.animate(file, fps=5, size=101)
+    assert b"ftyp" in file.read_bytes()[:16]
+
+
+@pytest.mark.parametrize("name", ["top.gif", "top.html"])
+@pytest.mark.parametrize("old", [None, b"an older film"])
+def test_ctrl_c_leaves_what_was_there(name, old, tmp_path, monkeypatch):
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    file = tmp_path / name
+    if old:
+        file.write_bytes(old)
+    draw, drawn = Figure.savefig, []
+
+    def stops(figure, *args, **words):
+        drawn.append(1)
+        if len(drawn) == 3:
+            raise KeyboardInterrupt
+        return draw(figure, *args, **words)
+
+    monkeypatch.setattr(Figure, "savefig", stops)
+    with pytest.raises(KeyboardInterrupt):
+        CUSPS.animate(file, fps=1, size=50)
+    assert len(drawn) == 3 and list(scratch.iterdir()) == []
+    assert file.read_bytes() == old if old else not file.exists()
+    assert len(list(tmp_path.iterdir())) == (2 if old else 1)
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "text"),
+    [
+        ({"file": "top.avi"}, ValueError, "must end in one of .gif, .mp4, .html, not 'top.avi'"),
+        ({"file": "nowhere/top.gif"}, FileNotFoundError, "there is no folder"),
+        ({"speed": 0}, ValueError, "speed must be positive, not 0"),
+        ({"speed": "fast"}, TypeError, "speed must be a number"),
+        ({"speed": 1e-4}, ValueError, "1500001 frames of 480 x 480 pixels are too many: 1165"),
+        ({"fps": 0}, ValueError, "fps must be at least 1"),
+        ({"fps": 2.5}, TypeError, "fps must be a whole number"),
+        ({"size": 8}, ValueError, "size must be at least 16"),
+        ({"size": 20000}, ValueError, "are too many"),
+    ],
+)
+def test_bad_words_are_refused_before_anything_is_drawn(words, error, text, monkeypatch):
+    monkeypatch.setattr(Figure, "savefig", None)
+    with pytest.raises(error, match=text):
+        CUSPS.animate(**words)
+
+
+def test_the_speed_that_is_advised_will_do():
+    with pytest.raises(ValueError) as refused:
+        CUSPS.animate(speed=1e-4)
+    speed = float(str(refused.value).split("speed = ")[1].split(",")[0])
+    assert len(CUSPS.animate(speed=1.01 * speed)) <= 1165
+
+
+@pytest.mark.parametrize("t", [[], [1.0], [2.0, 2.0]])
+def test_a_path_of_no_time_is_no_film(t):
+    with pytest.raises(ValueError, match="a film needs a path of some time"):
+        kr.solve(GENERAL, t).animate()
+
+
+def test_a_cuboid_is_drawn_as_it_is():
+    faces, colours = solid_of(CORNER)
+    corners = np.unique(faces.reshape(-1, 3).round(9), axis=0)
+    assert len(corners) == 8 and faces.shape == (6, 4, 3) and colours.shape == (6, 3)
+    edges = np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=-1)
+    assert np.sort(edges.ravel())[::8] == pytest.approx([1.2, 1.6, 2.0], rel=1e-9)
+    assert corners.mean(axis=0) == pytest.approx(CORNER.principal_com, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", kr.scenes.about)
+def test_solids_are_closed_and_seen_from_outside(name):
+    """Of a solid the areas add up to nothing, and its volume is positive."""
+    faces, _ = solid_of(getattr(kr.scenes, name).body)
+    area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+    size = np.abs(faces).max()
+    assert area.sum(axis=0) == pytest.approx(0.0, abs=1e-12 * size**2)
+    assert np.einsum("ni,ni->", area, faces.mean(axis=1)) > 0.0
+
+
+def test_a_symmetric_body_is_turned_about_its_apex():
+    for height in 0.9, -0.9:
+        body = kr.Body.symmetric(1.0, 1.1, 0.5, height)
+        faces, _ = solid_of(body)
+        x, y, z = faces.reshape(-1, 3).T
+        assert np.hypot(x, y).max() == pytest.approx((2 * 0.5) ** 0.5, rel=1e-12), "I3 = m R^2 / 2"
+        assert z.mean() * height > 0, "towards its centre of mass"
+
+
+@pytest.mark.parametrize("what", [kr.plot, kr.Path.animate])
+def test_examples_run(what):
+    tests = doctest.DocTestFinder().find(what, globs={})
+    assert sum(len(test.examples) for test in tests) > 1
+    assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
