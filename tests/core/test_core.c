@@ -76,7 +76,8 @@ static void tensors(void)
         kr_body made = {2.0,
                         {scale * a, scale * b, scale * (equal == 3 ? a : uniform(0.9, 1.9))},
                         {0, 0, 0},
-                        {1, 0, 0, 0}},
+                        {1, 0, 0, 0},
+                        0},
                 found;
         const kr_vec3 com = random_vec(1);
         double j[9];

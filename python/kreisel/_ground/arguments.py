@@ -16,12 +16,22 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 _T = TypeVar("_T")
+_SHORT = reprlib.Repr()
+_SHORT.maxother = _SHORT.maxstring = _SHORT.maxlong = 60
+
+
+def shown(value: object) -> str:
+    """The value in words, at most a line of it."""
+    try:
+        return " ".join(_SHORT.repr(value).split())
+    except ValueError:  # a whole number of thousands of digits
+        return f"a {type(value).__name__}"
 
 
 def instance(name: str, value: object, wanted: type[_T]) -> _T:
     """The value, where it is a kreisel.Scene, kreisel.Path and so on; TypeError where it is not."""
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {value!r}")
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}")
     return value
 
 
@@ -29,13 +39,13 @@ def number(name: str, value: object) -> float:
     """A finite float."""
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, bool) or not isinstance(scalar, Real):
-        raise TypeError(f"{name} must be a number, not {value!r}")
+        raise TypeError(f"{name} must be a number, not {shown(value)}")
     try:
         real = float(scalar)
     except OverflowError:
         real = math.inf
     if not math.isfinite(real):
-        raise ValueError(f"{name} must be finite in double precision, not {value!r}")
+        raise ValueError(f"{name} must be finite in double precision, not {shown(value)}")
     return real
 
 
@@ -43,23 +53,25 @@ def positive(name: str, value: object) -> float:
     """A finite float above zero."""
     real = number(name, value)
     if not real > 0.0:
-        raise ValueError(f"{name} must be positive, not {value!r}")
+        raise ValueError(f"{name} must be positive, not {shown(value)}")
     return real
+
+
+def truth(name: str, value: object) -> bool:
+    """True or False."""
+    if not isinstance(value, bool):
+        raise TypeError(f"{name} must be True or False, not {shown(value)}")
+    return value
 
 
 def whole(name: str, value: object, least: int) -> int:
     """An integer from `least` up, of at most 63 bits."""
     if isinstance(value, bool) or not isinstance(value, Integral):
-        raise TypeError(f"{name} must be a whole number, not {value!r}")
+        raise TypeError(f"{name} must be a whole number, not {shown(value)}")
     n = int(value)
     if not least <= n < 2**63:
-        raise ValueError(f"{name} must be at least {least} and less than 2**63, not {value!r}")
+        raise ValueError(f"{name} must be at least {least} and less than 2**63, not {shown(value)}")
     return n
-
-
-def brief(value: object) -> str:
-    """The value in words, at most a line of it."""
-    return reprlib.repr(value)
 
 
 def array(name: str, value: object, what: str) -> Array:
@@ -71,14 +83,14 @@ def array(name: str, value: object, what: str) -> Array:
     try:
         given = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must be {what}, not {brief(value)}") from None
+        raise ValueError(f"{name} must be {what}, not {shown(value)}") from None
     if given.size and given.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be {what}, not {brief(value)}")
+        raise TypeError(f"{name} must be {what}, not {shown(value)}")
     with np.errstate(over="ignore"):
         numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
-            raise ValueError(f"{name} must be finite, not {value!r}")
+            raise ValueError(f"{name} must be finite, not {shown(value)}")
         at = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
         where = "".join(f"[{i}]" for i in at)
         raise ValueError(f"{name} must be finite, not {name}{where} = {numbers[at]}")
@@ -89,7 +101,7 @@ def row(name: str, value: object, n: int, what: str) -> list[float]:
     """A list of n finite floats."""
     numbers = array(name, value, what)
     if numbers.shape != (n,):
-        raise ValueError(f"{name} must be {what}, not {brief(value)}")
+        raise ValueError(f"{name} must be {what}, not {shown(value)}")
     return [float(x) for x in numbers]
 
 
