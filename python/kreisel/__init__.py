@@ -19,6 +19,7 @@ from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._model.body import Body
 from ._model.scene import Scene
+from ._model.starts import starts
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan, plan
@@ -70,6 +71,7 @@ __all__ = [
     "scenes",
     "solve",
     "start",
+    "starts",
     "stream",
     "view",
 ]

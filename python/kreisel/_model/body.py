@@ -204,7 +204,7 @@ class Body(Shaped):
 
         >>> import kreisel as kr
         >>> upright = kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, -3), mass=1)
-        >>> [round(x, 9) for x in upright.turned((0.5**0.5, 0.5**0.5, 0, 0)).com]
+        >>> [round(x, 9) + 0.0 for x in upright.turned((0.5**0.5, 0.5**0.5, 0, 0)).com]
         [0.0, -3.0, 0.0]
         """
         q = unit("turn", by)
