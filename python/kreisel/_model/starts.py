@@ -10,7 +10,6 @@ surface is dP dalpha / sqrt(P J P), alpha the angle of J^-1/2 w: random starts a
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -26,7 +25,6 @@ from .scene import Scene
 _DRAWS, _BLOCKS = 256, 4096  # rows of random numbers at once, and at most so often for a start
 _GRID = 48  # heights at which the least energy is looked for, and twice as many angles
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_AROUND = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))
 
 
 class _Surface(NamedTuple):
@@ -47,30 +45,41 @@ class _Surface(NamedTuple):
         across = self.moments * P
         root = np.sqrt(self.moments)
         # In y = J^-1/2 w the energy is y^2 / 2, and w across P is y across J^1/2 P.
-        normal = root * P / np.linalg.norm(root * P)
-        first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-        first /= np.linalg.norm(first)
+        first, second = _across(root * P / np.linalg.norm(root * P))
         left = max(self.energy - float(self.potential(P[None])[0]), 0.0)
-        y = math.cos(alpha) * first + math.sin(alpha) * np.cross(normal, first)
+        y = math.cos(alpha) * first + math.sin(alpha) * second
         made: Array = self.vertical / (P @ across) * across + math.sqrt(2.0 * left) * root * y
         return made
 
     def least(self) -> float:
-        """The least of U: the best points of a grid, led downhill by ever smaller steps."""
+        """The least of U: the best points of a grid, led downhill."""
         P = _verticals(*_middles((_GRID, 2 * _GRID)))
-        P = P[np.argsort(self.potential(P))[:16]]
-        lowest, width = self.potential(P), 4.0 / _GRID
-        for _ in range(400):
-            tried = P[:, None] + width * _AROUND
-            tried /= np.linalg.norm(tried, axis=-1, keepdims=True)
-            values = self.potential(tried.reshape(-1, 3)).reshape(len(P), -1)
-            better = values.min(1) < lowest
-            P = np.where(better[:, None], tried[np.arange(len(P)), values.argmin(1)], P)
-            lowest = np.minimum(lowest, values.min(1))
-            width *= 1.0 if better.any() else 0.5
-            if width < 1e-9:
+        best = P[np.argsort(self.potential(P))[:8]]
+        return min(self._downhill(at) for at in best)
+
+    def _downhill(self, P: Array) -> float:
+        """The least of U near P, by Newton's method on the sphere; where U is not convex it goes
+        the other way, and as far as U falls."""
+        lowest = float(self.potential(P[None])[0])
+        for _ in range(100):
+            JP = self.moments * P
+            k = (self.vertical / (P @ JP)) ** 2
+            slope, sides = self.lever - k * JP, np.array(_across(P))
+            bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
+            values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
+            steepest = np.abs(values).max()
+            if not steepest > 0.0:
                 break
-        return float(lowest.min())
+            step = vectors.T @ sides @ slope / np.maximum(np.abs(values), 1e-9 * steepest)
+            way = -vectors @ step @ sides / max(1.0, 2.0 * float(np.linalg.norm(step)))
+            tried = P + np.multiply.outer(0.5 ** np.arange(40.0), way)
+            tried /= np.linalg.norm(tried, axis=1)[:, None]
+            potential = self.potential(tried)
+            at = int(potential.argmin())
+            if not potential[at] < lowest:
+                break
+            P, lowest = tried[at], float(potential[at])
+        return lowest
 
 
 def starts(
@@ -182,3 +191,10 @@ def _middles(counts: tuple[int, int]) -> tuple[Array, Array]:
 def _verticals(height: Array, angle: Array) -> Array:
     across = np.sqrt((1.0 - height) * (1.0 + height))
     return np.stack((across * np.cos(angle), across * np.sin(angle), height), axis=-1)
+
+
+def _across(normal: Array) -> tuple[Array, Array]:
+    """Two unit vectors at right angles to this one and to each other."""
+    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    first /= np.linalg.norm(first)
+    return first, np.cross(normal, first)
