@@ -75,6 +75,7 @@ def test_words_of_a_body_are_refused(words, exception, message):
         lambda: kr.Body(0.5, np.diag(CENTRAL), COM),
         lambda: kr.Body(1, matrix(TILT) @ np.diag((1, 1, 0.5)) @ matrix(TILT).T, (0.3, 0, 1.0)),
         lambda: kr.Body(1, (1, 2, 3), (0.1, 0.2, 0.01)),
+        lambda: kr.Body(1, (1, 2, 2), (1e200, 1e200, 0)),
         lambda: kr.Body.from_com(1, (1, 1, 2.1), (0, 0, 1), (0, 0, 0)),
         lambda: dataclasses.replace(kr.Body.cone(1, 2, (0, 0, 0), mass=1), mass=2),
         lambda: (

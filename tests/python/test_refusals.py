@@ -137,7 +137,7 @@ def test_plates_and_rods_are_bodies():
         (
             {"gravity": (0, 0, -1)},
             TypeError,
-            r"must be a number, not \(0, 0, -1\): it is the acceleration along -e3, positive is down",
+            r"be a number, not \(0, 0, -1\): it is the acceleration along -e3, positive is down",
         ),
         ({"gravty": 1}, TypeError, "gravty"),
     ],

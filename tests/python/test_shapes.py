@@ -279,6 +279,8 @@ def test_a_shape_that_is_none_is_refused(name, words, exception, message):
         (lambda: kr.Body.cylinder(1, 0, PIVOT, mass=1), "height must be positive, not 0"),
         (lambda: kr.Body.tube(2, 1, 1, PIVOT, mass=1), "inner must lie between 0 and outer = 1.0"),
         (lambda: kr.Body.tube(1, 1, 1, PIVOT, density=1), "the tube is thin"),
+        (lambda: kr.Body.rod(1, (1e200, 0, 0), mass=1), "inertia must be finite"),
+        (lambda: line().shifted((1e200, 0, 0)), "inertia must be finite"),
         (lambda: kr.Body.disk(np.nan, PIVOT, mass=1), "radius must be finite"),
         (lambda: kr.Body.ellipsoid((1, 1, 0), PIVOT, mass=1), "half must be positive"),
         (lambda: kr.Body.sphere(1, (0, 0, 0), mass=1).shifted((0, 1)), "by must be 3 numbers"),

@@ -3,6 +3,7 @@ follow."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from itertools import combinations
 from struct import unpack
@@ -19,11 +20,11 @@ from .inertia import (
     about_fixed_point,
     described,
     moments_of,
-    of_a_point,
     of_a_shift,
     slack,
     tensor_of,
     violation,
+    with_a_point,
 )
 from .shaped import Shaped
 from .shapes import rod
@@ -137,7 +138,7 @@ class Body(Shaped):
         """
         shape = rod(length)
         heavy, at = shape.mass(mass, None), np.subtract(0.0, vector("pivot", pivot))
-        return _body_or_line(heavy, shape.inertia(heavy) + of_a_point(heavy, at), at)
+        return _body_or_line(heavy, with_a_point(shape.inertia(heavy), heavy, at), at)
 
     @classmethod
     def symmetric(
@@ -174,9 +175,8 @@ class Body(Shaped):
         """
         tensor = tensor_of("inertia_about_com", inertia_about_com)
         a = np.subtract(vector("com", com), vector("pivot", pivot))
-        with np.errstate(over="ignore", invalid="ignore"):
-            tensor = tensor + of_a_point(positive("mass", mass), a)
-        return cls(mass, tensor, a, rounded=rounded, made_up=made_up)
+        moved = with_a_point(tensor, positive("mass", mass), a)
+        return cls(mass, moved, a, rounded=rounded, made_up=made_up)
 
     def __add__(self, other: Body) -> Body:
         """Both as one rigid body; they are described in one frame, with one fixed point."""
@@ -281,7 +281,7 @@ class Line(Body):
 def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
     """What was made of parts, or of a rod, where there are none."""
     made_up = any(part.made_up for part in parts)
-    if all(isinstance(part, Line) for part in parts):
+    if np.isfinite(tensor).all() and all(isinstance(part, Line) for part in parts):
         least, _, largest = sorted(moments_of(tensor))
         if least <= KIND_RTOL * largest:
             return Line(mass, tensor, com, made_up=made_up)
@@ -290,7 +290,8 @@ def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
 
 
 def _warn(body: Body, tensor: Array) -> None:
-    left = moments_of(tensor - of_a_point(body.mass, np.array(body.com)))
+    rest = with_a_point(tensor, -body.mass, np.array(body.com))
+    left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
     warn(
         f"no body has this inertia about the fixed point: about its centre of mass the moments "
         f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "

@@ -16,12 +16,13 @@ def tensor_of(name: str, value: object) -> Array:
     given = array(name, value, _WHAT)
     if given.shape not in ((3,), (3, 3)):
         raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
-    tensor = np.diag(given) if given.ndim == 1 else given
+    if given.ndim == 1:
+        return np.diag(given)
     with np.errstate(over="ignore"):
-        skew = np.abs(tensor - tensor.T).max()
-    if skew > KIND_RTOL * np.abs(tensor).max():
+        skew = np.abs(given - given.T).max()
+    if skew > KIND_RTOL * np.abs(given).max():
         raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
-    return tensor
+    return given
 
 
 def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
@@ -53,14 +54,14 @@ def violation(tensor: Array, rounded: float) -> str:
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
 
 
-def of_a_point(mass: float, at: Array) -> Array:
-    """The inertia of a point of mass about the origin, mass (|a|^2 1 - a a^t)."""
+def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
+    """The tensor and that of a point of mass, mass (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
         xx, yy, zz = products.diagonal()
         np.fill_diagonal(products, 0.0)
-        of_point: Array = np.diag((yy + zz, zz + xx, xx + yy)) - products
-    return of_point
+        together: Array = tensor + (np.diag((yy + zz, zz + xx, xx + yy)) - products)
+    return together
 
 
 def of_a_shift(mass: float, com: Array, by: Array) -> Array:
@@ -82,9 +83,7 @@ def about_fixed_point(
     if about_com is None:
         return tensor_of("inertia", inertia)
     tensor = tensor_of("inertia_about_com", about_com)
-    with np.errstate(over="ignore", invalid="ignore"):
-        whole: Array = tensor + of_a_point(positive("mass", mass), np.array(vector("com", com)))
-    return whole
+    return with_a_point(tensor, positive("mass", mass), np.array(vector("com", com)))
 
 
 def slack(rounded: object) -> float:
