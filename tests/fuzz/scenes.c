@@ -33,6 +33,10 @@ static kr_body any_body(void)
 {
     kr_body body = odds(50) ? known_kind() : any_three_moments();
     if (odds(30)) move_a_little(&body);
+    if (odds(10)) {
+        body.rounded = spread(1e-6, 0.5);
+        if (odds(50)) body.inertia.x = (body.inertia.y + body.inertia.z) * (1.0 + body.rounded);
+    }
     return body;
 }
 
