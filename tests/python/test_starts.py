@@ -226,13 +226,24 @@ def test_the_axis_may_lie_anywhere(body):
         ({"precession": "1"}, TypeError, "precession must be a number"),
         ({"fast": True}, ValueError, "say steady=True"),
         ({"steady": 1}, TypeError, "steady must be True or False"),
-        ({"steady": True, "precession": 1}, ValueError, "precession or steady=True, not both"),
+        ({"steady": True, "precession": 1}, ValueError, "neither precession nor damping"),
+        ({"steady": True, "damping": (0, 0, 1)}, ValueError, "neither precession nor damping"),
         ({"steady": True, "gravity": (0, 0, -1)}, TypeError, "positive is down"),
     ],
 )
 def test_spinning_refuses(words, exception, message):
     with pytest.raises(exception, match=message):
         kr.Scene.spinning(**{"body": CONE, "spin": 3.0, "tilt": 0.3, **words})
+
+
+def test_textbook_starts_may_be_damped():
+    free, damped = (
+        kr.Scene.spinning(CONE, 60.0, 1.0, gravity=9.81, damping=d) for d in (None, 0.1)
+    )
+    assert damped == free.replace(damping=0.1) and damped.damping == (0.1, 0.1, 0.1)
+    assert kr.Scene.from_euler(CONE, ANGLES, RATES, damping=(1, 1, 2)).damping == (1, 1, 2)
+    assert kr.solve(damped, 1).spin[-1] < 59.9
+    assert kr.Scene.spinning(CONE, 60.0, 1.0, steady=True, damping=0.0).damping == (0, 0, 0)
 
 
 # On an energy surface

@@ -21,7 +21,6 @@ from ..quaternion import multiply, turn, turn_back, unit
 from .body import Body
 from .textbook import (
     attitude_of,
-    least_spin,
     moments_about_axis,
     radians,
     steady_rate,
@@ -143,6 +142,7 @@ class Scene:
         *,
         degrees: bool = False,
         gravity: float = 1.0,
+        damping: ArrayLike | None = None,
     ) -> Self:
         """A scene by Euler's angles z-x-z and their rates: (precession, nutation, spin), those of
         path.precession_angle, .nutation and .spin_angle, in radians and [T^-1].
@@ -152,7 +152,7 @@ class Scene:
         axis of the frame in which the body was described, attitude = Rz(precession) Rx(nutation)
         Rz(spin); another frame is first turned to the apex, as paths do.
 
-        degrees  the angles and their rates are in degrees
+        degrees  the angles and their rates are in degrees; gravity and damping as in Scene
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -165,7 +165,8 @@ class Scene:
         at, by = radians("angles", angles, in_degrees), radians("rates", rates, in_degrees)
         unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
         attitude = attitude_of(unturned._block, unturned._start, at)
-        return cls(body, attitude=attitude, gravity=gravity, velocity=velocity_of(at, by))
+        velocity = velocity_of(at, by)
+        return cls(body, attitude=attitude, gravity=gravity, velocity=velocity, damping=damping)
 
     @classmethod
     def spinning(
@@ -179,17 +180,19 @@ class Scene:
         fast: bool = False,
         degrees: bool = False,
         gravity: float = 1.0,
+        damping: ArrayLike | None = None,
     ) -> Self:
         """A symmetric body that spins about its axis, tilted from the vertical.
 
         spin        the component of the angular velocity along the axis, from the fixed point
-                    towards the centre of mass: path.spin, an integral of the motion [T^-1]
+                    towards the centre of mass: path.spin, constant without damping [T^-1]
         tilt        the angle between the axis and the vertical, 0 .. pi; about e1
         precession  the rate at which the axis begins to go round the vertical [T^-1]; left out: 0,
                     the axis is let go
         steady      True: the precession without nutation, the slow one or, with fast=True, the
                     fast one; at a pole, where there is none, the top stands or hangs
-        degrees     tilt is in degrees, spin and precession in degrees in a unit of time
+        degrees     tilt is in degrees, spin and precession in degrees in a unit of time; gravity
+                    and damping as in Scene
 
         Raises ValueError for other bodies, and where no precession is steady, with the least spin
         that has one.
@@ -207,27 +210,20 @@ class Scene:
             rate, angle = math.radians(rate), math.radians(angle)
         if not 0.0 <= angle <= math.pi:
             raise ValueError(
-                f"tilt must lie between 0 and {'180' if degrees else 'pi'}, not {tilt!r}"
+                f"tilt must lie between 0 and {'180' if degrees else 'pi'}, not {shown(tilt)}"
             )
         if truth("fast", fast) and not steady:
             raise ValueError("fast chooses between two steady precessions: say steady=True too")
         if truth("steady", steady):
-            if precession is not None:
-                raise ValueError("give precession or steady=True, not both")
+            if precession is not None or (damping is not None and np.any(damping)):
+                raise ValueError("steady=True goes with neither precession nor damping")
             torque = body.mass * _gravity(gravity) * math.hypot(*body.com)
-            least = least_spin(across, along, torque, angle)
-            if abs(rate) < least * (1.0 - 1e-12):
-                told = math.degrees(least) if degrees else least
-                raise ValueError(
-                    f"no precession is steady at this tilt with spin = {spin!r}: the least spin "
-                    f"that would do is {told!r}"
-                )
-            turning = steady_rate(across, along, torque, rate, angle, fast)
+            turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
             turning = 0.0 if precession is None else number("precession", precession)
             turning = math.radians(turning) if degrees else turning
         rates = turning, 0.0, rate - turning * math.cos(angle)
-        return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity)
+        return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity, damping=damping)
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:

@@ -67,29 +67,35 @@ def moments_about_axis(body: Body) -> tuple[float, float]:
     )
 
 
-def least_spin(across: float, along: float, torque: float, tilt: float) -> float:
-    """The least spin at which a top precesses steadily: I3 spin = 2 sqrt(I1 cos(tilt) m g l)."""
-    a = _across(across, tilt)
-    if a * torque <= 0.0 or _is_pole(tilt):
-        return 0.0
-    return 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque)) / along
-
-
 def steady_rate(
-    across: float, along: float, torque: float, spin: float, tilt: float, fast: bool
+    across: float,
+    along: float,
+    torque: float,
+    spin: float,
+    tilt: float,
+    fast: bool,
+    degrees: bool,
 ) -> float:
     """The rate W of steady precession, with the moments I1 across and I3 along the axis and the
     torque m g l on a level axis: I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical
     Mechanics, 5.7). The larger root comes without cancellation, the other by their product.
+    ValueError where there is none, with the least spin that has one.
     """
-    if _is_pole(tilt):
+    if abs(math.sin(tilt)) < 1e-15:
         return 0.0
-    a, b = _across(across, tilt), along * spin
+    cosine = math.cos(tilt)
+    a, b = across * cosine if abs(cosine) > 1e-15 else 0.0, along * spin
     root = 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque))
-    if a * torque > 0.0:
-        root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)
-    else:
+    if a * torque <= 0.0:
         root = math.hypot(b, root)
+    elif abs(b) < root * (1.0 - 1e-12):
+        given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
+        raise ValueError(
+            f"no precession is steady at this tilt with spin = {given!r}: the least spin that "
+            f"would do is {least!r}"
+        )
+    else:
+        root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)
     larger = 0.5 * math.copysign(abs(b) + root, b)
     if fast and a == 0.0:
         raise ValueError("a level axis precesses steadily at one rate only: leave out fast")
@@ -98,13 +104,3 @@ def steady_rate(
     if fast:
         return larger / a
     return torque / larger if larger else 0.0
-
-
-def _is_pole(tilt: float) -> bool:
-    return abs(math.sin(tilt)) < 1e-15
-
-
-def _across(across: float, tilt: float) -> float:
-    """I1 cos(tilt), 0 for a level axis."""
-    cosine = math.cos(tilt)
-    return across * cosine if abs(cosine) > 1e-15 else 0.0
