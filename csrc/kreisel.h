@@ -75,6 +75,10 @@ typedef struct kr_body {
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
     kr_vec3 com;     /* centre of mass seen from the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
+    /* By how much, relatively, the largest moment may exceed the other two together: moments of the
+     * literature are rounded, and no equation of motion minds. They are used as they are. 0 or a
+     * little more, less than 1; what is less than 1e-12 counts as 1e-12. */
+    double rounded;
 } kr_body;
 
 typedef struct kr_state {
@@ -105,7 +109,14 @@ KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_ve
 /* Any body by its tensor of inertia about the centre of mass; pivot is the fixed point. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
+/* The same by the tensor at the fixed point, of moments that are rounded: kr_body.rounded. */
+KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
+                                             double rounded, kr_body *body);
 KR_API kr_status kr_body_check(const kr_body *body);
+/* Whether any body has this inertia about the fixed point, of whatever shape: less mass times lever
+ * squared it is an inertia about the centre of mass, up to 1e-6 relative and what is rounded. The
+ * made-up tops of the literature are none. The library moves those too and does not ask. */
+KR_API int kr_body_can_be(const kr_body *body);
 
 /* Kinds of tops: X(kind, its name). */
 /* clang-format off */

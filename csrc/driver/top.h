@@ -38,11 +38,11 @@ struct kr_top {
  * To move a field is to change the format, and takes a change of these numbers. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 184)         X(config, 192)         X(axes, 240)             \
-    X(turned, 272)         X(time_unit, 280)      X(momentum_unit, 288)  X(forward, 296)          \
-    X(main, 304)           X(side, 552)           X(kept, 800)           X(steps, 1048)           \
-    X(kept_steps, 1056)    X(inspect_at, 1064)    X(before, 1072)        X(before_clock, 1136)    \
-    X(asked, 1144)         X(now, 1152)           X(low, 1216)
+    X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 248)             \
+    X(turned, 280)         X(time_unit, 288)      X(momentum_unit, 296)  X(forward, 304)          \
+    X(main, 312)           X(side, 560)           X(kept, 808)           X(steps, 1056)           \
+    X(kept_steps, 1064)    X(inspect_at, 1072)    X(before, 1080)        X(before_clock, 1144)    \
+    X(asked, 1152)         X(now, 1160)           X(low, 1224)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
     X(context, 32)         X(digits, 40)          X(leave_heading, 44)

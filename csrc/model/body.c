@@ -3,11 +3,10 @@
  * right for equal moments too. */
 #include "body.h"
 
-/* One, with the slack of an inequality between rounded numbers. */
-static const double one = 1.0 + KR_KIND_RTOL;
-
-static int moments_are_physical(kr_vec3 i)
+/* Up to `rounded`, or to the slack of an inequality between doubles. */
+static int moments_are_physical(kr_vec3 i, double rounded)
 {
+    const double one = 1.0 + fmax(rounded, KR_KIND_RTOL);
     return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one &&
            i.y <= (i.z + i.x) * one && i.z <= (i.x + i.y) * one;
 }
@@ -16,7 +15,20 @@ kr_status kr_body_check(const kr_body *b)
     if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia))
         return KR_ERR_ARGUMENT;
     if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_KIND_RTOL)) return KR_ERR_ARGUMENT;
-    return moments_are_physical(b->inertia) ? KR_OK : KR_ERR_BODY;
+    if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
+    return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
+}
+/* A body has the second moments S = (tr J / 2) 1 - J of its mass, and S - mass com com^t about its
+ * centre of mass, which no mass makes negative: com S^-1 com <= 1 / mass. */
+int kr_body_can_be(const kr_body *b)
+{
+    const kr_vec3 i = b->inertia, c = b->com;
+    const double slack = (1e-6 + b->rounded) * v_largest(i);
+    const kr_vec3 s = v3(0.5 * (i.y + i.z - i.x) + slack, 0.5 * (i.z + i.x - i.y) + slack,
+                         0.5 * (i.x + i.y - i.z) + slack);
+    const double needed =
+        b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
+    return !(needed > 1.0);
 }
 /* Gives the body out if it is one. */
 static kr_status finish(const kr_body *b, kr_body *out)
@@ -153,9 +165,10 @@ static kr_quat least_turn(const kr_body *b)
     return q_mul(q_mul(cycles[odd], q_tilt(q_turn_back(cycles[odd], a))), q_conj(cycles[odd]));
 }
 
-kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *out)
+kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
+                                      double rounded, kr_body *out)
 {
-    kr_body b = {mass, {0.0, 0.0, 0.0}, com, {1.0, 0.0, 0.0, 0.0}};
+    kr_body b = {mass, {0.0, 0.0, 0.0}, com, {1.0, 0.0, 0.0, 0.0}, rounded};
     double a[9], d[3][3], size = 0.0;
     int exponent;
     if (!inertia) return KR_ERR_ARGUMENT;
@@ -179,6 +192,10 @@ kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                        ldexp(b.inertia.z, exponent));
     }
     return finish(&b, out);
+}
+kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *out)
+{
+    return kr_body_from_rounded_tensor(mass, inertia, com, 0.0, out);
 }
 kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                            kr_body *out)
@@ -204,6 +221,6 @@ kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *o
 }
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {
-    const kr_body b = {mass, {i1, i1, i3}, {0.0, 0.0, height}, {1.0, 0.0, 0.0, 0.0}};
+    const kr_body b = {mass, {i1, i1, i3}, {0.0, 0.0, height}, {1.0, 0.0, 0.0, 0.0}, 0.0};
     return finish(&b, out);
 }

@@ -21,6 +21,7 @@ from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
 from ._model.body import Body
 from ._model.scene import Scene
+from ._model.starts import starts
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan, plan
@@ -79,6 +80,7 @@ __all__ = [
     "scenes",
     "solve",
     "start",
+    "starts",
     "stream",
     "view",
 ]

@@ -3,13 +3,15 @@ q v q*."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ._core import KIND_RTOL
 from ._core import attitude_error as error_of_rows
-from ._ground.arguments import Array, Quaternion, Vector, array, row
+from ._ground.arguments import Array, Quaternion, Vector, array, row, shown
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -62,10 +64,41 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 
 
 def from_rotation(rotation: Rotation) -> Quaternion:
-    """The attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation."""
+    """The attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
+
+    TypeError for what has no as_quat, ValueError for several rotations.
+    """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
-    return from_xyzw("rotation", rotation.as_quat())
+    given = rotation.as_quat()
+    if np.ndim(given) != 1:
+        raise ValueError(f"rotation must be a single one, not an array of shape {given.shape[:-1]}")
+    return from_xyzw("rotation", given)
+
+
+def unit(name: str, given: object, last: bool = False) -> Quaternion:
+    """A unit quaternion (w, x, y, z), of one (with the scalar `last`) or of a single Rotation.
+
+    Its squared norm may be off by 1e-12; one in single precision by the rounding of that, and is
+    then made unit in double. Raises TypeError, ValueError for anything else.
+    """
+    if hasattr(given, "as_quat") and not last:
+        return from_rotation(given)
+    if last:
+        q = from_xyzw(name, given)
+    else:
+        w, x, y, z = row(name, given, 4, "4 numbers (w, x, y, z)")
+        q = w, x, y, z
+    norm = math.hypot(*q)
+    if abs(sum(c * c for c in q) - 1.0) <= KIND_RTOL:
+        return q
+    dtype = np.asarray(given).dtype
+    if dtype.kind == "f" and dtype.itemsize < 8 and abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps:
+        return q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm
+    hint = "divide by it" if norm else "upright is (1, 0, 0, 0)"
+    raise ValueError(
+        f"the {name} must be a unit quaternion; the norm of {shown(given)} is {norm!r}: {hint}"
+    )
 
 
 def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:

@@ -1,5 +1,6 @@
 // The C core as WebAssembly. Structures of kreisel.h go through its memory as rows of doubles: a
-// body has 11, a state 8 (t, q, m), a scene 23 (body, gravity, start, damping). csrc/page/wasm.c asserts it.
+// body has 12, a state 8 (t, q, m), a scene 24 (body, gravity, start, damping), as csrc/page/wasm.c
+// asserts.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -13,9 +14,10 @@ const [SCENE, FIRST, SECOND, THIRD] = [0, 24, 36, 40].map((offset) => scratch + 
 
 const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
 const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
-const putBody = ({ mass, moments, com, axes }) => put(SCENE, [mass, ...moments, ...com, ...axes]);
+const putBody = ({ mass, moments, com, axes }) =>
+  put(SCENE, [mass, ...moments, ...com, ...axes, 0]);
 function putScene(body, gravity, q, m) {
-  put(putBody(body) + 8 * 11, [gravity, 0, ...q, ...m, 0, 0, 0]);
+  put(putBody(body) + 8 * 12, [gravity, 0, ...q, ...m, 0, 0, 0]);
   return SCENE;
 }
 const list = (length, made) => Array.from({ length }, (_, i) => made(i));
@@ -60,7 +62,7 @@ export function makeBody(body) {
   if (half) check(C.kr_body_cuboid(density, put(FIRST, half), put(SECOND, pivot), SCENE));
   else check(C.kr_body_from_tensor(mass, put(FIRST, inertia), put(THIRD, com), SCENE));
   const [own, ...row] = Array.from(doubles(SCENE, 11));
-  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6) };
+  return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6, 10) };
 }
 export const kindOf = (body) => text(C.kr_page_kind(putBody(body)));
 

@@ -76,7 +76,8 @@ static void tensors(void)
         kr_body made = {2.0,
                         {scale * a, scale * b, scale * (equal == 3 ? a : uniform(0.9, 1.9))},
                         {0, 0, 0},
-                        {1, 0, 0, 0}},
+                        {1, 0, 0, 0},
+                        0},
                 found;
         const kr_vec3 com = random_vec(1);
         double j[9];
@@ -131,6 +132,48 @@ static void bodies(void)
     IS(kr_body_cuboid(1.0, v3(-1.0, 1.0, 1.0), v3(0, 0, -1.0), &b) == KR_ERR_ARGUMENT);
     IS(kr_body_from_tensor(1.0, NULL, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT);
 }
+/* The moments of water, to three digits, break the triangle inequality by 0.002. */
+static void rounded(void)
+{
+    const double water[9] = {0.345, 0, 0, 0, 0.653, 0, 0, 0, 1.0};
+    const double slack[] = {0.0021, 0.0020, 0.0, -0.1, 1.0, NAN};
+    const kr_status expected[] = {KR_OK,           KR_ERR_BODY,     KR_ERR_BODY,
+                                  KR_ERR_ARGUMENT, KR_ERR_ARGUMENT, KR_ERR_ARGUMENT};
+    kr_body b;
+    for (int i = 0; i < 6; i++)
+        IS(kr_body_from_rounded_tensor(1.0, water, v3(0, 0, 0), slack[i], &b) == expected[i]);
+    IS(kr_body_from_tensor(1.0, water, v3(0, 0, 0), &b) == KR_ERR_BODY);
+    IS(kr_body_from_rounded_tensor(1.0, water, v3(0, 0, 0), 0.0021, &b) == KR_OK);
+    IS(b.inertia.x == 0.345 && b.inertia.y == 0.653 && b.inertia.z == 1.0 && b.rounded == 0.0021);
+    const kr_scene scene = {b, 0.0, {0.0, {1, 0, 0, 0}, {1, 2, 3}}, {0, 0, 0}};
+    kr_scene strict = scene;
+    strict.body.rounded = 0.0;
+    kr_top *top = NULL;
+    IS(kr_top_create(&strict, kr_method_find("taylor"), (kr_config){0}, &top) == KR_ERR_BODY);
+    IS(kr_top_create(&scene, kr_method_find("taylor"), (kr_config){0}, &top) == KR_OK);
+    IS(kr_top_advance(top, 10.0) == KR_OK);
+    const kr_state there = kr_top_state(top);
+    NEAR(kr_state_kinetic(&scene, &there), kr_state_kinetic(&scene, &scene.start), 1e-13);
+    kr_top_free(top);
+}
+/* A point of mass on a rod is the utmost that a body can be. */
+static void can_be(void)
+{
+    const double utmost = 2.0 * 9.0;
+    for (int k = -100; k <= 100; k += 50) {
+        const double mass = ldexp(2.0, 3 * k), size = ldexp(1.0, k);
+        for (int i = 0; i < 2; i++) {
+            const double moment = (i ? 0.99 : 1.0) * utmost * ldexp(1.0, 5 * k);
+            const kr_body b = {
+                mass, {moment, moment, 1e-9 * moment}, {0, 0, 3.0 * size}, {1, 0, 0, 0}, 0.0};
+            IS(kr_body_can_be(&b) == (i == 0));
+        }
+    }
+    const kr_body plate = {1.0, {1.0, 2.0, 3.0}, {0.5, 0.5, 0.0}, {1, 0, 0, 0}, 0.0};
+    kr_body beside = plate;
+    beside.com.z = 0.01;
+    IS(kr_body_can_be(&plate) && !kr_body_can_be(&beside));
+}
 
 static void quantities(void)
 {
@@ -167,6 +210,8 @@ int main(void)
     quaternions();
     tensors();
     bodies();
+    rounded();
+    can_be();
     quantities();
     return check_result();
 }

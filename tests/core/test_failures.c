@@ -146,7 +146,7 @@ static int count_calls(void *context)
 static kr_scene loose_scene(void)
 {
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
-    const kr_scene s = {{1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}},
+    const kr_scene s = {{1.0, {a.y + a.z, a.z + a.x, a.x + a.y}, random_vec(1.0), {1, 0, 0, 0}, 0},
                         random_bits() % 2 ? 1.0 : 0.0,
                         {0.0, {1, 0, 0, 0}, random_vec(3.0)},
                         {0.0, 0.0, 0.0}};

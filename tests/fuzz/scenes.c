@@ -11,7 +11,7 @@ static kr_body known_kind(void)
     const double *i = ratio[choose(6)], size = spread(0.1, 10.0), lever = between(-2.0, 2.0);
     const kr_vec3 axis = odds(50) ? v3(0, 0, 1) : odds(50) ? v3(1, 0, 0) : vector_between(-1, 1);
     const kr_body body = {spread(0.1, 10.0), v3(size * i[0], size * i[1], size * i[2]),
-                          v_scale(odds(30) ? 0.0 : lever, axis), q_one()};
+                          v_scale(odds(30) ? 0.0 : lever, axis), q_one(), 0.0};
     return body;
 }
 static kr_body any_three_moments(void)
@@ -19,7 +19,7 @@ static kr_body any_three_moments(void)
     const double a = spread(1e-6, 3.0), b = spread(0.1, 3.0), c = spread(0.1, 3.0);
     const double flat = odds(10) ? 0.0 : a;
     const kr_body body = {spread(0.1, 10.0), v3(b + c, c + flat, flat + b), vector_between(-1, 1),
-                          any_attitude()};
+                          any_attitude(), 0.0};
     return body;
 }
 /* Moves moments and centre of mass a little, down to a rounding. */
@@ -33,6 +33,10 @@ static kr_body any_body(void)
 {
     kr_body body = odds(50) ? known_kind() : any_three_moments();
     if (odds(30)) move_a_little(&body);
+    if (odds(10)) {
+        body.rounded = spread(1e-6, 0.5);
+        if (odds(50)) body.inertia.x = (body.inertia.y + body.inertia.z) * (1.0 + body.rounded);
+    }
     return body;
 }
 

@@ -31,7 +31,7 @@ void call_bodies(void)
     const kr_vec3 com = spoiled_vector(-2.0, 2.0), pivot = spoiled_vector(-2.0, 2.0);
     any_tensor(j);
     leave_mark(&body, sizeof body);
-    const int maker = (int)choose(4);
+    const int maker = (int)choose(5);
     call("make body %d", maker);
     if (maker == 0)
         status = kr_body_cuboid(mass, v3(one, other, fabs(height)), pivot, &body);
@@ -39,12 +39,15 @@ void call_bodies(void)
         status = kr_body_symmetric(mass, one, other, height, &body);
     else if (maker == 2)
         status = kr_body_from_tensor(mass, j, com, &body);
-    else
+    else if (maker == 3)
         status = kr_body_from_com(mass, j, com, pivot, &body);
+    else
+        status = kr_body_from_rounded_tensor(mass, j, com, spoiled(spread(1e-16, 2.0), 10), &body);
     const enum what_went_wrong wrong = went_wrong(status);
     CLAIM(wrong == NONE || wrong == INPUT);
     CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
     CLAIM(status == KR_OK || is_marked(&body, sizeof body));
+    if (status == KR_OK) CLAIM(kr_body_can_be(&body) == 0 || kr_body_can_be(&body) == 1);
     if (status == KR_OK) CLAIM(kr_kind_name(kr_body_kind(&body, spoiled(1e-12, 5))) != NULL);
 }
 

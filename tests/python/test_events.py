@@ -95,7 +95,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
 
 def released(precession):
     """A fast top, tilted, whose axis is pushed along at its highest point."""
-    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1)
+    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, made_up=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
     return kr.Scene(body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt)

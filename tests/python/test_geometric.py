@@ -26,7 +26,7 @@ def test_the_error_is_met(scene, target):
     )
 
 
-PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1)
+PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
 
 
 def tilted(angle):
@@ -41,7 +41,7 @@ def lingering(rng):
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
         return kr.Scene(body, momentum=small + np.array((0, rng.uniform(1, 3), 0)), gravity=0.0)
     moments = (1.0, rng.choice([1.0, 1.3]), rng.uniform(0.4, 1.0))
-    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)))
+    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), made_up=True)
     tilt = tilted(10 ** rng.uniform(-8, -3))
     return kr.Scene(body, momentum=small * rng.integers(2), attitude=tilt)
 

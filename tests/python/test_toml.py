@@ -86,3 +86,149 @@ def test_toml_that_is_wrong_is_refused(text, exception, message, tmp_path):
     file.write_text(text)
     with pytest.raises(exception, match=f"top.toml: .*{message}"):
         kr.Scene.from_toml(file)
+
+
+def scene_of(body, **start):
+    return kr.Scene(body, **{"momentum": (0, 0, 1), **start})
+
+
+@pytest.mark.parametrize(
+    "body, expected",
+    [
+        (
+            "cylinder = { radius = 1, height = 2, pivot = [0, 0, -1], mass = 3 }",
+            kr.Body.cylinder(1, 2, (0, 0, -1), mass=3),
+        ),
+        (
+            "tube = { inner = 0.5, outer = 1, height = 2, pivot = [0, 0, -1], density = 3 }",
+            kr.Body.tube(0.5, 1, 2, (0, 0, -1), density=3),
+        ),
+        (
+            "disk = { radius = 1, pivot = [0, 0, -1], mass = 3 }",
+            kr.Body.disk(1, (0, 0, -1), mass=3),
+        ),
+        ("rod = { length = 2, pivot = [1, 0, 0], mass = 3 }", kr.Body.rod(2, (1, 0, 0), mass=3)),
+        (
+            "sphere = { radius = 1, pivot = [0, 0, -1], mass = 3, shell = true }",
+            kr.Body.sphere(1, (0, 0, -1), mass=3, shell=True),
+        ),
+        (
+            "ellipsoid = { half = [1, 2, 3], pivot = [0, 0, -1], mass = 3 }",
+            kr.Body.ellipsoid((1, 2, 3), (0, 0, -1), mass=3),
+        ),
+        (
+            "cone = { radius = 1, height = 2, pivot = [0, 0, 0], mass = 3 }",
+            kr.Body.cone(1, 2, (0, 0, 0), mass=3),
+        ),
+        (
+            "mass = 1\ninertia_about_com = [2, 2, 1]\ncom = [0, 0, 1]",
+            kr.Body(1, inertia_about_com=(2, 2, 1), com=(0, 0, 1)),
+        ),
+        (
+            "symmetric = { mass = 1, i1 = 1, i3 = 0.5, height = 1, made_up = true }",
+            kr.Body.symmetric(1, 1, 0.5, 1, made_up=True),
+        ),
+        (
+            "mass = 1\ninertia = [1, 2, 3.01]\ncom = [0, 0, 0]\nrounded = 0.004",
+            kr.Body(1, (1, 2, 3.01), (0, 0, 0), rounded=0.004),
+        ),
+    ],
+)
+def test_a_text_is_a_scene_like_a_file(body, expected, tmp_path):
+    text = f"momentum = [0, 0, 1]\n[body]\n{body}\n"
+    assert kr.Scene.from_toml(text) == scene_of(expected)
+    assert kr.Scene.from_toml(kr.Scene.from_toml(text).to_toml()) == scene_of(expected)
+    file = tmp_path / "eps=0.1.toml"
+    file.write_text(text)
+    assert kr.Scene.from_toml(file) == kr.Scene.from_toml(str(file)) == scene_of(expected)
+
+
+@pytest.mark.parametrize(
+    "start, expected",
+    [
+        (
+            "[from_euler]\nangles = [30, 60, 0]\nrates = [1, 2, 3]\ndegrees = true\ngravity = 9.81",
+            lambda body: kr.Scene.from_euler(
+                body, (30, 60, 0), (1, 2, 3), degrees=True, gravity=9.81
+            ),
+        ),
+        (
+            "[spinning]\nspin = 60\ntilt = 1\nsteady = true",
+            lambda body: kr.Scene.spinning(body, 60, 1, steady=True),
+        ),
+    ],
+)
+def test_starts_have_their_table_too(start, expected):
+    body = kr.Body.cone(1, 2, (0, 0, 0), mass=3)
+    words = "radius = 1\nheight = 2\npivot = [0, 0, 0]\nmass = 3\n"
+    assert kr.Scene.from_toml(f"{start}\n[body.cone]\n{words}") == expected(body)
+
+
+def test_a_mark_before_the_text_is_none_of_it(tmp_path):
+    text = "momentum = [0, 0, 1]\n" + GOOD
+    file = tmp_path / "notepad.toml"
+    file.write_text(text, encoding="utf-8-sig")
+    assert (
+        kr.Scene.from_toml(file)
+        == kr.Scene.from_toml("\ufeff" + text)
+        == scene_of(kr.Body(1, (2, 2, 1), (0, 0, 1)))
+    )
+
+
+@pytest.mark.parametrize(
+    "text, exception, message",
+    [
+        (GOOD + "momentum = [0, 0, 1]\n", ValueError, r"^momentum belongs above \[body\]$"),
+        (GOOD + "gravity = 9.81\n", ValueError, r"^gravity belongs above \[body\]$"),
+        (
+            "[body.cone]\nradius = 1\nheight = 2\nvelocity = [0, 0, 1]\n",
+            ValueError,
+            r"^velocity belongs above \[body\]$",
+        ),
+        (
+            "[body]\nmomentum = [0, 0, 1]\ncone = { radius = 1 }\n",
+            ValueError,
+            r"^momentum belongs above \[body\]$",
+        ),
+        ("[body]\nmass = 1\n[body.spinning]\nspin = 1\n", ValueError, r"^spinning belongs above"),
+        ("mass = 1\nmomentum = [0, 0, 1]\n" + GOOD, ValueError, r"^mass belongs below \[body\]$"),
+        ("cone = { radius = 1 }\n" + GOOD, ValueError, r"^cone belongs below \[body\]$"),
+        (
+            "gravity = 2\nspinning = { spin = 1 }\n" + GOOD,
+            ValueError,
+            r"^gravity belongs in \[spinning\]$",
+        ),
+        (
+            "momentum = [0, 0, 1]\nspinning = { spin = 1 }\n" + GOOD,
+            ValueError,
+            "^a scene must be described in one way, not by momentum, spinning$",
+        ),
+        (
+            "from_euler = { angles = [0, 0, 0] }\nspinning = { spin = 1 }\n" + GOOD,
+            ValueError,
+            "^a scene must be described in one way, not by from_euler, spinning$",
+        ),
+        (
+            "spinning = { spn = 1 }\n" + GOOD,
+            ValueError,
+            "in \\[spinning\\]: 'spn'; did you mean 'spin'",
+        ),
+        ("spinning = { tilt = 1 }\n" + GOOD, ValueError, r"^\[spinning\] has no spin$"),
+        ("spinning = 3\n" + GOOD, TypeError, "spinning must be a table, not 3"),
+        ("momentum = [0, 0, 1]\n[body]\nmass = 1\ncom = [0, 0, 0]\n", ValueError, "exactly one of"),
+        (
+            "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 1]\n",
+            TypeError,
+            "com is missing",
+        ),
+        ("momentum = [0, 0, 1\n", ValueError, "Unclosed array"),
+    ],
+)
+def test_a_text_that_is_wrong_is_refused(text, exception, message):
+    with pytest.raises(exception, match=message):
+        kr.Scene.from_toml(text)
+
+
+def test_a_line_is_the_name_of_a_file():
+    with pytest.raises(FileNotFoundError):
+        kr.Scene.from_toml("momentum = [0, 0, 1]")

@@ -151,7 +151,7 @@ def middle_axis(rng):
 def near_a_rod(rng):
     """Makes one moment tiny, or two almost equal, and starts slowly."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
-    body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0))
+    body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), made_up=True)
     speed = 10 ** rng.uniform(-8, 0)
     q = rng.normal(size=4)
     momentum = rng.normal(size=3) * (1.0, 1.0, least)

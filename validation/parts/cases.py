@@ -40,11 +40,11 @@ def tilted(angle):
 
 
 def lagrange(i1=1.0, i3=0.5, mass=1.0, height=1.0):
-    return kr.Body.symmetric(mass, i1, i3, height)
+    return kr.Body.symmetric(mass, i1, i3, height, made_up=True)
 
 
 def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
-    return kr.Body(1.0, moments, com)
+    return kr.Body(1.0, moments, com, made_up=True)
 
 
 def at(body, tilt=0.5, **start):

@@ -42,12 +42,13 @@ def body(kind, random):
     1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
-        return kr.Body.symmetric(1.0, i1, random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0))
+        i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
+        return kr.Body.symmetric(1.0, i1, i3, height, made_up=True)
     if kind == "Kowalewski":
-        return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)))
+        return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)), made_up=True)
     a, b = random.uniform(0.5, 1.0, 2)
     com = random.normal(0.0, 0.5, 3) * (kind != "Euler")
-    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com)
+    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com, made_up=True)
 
 
 def scene(kind, random):

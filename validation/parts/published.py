@@ -76,7 +76,7 @@ def bruels_cardona(entry):
 
 def gni(entry):
     scene = kr.Scene(
-        kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"])),
+        kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"]), made_up=True),
         body_momentum=entry["L0"],
         attitude=entry["q0"],
     )
@@ -103,7 +103,7 @@ def gni(entry):
 
 def simo_wong(entry):
     scene = kr.Scene(
-        kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"]),
+        kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"], made_up=True),
         body_velocity=entry["w0"],
         attitude=(cos(0.025), sin(0.025), 0.0, 0.0),
     )

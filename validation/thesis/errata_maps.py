@@ -85,7 +85,7 @@ def moments():
 
 def scaled_by(i1, alpha, p):
     """Gives the scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
-    body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p))
+    body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), made_up=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
     )

@@ -166,7 +166,7 @@ def inertia_and_lever(case):
 def scene(case):
     """Gives a case as kreisel takes it."""
     inertia, lever = inertia_and_lever(case)
-    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)))
+    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), made_up=True)
     gravity = math.copysign(1.0, lever)
     return kr.Scene(body, momentum=case[-1], attitude=unit(case[-2]), gravity=gravity)
 

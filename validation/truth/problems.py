@@ -40,7 +40,9 @@ class Problem:
         if self.user:
             return self.user
         return kr.Scene(
-            kr.Body(1.0, self.inertia, self.lever), momentum=self.momentum, attitude=self.attitude
+            kr.Body(1.0, self.inertia, self.lever, made_up=True),
+            momentum=self.momentum,
+            attitude=self.attitude,
         )
 
     def principal(self, q):

@@ -75,7 +75,13 @@ def _lagrange(body: Body) -> tuple[float, float]:
 
 def _scaled(scene: Scene, length: float, mass: float) -> Scene:
     body, inertia = scene.body, mass * length**2
-    new = Body(mass * body.mass, inertia * np.array(body.inertia), length * np.array(body.com))
+    new = Body(
+        mass * body.mass,
+        inertia * np.array(body.inertia),
+        length * np.array(body.com),
+        rounded=body.rounded,
+        made_up=body.made_up,
+    )
     return scene.replace(
         body=new,
         momentum=inertia * np.array(scene.momentum),

@@ -26,8 +26,6 @@ class Arrayed(Protocol):
 Numbers = float | Arrayed | Sequence[float] | Sequence[Arrayed]  # one, or a list, and no text
 
 _T = TypeVar("_T")
-
-
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
@@ -37,7 +35,7 @@ def shown(value: object) -> str:
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
     try:
-        return _SHORT.repr(value)
+        return " ".join(_SHORT.repr(value).split())
     except ValueError:  # Python writes no number of more than some thousand digits
         return f"{type(value).__name__} beyond all bounds"
 

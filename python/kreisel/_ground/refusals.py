@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+import sys
+import warnings
+from collections.abc import Callable, Iterable
+from dataclasses import FrozenInstanceError
+from typing import TypeVar
 
 from .._core import statuses
 from .arguments import shown
+
+_T = TypeVar("_T")
+_PASSED = {__package__.partition(".")[0], "dataclasses"}  # what a user called lies above these
 
 
 def refusal(status: str, detail: str) -> Exception:
@@ -37,3 +44,24 @@ def nearest(name: str, known: Iterable[str]) -> str:
     word = "_".join(filter(None, (_OTHER_WORDS.get(word, word), axis)))
     near = difflib.get_close_matches(word[:_LONGEST], names, n=1)
     return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
+
+
+def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
+    """Makes a frozen dataclass say what to do in place of setting a field."""
+
+    def of(made: type[_T]) -> type[_T]:
+        def refuse(_: object, name: str, __: object) -> None:
+            raise FrozenInstanceError(f"cannot assign to field {name!r}: {instead.format(name)}")
+
+        type.__setattr__(made, "__setattr__", refuse)
+        return made
+
+    return of
+
+
+def warn(said: str) -> None:
+    """Warns where a user called the package, however deep inside it this is."""
+    level, frame = 2, sys._getframe(1)
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PASSED:
+        level, frame = level + 1, frame.f_back
+    warnings.warn(said, stacklevel=level)

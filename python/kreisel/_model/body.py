@@ -3,33 +3,59 @@ follow."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass, field
 from itertools import combinations
 from struct import unpack
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import KIND_RTOL, body_from_tensor, body_kind
-from .._ground.arguments import Array, Quaternion, Vector, array, number, positive, vector
-from .._ground.refusals import refusal
-from .toml import a_table, made
+from .._ground.arguments import Array, Quaternion, Vector, boolean, number, positive, vector
+from .._ground.refusals import refusal, unchangeable, warn
+from ..quaternion import turn, unit
+from .inertia import (
+    about_fixed_point,
+    described,
+    moments_of,
+    of_a_shift,
+    slack,
+    tensor_of,
+    violation,
+    with_a_point,
+)
+from .shaped import Shaped
+from .shapes import rod
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
-@dataclass(frozen=True, init=False)
-class Body:
+@unchangeable("dataclasses.replace(body, {}=...) makes another body")
+@dataclass(frozen=True, init=False, repr=False)
+class Body(Shaped):
     """A rigid body that turns about the origin of the frame in which it is described.
 
     mass     [M], positive
-    inertia  about the origin [M L^2]: three moments along the axes of the frame, or a symmetric 3x3
-             matrix
-    com      centre of mass [L]
+    inertia  about the fixed point, the origin [M L^2]: three moments along the axes of the frame,
+             or a symmetric 3x3 matrix. In its place inertia_about_com: the same about the centre of
+             mass
+    com      centre of mass, seen from the fixed point [L]
+    rounded  by how much, relatively, the largest principal moment may exceed the other two
+             together, 0 <= rounded < 1: for moments of the literature, which are rounded. They are
+             used as they are
+    made_up  True: mass and com are made up, as where only mass * gravity * |com| counts
 
     Its principal moments must be positive, none larger than the other two together (with a
     relative slack of 1e-12: plates and rods are bodies). Raises TypeError for what is not a number
-    and ValueError for what is not a body.
+    and ValueError for what is not a body. Warns (UserWarning) where no body has this inertia about
+    the fixed point, unless made_up; from then on it counts as made up.
+
+    >>> import kreisel as kr
+    >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
+    'lagrange'
     """
 
     # The core has makers too, with the same bits; but it keeps principal axes alone, and a Body
@@ -38,58 +64,163 @@ class Body:
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]
     com: Vector
-    # kr_body: mass, moments, com, axes
-    _block: bytes = field(init=False, repr=False, compare=False)
+    rounded: float = 0.0
+    made_up: bool = field(default=False, compare=False)
+    # kr_body: mass, moments, com, axes, rounded
+    _block: bytes = field(init=False, compare=False)
 
-    def __init__(self, mass: float, inertia: ArrayLike, com: ArrayLike) -> None:
-        tensor = _tensor("inertia", inertia)
-        described = positive("mass", mass), _described(tensor), vector("com", com)
-        status, block = body_from_tensor(described[0], tensor, described[2])
+    def __init__(
+        self,
+        mass: float,
+        inertia: ArrayLike | None = None,
+        com: ArrayLike | None = None,
+        *,
+        inertia_about_com: ArrayLike | None = None,
+        rounded: float = 0.0,
+        made_up: bool = False,
+    ) -> None:
+        if com is None:
+            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+        if inertia is None or inertia_about_com is not None:
+            tensor = about_fixed_point(mass, inertia, inertia_about_com, com)
+        else:
+            tensor = tensor_of("inertia", inertia)
+        kept = self.__dict__
+        kept["mass"], kept["inertia"] = positive("mass", mass), described(tensor)
+        kept["com"], kept["rounded"] = vector("com", com), slack(rounded) if rounded else 0.0
+        status, kept["_block"], can_be = body_from_tensor(
+            kept["mass"], tensor, kept["com"], kept["rounded"]
+        )
         if status != "OK":
-            raise refusal(status, _violation(tensor))
-        self.__dict__["mass"], self.__dict__["inertia"], self.__dict__["com"] = described
-        self.__dict__["_block"] = block
+            raise refusal(status, violation(tensor, kept["rounded"]))
+        if made_up is not False:
+            boolean("made_up", made_up)
+        elif not can_be:
+            _warn(self, tensor)
+        kept["made_up"] = made_up or not can_be
 
     @classmethod
-    def cuboid(cls, half: ArrayLike, pivot: ArrayLike, density: float = 1.0) -> Self:
-        """A homogeneous cuboid: half its edges, along the axes [L], and its density [M L^-3].
+    def cuboid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        density: float | None = None,
+        *,
+        mass: float | None = None,
+    ) -> Self:
+        """A homogeneous cuboid: half its edges, along the axes [L], and its density [M L^-3], 1
+        where nothing is given, or its mass [M].
 
         pivot  the fixed point, seen from the centre [L]; it may lie outside
         """
         a, b, c = (positive("half", x) for x in vector("half", half))
-        mass = positive("mass of the cuboid", 8.0 * positive("density", density) * a * b * c)
-        third = mass / 3.0
+        if mass is not None and density is not None:
+            raise ValueError("give mass or density of the cuboid, not both")
+        if mass is None:
+            heavy = 8.0 * positive("density", 1.0 if density is None else density) * a * b * c
+            whole = positive("mass of the cuboid", heavy)
+        else:
+            whole = positive("mass", mass)
+        third = whole / 3.0
         xx, yy, zz = third * a * a, third * b * b, third * c * c
-        return cls.from_com(mass, (yy + zz, zz + xx, xx + yy), (0.0, 0.0, 0.0), pivot)
+        return cls.from_com(whole, (yy + zz, zz + xx, xx + yy), (0.0, 0.0, 0.0), pivot)
 
     @classmethod
-    def symmetric(cls, mass: float, i1: float, i3: float, height: float) -> Self:
+    def rod(cls, length: float, pivot: ArrayLike, *, mass: float) -> Body:
+        """A thin straight rod along the third axis [L], of this mass [M].
+
+        pivot  the fixed point, seen from the middle [L]; where it lies on the rod's own line, the
+               rod has no moment about that, and is a part to be added to a body
+
+        >>> import kreisel as kr
+        >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
+        (3.0, 4.0, 1.0)
+        """
+        shape = rod(length)
+        heavy, at = shape.mass(mass, None), np.subtract(0.0, vector("pivot", pivot))
+        return _body_or_line(heavy, with_a_point(shape.inertia(heavy), heavy, at), at)
+
+    @classmethod
+    def symmetric(
+        cls,
+        mass: float,
+        i1: float,
+        i3: float,
+        height: float,
+        *,
+        rounded: float = 0.0,
+        made_up: bool = False,
+    ) -> Self:
         """A Lagrange top: moments i1, i1, i3 at the fixed point [M L^2], centre of mass at
-        (0, 0, height) [L]."""
+        (0, 0, height) [L]; rounded, made_up as in Body."""
         one, three = number("i1", i1), number("i3", i3)
-        return cls(mass, (one, one, three), (0.0, 0.0, number("height", height)))
+        com = (0.0, 0.0, number("height", height))
+        return cls(mass, (one, one, three), com, rounded=rounded, made_up=made_up)
 
     @classmethod
     def from_com(
-        cls, mass: float, inertia_about_com: ArrayLike, com: ArrayLike, pivot: ArrayLike
+        cls,
+        mass: float,
+        inertia_about_com: ArrayLike,
+        com: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        rounded: float = 0.0,
+        made_up: bool = False,
     ) -> Self:
         """A body whose inertia [M L^2] is known about its centre of mass; com and pivot, the fixed
-        point, are seen from anywhere [L].
+        point, are seen from anywhere [L]; rounded, made_up as in Body.
 
         Steiner's theorem (Bodack 2008, 2.14): J = J_com + mass (|a|^2 1 - a a^t), a = com - pivot.
         """
-        tensor = _tensor("inertia_about_com", inertia_about_com)
+        tensor = tensor_of("inertia_about_com", inertia_about_com)
         a = np.subtract(vector("com", com), vector("pivot", pivot))
-        with np.errstate(over="ignore", invalid="ignore"):
-            products = positive("mass", mass) * np.outer(a, a)
-            xx, yy, zz = products.diagonal()
-            np.fill_diagonal(products, 0.0)
-            return cls(mass, tensor + (np.diag((yy + zz, zz + xx, xx + yy)) - products), a)
+        moved = with_a_point(tensor, positive("mass", mass), a)
+        return cls(mass, moved, a, rounded=rounded, made_up=made_up)
+
+    def __add__(self, other: Body) -> Body:
+        """Both as one rigid body; they are described in one frame, with one fixed point."""
+        if not isinstance(other, Body):
+            return NotImplemented
+        mass = self.mass + other.mass
+        com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
+        tensor = tensor_of("inertia", self.inertia) + tensor_of("inertia", other.inertia)
+        return _body_or_line(mass, tensor, com / mass, self, other)
+
+    def shifted(self, by: ArrayLike) -> Body:
+        """The body moved along the axes of its frame [L], while the fixed point stays.
+
+        >>> import kreisel as kr
+        >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shifted((0, 0, 3)).moments
+        (19.0, 19.0, 10.0)
+        """
+        way, com = np.array(vector("by", by)), np.array(self.com)
+        tensor = tensor_of("inertia", self.inertia) + of_a_shift(self.mass, com, way)
+        return _body_or_line(self.mass, tensor, com + way, self)
+
+    def turned(self, by: ArrayLike | Rotation) -> Body:
+        """The body turned about the fixed point in the frame of its description, by a unit
+        quaternion (w, x, y, z) or a single scipy Rotation.
+
+        >>> import kreisel as kr
+        >>> upright = kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, -3), mass=1)
+        >>> [round(x, 9) + 0.0 for x in upright.turned((0.5**0.5, 0.5**0.5, 0, 0)).com]
+        [0.0, -3.0, 0.0]
+        """
+        q = unit("turn", by)
+        axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
+        tensor = axes.T @ tensor_of("inertia", self.inertia) @ axes
+        return _body_or_line(self.mass, 0.5 * (tensor + tensor.T), np.array(self.com) @ axes, self)
+
+    def __repr__(self) -> str:
+        words = f"mass={self.mass!r}, inertia={self.inertia!r}, com={self.com!r}"
+        words += f", rounded={self.rounded!r}" if self.rounded else ""
+        return f"{type(self).__name__}({words}{', made_up=True' if self.made_up else ''})"
 
     @property
     def moments(self) -> Vector:
         """The principal moments at the fixed point [M L^2], along N, B, T."""
-        _, i1, i2, i3, *_ = unpack("11d", self._block)
+        _, i1, i2, i3, *_ = unpack("12d", self._block)
         return i1, i2, i3
 
     @property
@@ -100,13 +231,13 @@ class Body:
         A diagonal inertia is its own principal frame; else the principal axes nearest the described
         ones are taken, right-handed, T along the symmetry axis of a Lagrange top.
         """
-        *_, w, x, y, z = unpack("11d", self._block)
+        *_, w, x, y, z, _ = unpack("12d", self._block)
         return w, x, y, z
 
     @property
     def principal_com(self) -> Vector:
         """The centre of mass along N, B, T [L]."""
-        _, _, _, _, x, y, z, *_ = unpack("11d", self._block)
+        _, _, _, _, x, y, z, *_ = unpack("12d", self._block)
         return x, y, z
 
     @property
@@ -121,51 +252,48 @@ class Body:
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 
-_MAKERS: dict[str, Callable[..., Body]] = {
-    name: getattr(Body, name) for name, of in vars(Body).items() if isinstance(of, classmethod)
-}
+class Line(Body):
+    """Thin rods on one line through the fixed point. They have no moment about it, and so they move
+    as parts of a body only."""
+
+    def __init__(
+        self,
+        mass: float,
+        inertia: ArrayLike,
+        com: ArrayLike,
+        *,
+        rounded: float = 0.0,
+        made_up: bool = False,
+    ) -> None:
+        kept = self.__dict__
+        kept["mass"], kept["inertia"] = mass, described(tensor_of("inertia", inertia))
+        kept["com"], kept["rounded"], kept["made_up"] = vector("com", com), rounded, made_up
+
+    def __getattr__(self, name: str) -> bytes:
+        if name != "_block":
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        raise ValueError(
+            "a thin rod whose fixed point lies on its own line has no moment about that, and does "
+            "not move as a body: add it to another, or take a cylinder"
+        )
 
 
-def body_of(table: object) -> Body:
-    """The body of a TOML table: the words of Body, or one table with those of a maker."""
-    words = a_table("body", table)
-    if not _MAKERS.keys() & words.keys():
-        return made(Body, "[body]", words, others=_MAKERS)
-    if len(words) > 1:
-        raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
-    ((name, value),) = words.items()
-    return made(_MAKERS[name], f"[body] {name}", a_table(name, value))
+def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
+    """What was made of parts, or of a rod, where there are none."""
+    made_up = any(part.made_up for part in parts)
+    if np.isfinite(tensor).all() and all(isinstance(part, Line) for part in parts):
+        least, _, largest = sorted(moments_of(tensor))
+        if least <= KIND_RTOL * largest:
+            return Line(mass, tensor, com, made_up=made_up)
+    rounded = max((part.rounded for part in parts), default=0.0)
+    return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
 
 
-def _tensor(name: str, value: object) -> Array:
-    what = "3 moments or a symmetric 3x3 matrix"
-    given = array(name, value, what)
-    if given.shape not in ((3,), (3, 3)):
-        raise ValueError(f"{name} must be {what}, not {value!r}")
-    tensor = np.diag(given) if given.ndim == 1 else given
-    with np.errstate(over="ignore"):
-        skew = np.abs(tensor - tensor.T).max()
-    if skew > KIND_RTOL * np.abs(tensor).max():
-        raise ValueError(f"{name} must be {what}, not {value!r}")
-    return tensor
-
-
-def _described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
-    """Three moments where that is all, else three rows."""
-    diagonal = tensor.diagonal()
-    if (tensor == np.diag(diagonal)).all():
-        i1, i2, i3 = diagonal.tolist()
-        return i1, i2, i3
-    (a, b, c), (d, e, f), (g, h, i) = tensor.tolist()
-    return (a, b, c), (d, e, f), (g, h, i)
-
-
-def _violation(tensor: Array) -> str:
-    """Which of the principal moments is not what it must be."""
-    diagonal = (tensor == np.diag(tensor.diagonal())).all()
-    moments = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
-    least, middle, largest = sorted(moments)
-    wrong = (
-        f"{least!r} is not positive" if not least > 0.0 else f"{largest!r} > {least!r} + {middle!r}"
+def _warn(body: Body, tensor: Array) -> None:
+    rest = with_a_point(tensor, -body.mass, np.array(body.com))
+    left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
+    warn(
+        f"no body has this inertia about the fixed point: about its centre of mass the moments "
+        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "
+        "mass? Then give it as inertia_about_com. Are mass and com made up? Say made_up=True"
     )
-    return f"{wrong} in {moments}"

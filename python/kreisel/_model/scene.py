@@ -6,19 +6,31 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Self, TypedDict, Unpack
+from functools import cached_property, partial
+from inspect import signature
+from typing import TYPE_CHECKING, Self, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL, scene
-from .._ground.arguments import Array, Quaternion, Vector, instance, number, row, vector
+from .._core import scene
+from .._ground.arguments import Array, Quaternion, Vector, boolean, instance, number, shown, vector
 from .._ground.files import write
-from .._ground.refusals import refusal
-from ..quaternion import from_xyzw, multiply, turn, turn_back
-from .body import Body, body_of
-from .toml import lines, made, read, tables
+from .._ground.refusals import refusal, unchangeable
+from ..quaternion import multiply, turn, turn_back, unit
+from .body import Body
+from .textbook import (
+    attitude_of,
+    moments_about_axis,
+    radians,
+    steady_rate,
+    velocity_of,
+)
+from .toml import a_table, lines, made, read, tables
+from .toml_body import MAKERS, body_of
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 _COUNTABLE = 2.0**53  # whole radians are told apart up to here
 
@@ -31,12 +43,13 @@ class _Changes(TypedDict, total=False):
     velocity: ArrayLike
     body_momentum: ArrayLike
     body_velocity: ArrayLike
-    attitude: ArrayLike
+    attitude: ArrayLike | Rotation
     attitude_xyzw: ArrayLike
     gravity: float
     damping: ArrayLike | None
 
 
+@unchangeable("scene.replace({}=...) makes another scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, what damps it, and the state at t = 0.
@@ -44,15 +57,15 @@ class Scene:
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. In its place, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
               (seen from the frame in which the body was described)
-    attitude  unit quaternion (w, x, y, z), scalar first, from that frame into space; or
-              attitude_xyzw, scalar last
+    attitude  unit quaternion (w, x, y, z), scalar first, from that frame into space, or a single
+              scipy Rotation; or attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
     damping   of a linear drag: the torque is -damping times the angular velocity, axis by axis
               along the principal axes, or one number for all three [M L^2 T^-1]
 
     It keeps momentum and attitude, whatever it was made from. Raises TypeError for what is not a
     number, ValueError for what is not finite, of the wrong shape, or no unit quaternion (its
-    squared norm may be off by 1e-12).
+    squared norm may be off by 1e-12; numbers in single precision are made unit in double).
     """
 
     body: Body
@@ -67,7 +80,7 @@ class Scene:
         self,
         body: Body,
         momentum: ArrayLike | None = None,
-        attitude: ArrayLike | None = None,
+        attitude: ArrayLike | Rotation | None = None,
         gravity: float = 1.0,
         *,
         velocity: ArrayLike | None = None,
@@ -135,10 +148,112 @@ class Scene:
         return make(**{**words, **changes})
 
     @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Scene:
-        """The scene in a TOML file, whose keys are the words of the constructors; ValueError for
-        other keys."""
-        return read(path, parse)
+    def from_euler(
+        cls,
+        body: Body,
+        angles: ArrayLike,
+        rates: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        degrees: bool = False,
+        gravity: float = 1.0,
+        damping: ArrayLike | None = None,
+    ) -> Self:
+        """A scene by Euler's angles z-x-z and their rates: (precession, nutation, spin), those of
+        path.precession_angle, .nutation and .spin_angle, in radians and [T^-1].
+
+        The turn by the precession is about e3, that by the nutation about the line of nodes, that
+        by the spin about the apex, the direction of the centre of mass. Where that is the third
+        axis of the frame in which the body was described, attitude = Rz(precession) Rx(nutation)
+        Rz(spin); another frame is first turned to the apex, as paths do.
+
+        degrees  the angles and their rates are in degrees; gravity and damping as in Scene
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.from_euler(top, (30, 60, 0), rates=(0, 0, 720), degrees=True)
+        >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
+        1.047197551197
+        """
+        instance("body", body, Body)
+        in_degrees = boolean("degrees", degrees)
+        at, by = radians("angles", angles, in_degrees), radians("rates", rates, in_degrees)
+        unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
+        attitude = attitude_of(unturned._block, unturned._start, at)
+        velocity = velocity_of(at, by)
+        return cls(body, attitude=attitude, gravity=gravity, velocity=velocity, damping=damping)
+
+    @classmethod
+    def spinning(
+        cls,
+        body: Body,
+        spin: float,
+        tilt: float = 0.0,
+        precession: float | None = None,
+        *,
+        steady: bool = False,
+        fast: bool = False,
+        degrees: bool = False,
+        gravity: float = 1.0,
+        damping: ArrayLike | None = None,
+    ) -> Self:
+        """A symmetric body that spins about its axis, tilted from the vertical.
+
+        spin        the component of the angular velocity along the axis, from the fixed point
+                    towards the centre of mass: path.spin, constant without damping [T^-1]
+        tilt        the angle between the axis and the vertical, 0 .. pi; about e1
+        precession  the rate at which the axis begins to go round the vertical [T^-1]; left out: 0,
+                    the axis is let go
+        steady      True: the precession without nutation, the slow one or, with fast=True, the
+                    fast one; at a pole, where there is none, the top stands or hangs
+        degrees     tilt is in degrees, spin and precession in degrees in a unit of time; gravity
+                    and damping as in Scene
+
+        Raises ValueError for other bodies, and where no precession is steady, with the least spin
+        that has one.
+
+        >>> import kreisel as kr
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> scene = kr.Scene.spinning(top, spin=50, tilt=1.0, steady=True)
+        >>> path = kr.solve(scene, 10)
+        >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
+        True
+        """
+        across, along = moments_about_axis(instance("body", body, Body))
+        rate, angle = number("spin", spin), number("tilt", tilt)
+        if boolean("degrees", degrees):
+            rate, angle = math.radians(rate), math.radians(angle)
+        if not 0.0 <= angle <= math.pi:
+            raise ValueError(
+                f"tilt must lie between 0 and {'180' if degrees else 'pi'}, not {shown(tilt)}"
+            )
+        if boolean("fast", fast) and not steady:
+            raise ValueError("fast chooses between two steady precessions: say steady=True too")
+        if boolean("steady", steady):
+            if precession is not None or (damping is not None and np.any(damping)):
+                raise ValueError("steady=True goes with neither precession nor damping")
+            torque = body.mass * _gravity(gravity) * math.hypot(*body.com)
+            turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
+        else:
+            turning = 0.0 if precession is None else number("precession", precession)
+            turning = math.radians(turning) if degrees else turning
+        rates = turning, 0.0, rate - turning * math.cos(angle)
+        return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity, damping=damping)
+
+    @classmethod
+    def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
+        """The scene in a TOML file, or in a text of TOML: a str of several lines, as no scene fits
+        on one, is a text, any other names a file.
+
+        The keys are the words of the constructors; instead of those of Scene a table [from_euler]
+        or [spinning] has those of that maker, instead of those of Body [body.cuboid] and so on.
+        ValueError for other keys.
+
+        >>> import kreisel as kr
+        >>> text = "momentum = [0, 0, 3]\\n[body.cone]\\nradius = 1\\nheight = 2\\n"
+        >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\\nmass = 1").body.com
+        (0.0, 0.0, 1.5)
+        """
+        return read(source, parse)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """The scene as TOML, written to a file if one is named. Reading it gives equal doubles."""
@@ -151,10 +266,21 @@ class Scene:
         if self._is_damped:
             start["damping"] = self.damping
         text = lines(start) + "\n[body]\n"
-        text += lines({"mass": body.mass, "inertia": body.inertia, "com": body.com})
+        words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
+        words |= {"rounded": body.rounded} if body.rounded else {}
+        text += lines(words | ({"made_up": True} if body.made_up else {}))
         if path is not None:
             write(path, text.encode())
         return text
+
+
+_WORDS = [word for word in signature(Scene).parameters if word != "body"]
+_SCENE_MAKERS: dict[str, Callable[..., Scene]] = {
+    "from_euler": Scene.from_euler,
+    "spinning": Scene.spinning,
+}
+_ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
+_BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS]}
 
 
 def parse(text: str) -> Scene:
@@ -162,7 +288,17 @@ def parse(text: str) -> Scene:
     table = tables(text)
     if "body" not in table:
         raise ValueError("the table [body] is missing")
-    return made(Scene, "a scene", {**table, "body": body_of(table["body"])})
+    body = body_of(table.pop("body"), _ABOVE)
+    chosen = [name for name in _SCENE_MAKERS if name in table]
+    if not chosen:
+        return made(partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS)
+    name, *others = [*chosen, *(word for word in table if word not in chosen)]
+    make = partial(_SCENE_MAKERS[name], body)
+    if others and others[0] in signature(make).parameters:
+        raise ValueError(f"{others[0]} belongs in [{name}]")
+    if others:
+        raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
+    return made(make, f"[{name}]", a_table(name, table[name]), _BELOW)
 
 
 # momentum, attitude, gravity, damping, and the block
@@ -172,7 +308,7 @@ _Made = tuple[Vector, Quaternion, float, Vector, bytes]
 def _made(
     body: Body,
     given: dict[str, ArrayLike],
-    attitude: ArrayLike | None,
+    attitude: ArrayLike | Rotation | None,
     gravity: float,
     damping: ArrayLike | None,
 ) -> _Made | None:
@@ -191,19 +327,19 @@ def _made(
 def _looked_at(
     body: Body,
     given: dict[str, ArrayLike],
-    attitude: ArrayLike | None,
+    attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
     gravity: float,
     damping: ArrayLike | None,
 ) -> _Made:
     """What a scene keeps beside its body, of words that are looked at one by one."""
-    g = number("gravity", gravity)
-    q = _attitude(attitude, attitude_xyzw)
-    if not abs(sum(c * c for c in q) - 1.0) <= KIND_RTOL:
-        norm = math.hypot(*q)
-        raise ValueError(
-            f"the attitude must be a unit quaternion; the norm of {q} is {norm!r}: divide by it"
-        )
+    g = _gravity(gravity)
+    if attitude_xyzw is not None:
+        if attitude is not None:
+            raise ValueError("give either attitude or attitude_xyzw, not both")
+        q = unit("attitude_xyzw", attitude_xyzw, last=True)
+    else:
+        q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
     if len(given) != 1:
         raise ValueError(
             "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
@@ -222,18 +358,15 @@ def _damping(given: ArrayLike | None) -> Vector:
         return 0.0, 0.0, 0.0
     along = (number("damping", given),) * 3 if np.ndim(given) == 0 else vector("damping", given)
     if min(along) < 0.0:
-        raise ValueError(f"damping must not be negative, not {given!r}: it takes energy out")
+        raise ValueError(f"damping must not be negative, not {shown(given)}: it takes energy out")
     return along
 
 
-def _attitude(wxyz: ArrayLike | None, xyzw: ArrayLike | None) -> Quaternion:
-    if xyzw is None:
-        given = (1.0, 0.0, 0.0, 0.0) if wxyz is None else wxyz
-        w, x, y, z = row("attitude", given, 4, "4 numbers (w, x, y, z)")
-        return w, x, y, z
-    if wxyz is not None:
-        raise ValueError("give either attitude or attitude_xyzw, not both")
-    return from_xyzw("attitude_xyzw", xyzw)
+def _gravity(value: object) -> float:
+    try:
+        return number("gravity", value)
+    except TypeError as error:
+        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
 
 
 def _momentum(body: Body, q: Quaternion, name: str, v: Vector) -> Vector:

@@ -9,24 +9,28 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
+from .._ground.arguments import shown
 from .._ground.refusals import unknown
 
 _T = TypeVar("_T")
 
 
-def read(path: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """What parse makes of a file. A TypeError or ValueError begins with the name of the file."""
+def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
+    """What parse makes of a text of several lines, or of the file of this name. Then a TypeError or
+    ValueError begins with the name."""
+    if isinstance(source, str) and "\n" in source:
+        return parse(source)
     try:
-        return parse(Path(path).read_text(encoding="utf-8"))
+        return parse(Path(source).read_text(encoding="utf-8"))
     except (TypeError, ValueError) as error:
         kind = TypeError if isinstance(error, TypeError) else ValueError
-        raise kind(f"{os.fspath(path)}: {error}") from None
+        raise kind(f"{os.fspath(source)}: {error}") from None
 
 
 def tables(text: str) -> dict[str, object]:
     """The tables and values of a text."""
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text.removeprefix("\ufeff"))  # which editors put before UTF-8
     except RecursionError:
         raise ValueError("its tables are nested too deep to be a scene") from None
 
@@ -34,17 +38,24 @@ def tables(text: str) -> dict[str, object]:
 def a_table(name: str, value: object) -> dict[str, object]:
     """The value, where it is a table; TypeError where it is not."""
     if not isinstance(value, dict):
-        raise TypeError(f"{name} must be a table, not {value!r}")
+        raise TypeError(f"{name} must be a table, not {shown(value)}")
     return value
 
 
 def made(
-    make: Callable[..., _T], where: str, words: dict[str, object], others: Iterable[str] = ()
+    make: Callable[..., _T],
+    where: str,
+    words: Mapping[str, object],
+    elsewhere: Mapping[str, str],
+    others: Iterable[str] = (),
 ) -> _T:
-    """What a maker makes of a table of its words; `others` could stand there too."""
+    """What a maker makes of a table of its words; `others` could stand there too, and of words that
+    could stand `elsewhere` this says where they belong."""
     parameters = inspect.signature(make).parameters
     for word in words:
         if word not in parameters:
+            if word in elsewhere:
+                raise ValueError(f"{word} belongs {elsewhere[word]}")
             raise ValueError(unknown(f"key in {where}:", word, [*parameters, *others]))
     for name, parameter in parameters.items():
         if parameter.default is parameter.empty and name not in words:
@@ -58,4 +69,6 @@ def lines(words: Mapping[str, object]) -> str:
 
 
 def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"[{', '.join(map(_value, value))}]" if isinstance(value, tuple) else repr(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path as File
@@ -64,7 +65,11 @@ def _scene(word: str) -> Scene:
     if word in about:
         return named(word)
     try:
-        return Scene.from_toml(word)
+        with warnings.catch_warnings(record=True) as said:
+            scene = Scene.from_toml(word)
+        for warning in said:
+            click.echo(f"Warning: {warning.message}", err=True)
+        return scene
     except FileNotFoundError:
         names = ", ".join(about)
         raise click.BadParameter(

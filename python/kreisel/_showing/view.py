@@ -148,6 +148,10 @@ def _shown(
 
 
 def _body(scene: Scene) -> _Body:
+    if scene.body.rounded:
+        raise ValueError(
+            f"the page has no rounded moments: view a body without rounded={scene.body.rounded!r}"
+        )
     inertia = np.asarray(scene.body.inertia)
     rows = np.diag(inertia) if inertia.ndim == 1 else inertia
     return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}

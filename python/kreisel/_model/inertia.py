@@ -1,0 +1,94 @@
+"""Inertia as a tensor about a point: as its user writes it, and moved to another point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import KIND_RTOL
+from .._ground.arguments import Array, Vector, array, number, positive, shown, vector
+
+_WHAT = "3 moments or a symmetric 3x3 matrix"
+
+
+def tensor_of(name: str, value: object) -> Array:
+    """The 3x3 matrix of what was given."""
+    given = array(name, value, _WHAT)
+    if given.shape not in ((3,), (3, 3)):
+        raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
+    if given.ndim == 1:
+        return np.diag(given)
+    with np.errstate(over="ignore"):
+        skew = np.abs(given - given.T).max()
+    if skew > KIND_RTOL * np.abs(given).max():
+        raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
+    return given
+
+
+def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
+    """Three moments where that is all, else three rows."""
+    diagonal = tensor.diagonal()
+    if (tensor == np.diag(diagonal)).all():
+        i1, i2, i3 = diagonal.tolist()
+        return i1, i2, i3
+    (a, b, c), (d, e, f), (g, h, i) = tensor.tolist()
+    return (a, b, c), (d, e, f), (g, h, i)
+
+
+def moments_of(tensor: Array) -> list[float]:
+    """The principal moments."""
+    diagonal = (tensor == np.diag(tensor.diagonal())).all()
+    moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
+    return moments
+
+
+def violation(tensor: Array, rounded: float) -> str:
+    """Which of the principal moments is not what it must be."""
+    moments = moments_of(tensor)
+    least, middle, largest = sorted(moments)
+    if not least > 0.0:
+        return f"{least!r} is not positive in {moments}"
+    over = largest / (least + middle) - 1.0
+    said = f", with rounded={rounded!r}" if rounded else ""
+    hint = f"; rounded={1.1 * over:.2g} would let it pass" if KIND_RTOL < over < 0.01 else ""
+    return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
+
+
+def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
+    """The tensor and that of a point of mass, mass (|a|^2 1 - a a^t)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        products = mass * np.outer(at, at)
+        xx, yy, zz = products.diagonal()
+        np.fill_diagonal(products, 0.0)
+        together: Array = tensor + (np.diag((yy + zz, zz + xx, xx + yy)) - products)
+    return together
+
+
+def of_a_shift(mass: float, com: Array, by: Array) -> Array:
+    """What a shift of the body adds to its inertia about the origin."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        mixed = np.outer(com, by)
+        products = mass * (mixed + mixed.T + np.outer(by, by))
+        added: Array = np.eye(3) * products.trace() - products
+    return added
+
+
+def about_fixed_point(
+    mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
+) -> Array:
+    """The tensor at the fixed point, where it may not be given as that."""
+    if (inertia is None) == (about_com is None):
+        both = "not none" if about_com is None else "not both"
+        raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
+    if about_com is None:
+        return tensor_of("inertia", inertia)
+    tensor = tensor_of("inertia_about_com", about_com)
+    return with_a_point(tensor, positive("mass", mass), np.array(vector("com", com)))
+
+
+def slack(rounded: object) -> float:
+    """What `rounded` allows."""
+    given = number("rounded", rounded)
+    if not 0.0 <= given < 1.0:
+        raise ValueError(f"rounded must be at least 0 and less than 1, not {shown(rounded)}")
+    return given

@@ -1,0 +1,134 @@
+"""Makers of homogeneous bodies by their lengths, with the fixed point where their user puts it."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from numpy.typing import ArrayLike
+
+from . import shapes
+
+
+class Shaped:
+    """What a body of any shape can be made by."""
+
+    @classmethod
+    def from_com(
+        cls, mass: float, inertia_about_com: ArrayLike, com: ArrayLike, pivot: ArrayLike
+    ) -> Self:
+        """A body by its inertia about the centre of mass, as Body has it."""
+        raise NotImplementedError
+
+    @classmethod
+    def cylinder(
+        cls,
+        radius: float,
+        height: float,
+        pivot: ArrayLike,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+    ) -> Self:
+        """A solid cylinder, its axis along the third [L]; by mass [M] or density [M L^-3].
+
+        pivot  the fixed point, seen from the centre [L]
+
+        >>> import kreisel as kr
+        >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
+        (4.0, 4.0, 2.0)
+        """
+        return cls._of(shapes.cylinder(radius, height), pivot, mass, density)
+
+    @classmethod
+    def tube(
+        cls,
+        inner: float,
+        outer: float,
+        height: float,
+        pivot: ArrayLike,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+    ) -> Self:
+        """A hollow cylinder between two radii, equal ones for a thin wall, its axis along the
+        third [L]; by mass [M] or density [M L^-3].
+
+        pivot  the fixed point, seen from the centre [L]
+        """
+        return cls._of(shapes.tube(inner, outer, height), pivot, mass, density)
+
+    @classmethod
+    def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
+        """A thin round disk across the third axis [L], of this mass [M].
+
+        pivot  the fixed point, seen from the centre [L]
+
+        A gyroscope is a disk on an axle:
+
+        >>> import kreisel as kr
+        >>> at = (0, 0, -0.06)
+        >>> top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
+        >>> top.kind, round(top.mass, 12)
+        ('lagrange', 0.52)
+        """
+        return cls._of(shapes.disk(radius), pivot, mass, None)
+
+    @classmethod
+    def sphere(
+        cls,
+        radius: float,
+        pivot: ArrayLike,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+        shell: bool = False,
+    ) -> Self:
+        """A solid sphere [L], by mass [M] or density [M L^-3]; or a thin shell, by mass.
+
+        pivot  the fixed point, seen from the centre [L]
+        """
+        return cls._of(shapes.sphere(radius, shell), pivot, mass, density)
+
+    @classmethod
+    def ellipsoid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+    ) -> Self:
+        """A solid ellipsoid: its half axes, along the axes [L]; by mass [M] or density [M L^-3].
+
+        pivot  the fixed point, seen from the centre [L]
+        """
+        return cls._of(shapes.ellipsoid(half), pivot, mass, density)
+
+    @classmethod
+    def cone(
+        cls,
+        radius: float,
+        height: float,
+        pivot: ArrayLike,
+        *,
+        mass: float | None = None,
+        density: float | None = None,
+    ) -> Self:
+        """A solid round cone that stands on its tip, its base above it at `height` along the third
+        axis [L]; by mass [M] or density [M L^-3].
+
+        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on it. The
+               centre of mass lies at three quarters of the height
+
+        >>> import kreisel as kr
+        >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
+        (0.0, 0.0, 1.5)
+        """
+        return cls._of(shapes.cone(radius, height), pivot, mass, density)
+
+    @classmethod
+    def _of(
+        cls, shape: shapes.Shape, pivot: ArrayLike, mass: float | None, density: float | None
+    ) -> Self:
+        heavy = shape.mass(mass, density)
+        return cls.from_com(heavy, shape.inertia(heavy), shape.com, pivot)

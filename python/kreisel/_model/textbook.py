@@ -1,0 +1,106 @@
+"""Starts in the words of the textbooks: Euler's angles and their rates, steady precession."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from .._core import KIND_RTOL, values
+from .._ground.arguments import Array, Quaternion, Vector, vector
+from ..quaternion import conjugate, multiply
+
+if TYPE_CHECKING:
+    from .body import Body
+
+
+def radians(name: str, value: object, degrees: bool) -> Vector:
+    """Three angles or rates, in radians."""
+    x, y, z = vector(name, value)
+    return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
+
+
+def turned_by(angles: Vector) -> Quaternion:
+    """The turn by the first angle about the third axis after that by the second about the first
+    after that by the third about the third."""
+    precession, nutation, spin = angles
+    c, s = math.cos(0.5 * nutation), math.sin(0.5 * nutation)
+    total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
+    return c * math.cos(total), s * math.cos(apart), s * math.sin(apart), c * math.sin(total)
+
+
+def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
+    """The attitude with these angles, of a body whose scene is `unturned`.
+
+    The angles are those of a frame in the body that has the apex for its third axis; where it lies
+    in the frame of description, the unturned body's own angles tell.
+    """
+    names = ("precession_angle", "nutation", "spin_angle")
+    own = [float(values(name, unturned, start)[0]) for name in names]
+    return multiply(turned_by(angles), conjugate(turned_by((own[0], own[1], own[2]))))
+
+
+def velocity_of(angles: Vector, rates: Vector) -> Vector:
+    """The angular velocity in space."""
+    precession, nutation, _ = angles
+    turning, nodding, spinning = rates
+    c, s = math.cos(precession), math.sin(precession)
+    across, up = spinning * math.sin(nutation), spinning * math.cos(nutation)
+    return nodding * c + across * s, nodding * s - across * c, turning + up
+
+
+def moments_about_axis(body: Body) -> tuple[float, float]:
+    """The moments across and along the axis of a symmetric body, on which its apex lies."""
+    moments, com = body.moments, body.principal_com
+    reach = max(map(abs, com))
+    along = [abs(x) > KIND_RTOL * reach for x in com] if reach else [False, False, True]
+    within = KIND_RTOL * max(moments)
+    if max(moments) - min(moments) <= within:
+        return moments[2], moments[2]
+    if sum(along) == 1:
+        k = along.index(True)
+        i, j = moments[k - 1], moments[k - 2]
+        if abs(i - j) <= within:
+            return 0.5 * (i + j), moments[k]
+    raise ValueError(
+        "spinning is for a symmetric body whose centre of mass lies on its axis (with no lever: "
+        f"whose axis is the third): moments {moments}, com {com} in principal axes are not"
+    )
+
+
+def steady_rate(
+    across: float,
+    along: float,
+    torque: float,
+    spin: float,
+    tilt: float,
+    fast: bool,
+    degrees: bool,
+) -> float:
+    """The rate W of steady precession, with the moments I1 across and I3 along the axis and the
+    torque m g l on a level axis: I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical
+    Mechanics, 5.7). The larger root comes without cancellation, the other by their product.
+    ValueError where there is none, with the least spin that has one.
+    """
+    if abs(math.sin(tilt)) < 1e-15:
+        return 0.0
+    cosine = math.cos(tilt)
+    a, b = across * cosine if abs(cosine) > 1e-15 else 0.0, along * spin
+    root = 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque))
+    if a * torque <= 0.0:
+        root = math.hypot(b, root)
+    elif abs(b) < root * (1.0 - 1e-12):
+        given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
+        raise ValueError(
+            f"no precession is steady at this tilt with spin = {given!r}: the least spin that "
+            f"would do is {least!r}"
+        )
+    else:
+        root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)
+    larger = 0.5 * math.copysign(abs(b) + root, b)
+    if fast and a == 0.0:
+        raise ValueError("a level axis precesses steadily at one rate only: leave out fast")
+    if larger == 0.0 and torque != 0.0:
+        raise ValueError("a level axis without spin falls: there is no steady precession")
+    if fast:
+        return larger / a
+    return torque / larger if larger else 0.0

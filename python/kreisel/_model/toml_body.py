@@ -1,0 +1,28 @@
+"""Bodies in TOML: the words of Body, or those of one of its makers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import getmembers, ismethod
+
+from .body import Body
+from .toml import a_table, made
+
+MAKERS: dict[str, Callable[..., Body]] = {
+    name: make for name, make in getmembers(Body, ismethod) if not name.startswith("_")
+}
+
+
+def body_of(table: object, elsewhere: Mapping[str, str]) -> Body:
+    """The body of a TOML table: the words of Body, or one table with those of a maker; `elsewhere`
+    says of other words where they belong."""
+    words = a_table("body", table)
+    if not MAKERS.keys() & words.keys():
+        return made(Body, "[body]", words, elsewhere, MAKERS)
+    misplaced = [word for word in words if word in elsewhere]
+    if len(words) > 1 and not misplaced:
+        raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
+    if misplaced:
+        raise ValueError(f"{misplaced[0]} belongs {elsewhere[misplaced[0]]}")
+    ((name, value),) = words.items()
+    return made(MAKERS[name], f"[body] {name}", a_table(name, value), elsewhere)

@@ -1,0 +1,256 @@
+"""Bodies that no mass can make are told of once, unless they are said to be made up; moments of the
+literature that are rounded are taken as they are, where that is said."""
+
+import copy
+import dataclasses
+import pickle
+import re
+import warnings
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+import pytest
+from toolbox import python
+from tops import TILT, matrix, words_for
+
+CENTRAL, COM = (2e-4, 2e-4, 1e-4), (0, 0, 0.1)
+MISTAKE = {"mass": 0.5, "inertia": CENTRAL, "com": COM}
+MADE_UP = {"mass": 1, "inertia": (1, 1, 0.5), "com": (0, 0, 1)}
+WATER = (0.345, 0.653, 1.0)
+TOLD = "no body has this inertia about the fixed point"
+
+
+def told(make):
+    """What is made, and the one warning with which it was."""
+    with pytest.warns(UserWarning, match=TOLD) as caught:
+        made = make()
+    assert len(caught) == 1
+    return made, caught[0]
+
+
+# The inertia about the centre of mass
+
+
+def test_moments_about_the_centre_of_mass_are_said_by_name():
+    body = kr.Body(0.5, inertia_about_com=CENTRAL, com=COM)
+    np.testing.assert_allclose(body.moments, (0.0052, 0.0052, 1e-4), rtol=1e-15)
+    assert body == kr.Body.from_com(0.5, CENTRAL, COM, (0, 0, 0)) and not body.made_up
+    assert dataclasses.replace(body, mass=0.4).inertia == body.inertia
+    text = "momentum = [0, 0, 1]\n[body]\nmass = 0.5\ninertia_about_com = [2e-4, 2e-4, 1e-4]\n"
+    assert kr.Scene.from_toml(text + "com = [0, 0, 0.1]").body == body
+
+
+@pytest.mark.parametrize(
+    "words, exception, message",
+    [
+        (
+            {"inertia": CENTRAL, "inertia_about_com": CENTRAL},
+            ValueError,
+            "exactly one .*, not both",
+        ),
+        ({"inertia": None}, ValueError, "exactly one of inertia and inertia_about_com, not none"),
+        ({"com": None}, TypeError, "com is missing: the centre of mass, seen from the fixed point"),
+        ({"inertia": None, "inertia_about_com": (1, 2)}, ValueError, "inertia_about_com must be 3"),
+        ({"made_up": 1}, TypeError, "made_up must be True or False, not 1"),
+        ({"rounded": -0.1}, ValueError, "rounded must be at least 0 and less than 1, not -0.1"),
+        ({"rounded": 1}, ValueError, "rounded must be at least 0 and less than 1, not 1"),
+        ({"rounded": "1"}, TypeError, "rounded must be a number"),
+        ({"rounded": np.nan}, ValueError, "rounded must be finite"),
+    ],
+)
+def test_words_of_a_body_are_refused(words, exception, message):
+    with pytest.raises(exception, match=message):
+        kr.Body(**{**MISTAKE, **words})
+
+
+# What no body can be
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: kr.Body(**MISTAKE),
+        lambda: kr.Body.symmetric(0.5, 2e-4, 1e-4, 0.1),
+        lambda: kr.Body(0.5, np.diag(CENTRAL), COM),
+        lambda: kr.Body(1, matrix(TILT) @ np.diag((1, 1, 0.5)) @ matrix(TILT).T, (0.3, 0, 1.0)),
+        lambda: kr.Body(1, (1, 2, 3), (0.1, 0.2, 0.01)),
+        lambda: kr.Body(1, (1, 2, 2), (1e200, 1e200, 0)),
+        lambda: kr.Body.from_com(1, (1, 1, 2.1), (0, 0, 1), (0, 0, 0)),
+        lambda: dataclasses.replace(kr.Body.cone(1, 2, (0, 0, 0), mass=1), mass=2),
+        lambda: (
+            kr.Scene.from_toml(
+                "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
+            ).body
+        ),
+    ],
+)
+def test_what_no_body_can_be_is_told_where_it_is_made(make):
+    body, warning = told(make)
+    assert body.made_up and Path(warning.filename) == Path(__file__)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert dataclasses.replace(body) == body
+
+
+def test_the_message_says_what_would_be_left_and_what_to_do():
+    _, warning = told(lambda: kr.Body(**MISTAKE))
+    said = str(warning.message)
+    assert "-0.0048, -0.0048, 0.0001" in said
+    assert "inertia_about_com" in said and "made_up=True" in said
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1, 1e30])
+def test_real_bodies_are_never_told_of(scale):
+    rng = np.random.default_rng(11)
+    for _ in range(200):
+        points = rng.normal(size=(rng.integers(3, 6), 3)) * scale
+        points[:, 2] *= rng.choice([1.0, 1e-9, 0.0])
+        points += rng.normal(size=3) * scale * 10 ** rng.uniform(-3, 3)
+        masses = rng.uniform(0.1, 1, len(points))
+        products = np.einsum("n,ni,nj->ij", masses, points, points)
+        body = kr.Body(
+            masses.sum(),
+            np.eye(3) * np.trace(products) - products,
+            masses @ points / masses.sum(),
+        )
+        assert not body.made_up
+
+
+def test_a_body_is_told_of_once():
+    body, _ = told(lambda: kr.Body(**MISTAKE))
+    scene = kr.Scene(body, body_velocity=(0, 0, 30.0))
+    run = kr.start(scene, "rk4", step=0.01)
+    run.to(0.5)
+    units = kr.scaled_units(body)
+    assert units.back(units.into(scene)).body.made_up
+    for again in (
+        kr.Scene.from_toml(scene.to_toml()).body,
+        kr.resume(run.checkpoint).scene.body,
+        pickle.loads(pickle.dumps(run)).scene.body,
+        pickle.loads(pickle.dumps(scene)).body,
+        copy.deepcopy(scene).body,
+        dataclasses.replace(body, mass=0.6),
+        scene.replace(gravity=2).body,
+        eval(repr(body), {"Body": kr.Body}),
+        kr.solve(scene, 1, "rk4", step=0.01).scene.body,
+    ):
+        assert again.made_up and again.inertia == body.inertia
+
+
+def test_what_is_said_to_be_made_up_is_not_told_of():
+    body = kr.Body(**MADE_UP, made_up=True)
+    assert body.made_up and repr(body).endswith("com=(0.0, 0.0, 1.0), made_up=True)")
+    assert kr.Body.symmetric(1, 1, 0.5, 1, made_up=True) == body
+    assert kr.Body.from_com(1, (0.1, 0.1, 0.5), (0, 0, 1), (0, 0, 0), made_up=True).made_up
+    assert "made_up = true" in kr.Scene(body, (0, 0, 1)).to_toml()
+    real = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
+    assert "made_up" not in repr(real) + kr.Scene(real, (0, 0, 1)).to_toml()
+    assert dataclasses.replace(real, made_up=True) == real
+
+
+def test_the_word_is_kept_where_it_was_not_needed():
+    """So a family of bodies, some of which can be, is silent as a whole."""
+    one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), made_up=True)
+    assert one.made_up and dataclasses.replace(one, com=(0, 0, 5)).made_up
+    assert pickle.loads(pickle.dumps(one)).made_up
+    assert kr.Scene.from_toml(kr.Scene(one, (0, 0, 1)).to_toml()).body.made_up
+
+
+def test_the_named_scenes_say_it():
+    ran = python("import warnings; warnings.simplefilter('error'); import kreisel")
+    assert ran.returncode == 0, ran.stderr
+    made_up = [name for name in kr.scenes.about if kr.scenes.named(name).body.made_up]
+    assert len(made_up) == 10 and "dzhanibekov" not in made_up
+
+
+def test_the_command_line_tells_in_a_line(tmp_path):
+    file = tmp_path / "top.toml"
+    file.write_text(
+        "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
+    )
+    ran = python("from kreisel._showing.cli import main; main()", "solve", str(file), "--t", "1")
+    lines = [line for line in ran.stderr.splitlines() if line]
+    assert ran.returncode == 0 and len(lines) == 1 and lines[0].startswith(f"Warning: {TOLD}")
+
+
+# Rounded moments
+
+
+def test_published_moments_are_taken_as_they_are():
+    body = kr.Body(1, WATER, (0, 0, 0), rounded=0.0021)
+    assert body.moments == WATER and body.rounded == 0.0021 and not body.made_up
+    assert eval(repr(body), {"Body": kr.Body}) == body
+    assert pickle.loads(pickle.dumps(body)) == body
+    assert dataclasses.replace(body, mass=2).rounded == 0.0021
+    scene = kr.Scene(body, (0.1, 0.2, 1.0))
+    assert kr.Scene.from_toml(scene.to_toml()) == scene
+    assert "rounded = 0.0021\n" in scene.to_toml()
+    run = kr.start(scene, "rk4", step=0.01)
+    run.to(0.5)
+    assert kr.resume(run.checkpoint).scene == scene
+    turned = kr.Body(1, matrix(TILT) @ np.diag(WATER) @ matrix(TILT).T, (0, 0, 0), rounded=0.0021)
+    np.testing.assert_allclose(sorted(turned.moments), WATER, rtol=1e-15)
+
+
+@pytest.mark.parametrize("rounded", [0, 0.002])
+def test_beyond_what_is_said_they_are_refused(rounded):
+    with pytest.raises(ValueError, match=re.escape("1.0 > 0.345 + 0.653")) as caught:
+        kr.Body(1, WATER, (0, 0, 0), rounded=rounded)
+    hint = float(re.search(r"rounded=([\d.]+) would let it pass", str(caught.value))[1])
+    assert kr.Body(1, WATER, (0, 0, 0), rounded=hint).moments == WATER
+
+
+def test_moments_far_off_get_no_hint():
+    with pytest.raises(ValueError, match=r"4\.0 > 1\.0 \+ 2\.0") as caught:
+        kr.Body(1, (1, 2, 4), (0, 0, 0))
+    assert "would let it pass" not in str(caught.value)
+
+
+HEAVY = kr.Body(1, (0.345, 0.653, 1.0), (0.1, 0.2, 0.3), rounded=0.0021, made_up=True)
+ROUNDED = [
+    kr.Body(1, WATER, (0, 0, 0), rounded=0.0021),
+    HEAVY,
+    kr.Body(1, (0.4, 0.4, 0.81), (0, 0, 0.3), rounded=0.02, made_up=True),
+]
+
+
+@pytest.mark.parametrize("name", kr.methods)
+@pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
+def test_every_method_moves_rounded_bodies_or_refuses(name, body):
+    """The energy is the one that the equations keep, and the attitude that of 20 digits."""
+    scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
+    if not kr.methods[name].suits(scene):
+        with pytest.raises(ValueError, match="does not apply to this body"):
+            kr.solve(scene, 1, name, **words_for(name))
+        return
+    step = {} if kr.methods[name].adaptive or name == "exact" else {"step": 2**-9}
+    path = kr.solve(scene, [1.0], name, **step)
+    true = kr.solve(scene, [1.0], "taylor", digits=20)
+    atol = 1e-3 if kr.methods[name].order == 1 else 1e-4
+    assert kr.attitude_error(path.q[-1], true.q[-1]) < atol
+    assert path.energy[0] == pytest.approx(kr.solve(scene, [0.0]).energy[0], abs=atol)
+
+
+def test_a_rounded_body_has_the_equations_of_its_moments():
+    """Euler's equations with these moments, integrated apart."""
+    solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
+    i1, i2, i3 = WATER
+
+    def euler(_, m):
+        return [
+            m[1] * m[2] * (1 / i3 - 1 / i2),
+            m[2] * m[0] * (1 / i1 - 1 / i3),
+            m[0] * m[1] * (1 / i2 - 1 / i1),
+        ]
+
+    scene = kr.Scene(ROUNDED[0], (0.1, 0.2, 1.0))
+    true = solve_ivp(euler, (0, 20), scene.momentum, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    for method in ("exact", "taylor"):
+        found = kr.solve(scene, [20.0], method).body_momentum[0]
+        np.testing.assert_allclose(found, true, atol=1e-9)
+
+
+def test_the_page_refuses_rounded_bodies():
+    with pytest.raises(ValueError, match="the page has no rounded moments"):
+        kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
