@@ -70,13 +70,16 @@ class Table:
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """With all digits; what is not there is empty."""
+    def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
+        """The table as CSV with all digits, written to a file if one is named; what is not there is
+        empty."""
         text = io.StringIO(newline="")
-        writer = csv.writer(text)
+        writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
         writer.writerows(map(_values, self.rows))
-        write(path, text.getvalue().encode())
+        if path is not None:
+            write(path, text.getvalue().encode())
+        return text.getvalue()
 
 
 _COLUMNS = tuple(column.name for column in fields(Row))

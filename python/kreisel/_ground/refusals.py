@@ -16,7 +16,11 @@ def refusal(status: str, detail: str) -> Exception:
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
     """A message for a name that is not known, with the nearest that is."""
+    return f"unknown {what} {name!r}; {nearest(name, known)}"
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The name that may have been meant, or all that there are."""
     names = list(known)
     near = difflib.get_close_matches(name.lower().replace("-", "_"), names, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
-    return f"unknown {what} {name!r}; {hint}"
+    return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
