@@ -140,8 +140,8 @@ def refuse_too_many(states: int, size: int) -> None:
     if size * states > _memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
-            f"{states} states need {needed}, more than this machine has: record fewer by a "
-            "larger every"
+            f"{states} states need {needed}, more than this machine has: record fewer, by a "
+            "larger every or step"
         )
 
 

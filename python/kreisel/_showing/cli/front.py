@@ -27,30 +27,46 @@ Exit codes
 class _Front(click.Group):
     """The group of all commands."""
 
-    def invoke(self, ctx: click.Context) -> None:
-        try:
-            with _terminated(), _warnings():
-                super().invoke(ctx)
-        except click.exceptions.NoArgsIsHelpError:
-            raise
-        except click.UsageError as error:
-            of = error.ctx.command_path if error.ctx else "kreisel"
-            self._ended(ctx, 2, f"{error.format_message()} (see {of} --help)")
-        except click.ClickException as error:
-            self._ended(ctx, error.exit_code, error.format_message())
-        except Error as error:
-            self._ended(ctx, 1, str(error))
-        except KeyboardInterrupt as error:
-            self._ended(ctx, 130, str(error) or "interrupted")
-        except OSError as error:
-            if error.errno == errno.EPIPE:
-                raise
-            self._ended(ctx, 1, str(error))
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: object,
+    ) -> click.Context:
+        with _in_one_line():
+            return super().make_context(info_name, args, parent, **extra)
 
-    def _ended(self, ctx: click.Context, code: int, why: str) -> None:
-        _forget_what_cannot_be_shown()
-        click.echo(f"Error: {why}", err=True)
-        ctx.exit(code)
+    def invoke(self, ctx: click.Context) -> None:
+        with _in_one_line(), _terminated(), _warnings():
+            super().invoke(ctx)
+
+
+@contextmanager
+def _in_one_line() -> Iterator[None]:
+    """What fails is said in a line, and becomes an exit code."""
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        of = error.ctx.command_path if error.ctx else "kreisel"
+        code, why = 2, f"{error.format_message()} (see {of} --help)"
+    except click.ClickException as error:
+        code, why = error.exit_code, error.format_message()
+    except Error as error:
+        code, why = 1, str(error)
+    except KeyboardInterrupt as error:
+        code, why = 130, str(error) or "interrupted"
+    except OSError as error:
+        if error.errno == errno.EPIPE:
+            raise
+        code, why = 1, str(error)
+    else:
+        return
+    _forget_what_cannot_be_shown()
+    click.echo(f"Error: {why}", err=True)
+    raise click.exceptions.Exit(code)
 
 
 @contextmanager
@@ -84,7 +100,9 @@ def _forget_what_cannot_be_shown() -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-@click.group(cls=_Front, context_settings={"help_option_names": ["-h", "--help"]}, epilog=_CODES)
+@click.group(
+    "kreisel", cls=_Front, context_settings={"help_option_names": ["-h", "--help"]}, epilog=_CODES
+)
 @click.version_option(version, prog_name="kreisel")
 def main() -> None:
     """The motion of spinning tops.

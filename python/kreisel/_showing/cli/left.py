@@ -10,7 +10,7 @@ from typing import TypedDict, TypeVar
 import click
 
 from .outputs import Csv, Gathered, Met, Output, Summary, as_csv, as_json, as_npz, put
-from .places import FILE, checked, npz_named
+from .places import FILE, checked
 from .running import Outcome
 from .words import Refused
 
@@ -63,12 +63,11 @@ class Left:
     def __init__(self, where: To, read: tuple[str, ...], events: tuple[str, ...]) -> None:
         if where["events_file"] and not events:
             raise Refused("--events-csv writes what --events asks for: give that too")
-        npz = npz_named(where["npz_file"])
         places = checked(
             [
                 ("--csv", where["csv_file"]),
                 ("--json", where["json_file"]),
-                ("--npz", npz),
+                ("--npz", where["npz_file"]),
                 ("--events-csv", where["events_file"]),
                 ("--save", where["save_file"]),
             ],

@@ -83,7 +83,5 @@ def scenes(name: str | None) -> None:
 @click.command()
 def quantities() -> None:
     """The quantities that --want can name."""
-    rows = [
-        (q.name, ", ".join(q.components), q.dimension, q.text) for q in (TIME, *WANTED.values())
-    ]
-    _listed(("quantity", "columns", "[M L T]", "what it is"), rows)
+    rows = [(q.name, q.dimension, q.text) for q in (TIME, *WANTED.values())]
+    _listed(("quantity", "[M L T]", "what it is"), rows)

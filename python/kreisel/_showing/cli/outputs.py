@@ -43,7 +43,9 @@ def put(file: str, data: bytes) -> None:
     if file != "-":
         write(file, data)
         return
-    sys.stdout.buffer.write(data)
+    left = memoryview(data)
+    while left:  # an unbuffered standard output may take less than all
+        left = left[sys.stdout.buffer.write(left) :]
     sys.stdout.buffer.flush()
 
 

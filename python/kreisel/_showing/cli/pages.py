@@ -24,8 +24,9 @@ _REPORT = "validation.__main__"
 def view(scene: Scene, file: str | None) -> None:
     """The top in a browser.
 
-    There it can be turned and changed, and methods compared on it. The page is one HTML file that needs nothing else. Where it stands is said; without a browser
-    (and without a display) open it in one elsewhere, or write it to a place of your own by --save.
+    There it can be turned and changed, and methods compared on it. The page is one HTML file that
+    needs nothing else. Where it stands is said; without a browser (and without a display) open it
+    in one elsewhere, or write it to a place of your own by --save.
     """
     checked([("view --save", file)])
     page = viewed(scene, open=False)
@@ -52,8 +53,9 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Accuracy, speed and stability of all methods.
 
-    They are measured on the report's scenes, or on SCENE.toml files. The report is made in the top folder of the source tree, by the machinery in validation/, and takes
-    minutes; there --help tells these options in full:
+    They are measured on the report's scenes, or on SCENE.toml files. The report is made in the top
+    folder of the source tree, by the machinery in validation/, and takes minutes; there --help
+    tells these options in full:
 
     \b
     --quick, --full     fewer runs, or more

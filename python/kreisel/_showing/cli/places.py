@@ -42,18 +42,12 @@ class Place(NamedTuple):
         return self.file == "-"
 
 
-def npz_named(file: str | None) -> str | None:
-    """The file's name with the ending that numpy's archives have."""
-    return file if file in (None, "-") or str(file).endswith(".npz") else f"{file}.npz"
-
-
 def checked(places: list[tuple[str, str | None]], read: tuple[str, ...] = ()) -> list[Place]:
     """The places that are asked for; refused where one could not be written, where two are the
     same, or one is the file of these that is read."""
-    asked = [Place(option, file) for option, file in places if file is not None]
+    asked = [_named(Place(option, file)) for option, file in places if file is not None]
     taken = {_real(file): file for file in read if file != "-"}
     for place in asked:
-        _refuse_ending(place)
         if not place.shown:
             _refuse_no_place(place.file)
         same = _real(place.file)
@@ -61,6 +55,13 @@ def checked(places: list[tuple[str, str | None]], read: tuple[str, ...] = ()) ->
             raise Refused(f"{place.option} {place.file}: {taken[same]} is that file already")
         taken[same] = f"{place.option} {place.file}"
     return asked
+
+
+def _named(place: Place) -> Place:
+    """The place with the ending that numpy's archives have; refused with one of another form."""
+    _refuse_ending(place)
+    whole = place.option != "--npz" or place.shown or place.file.endswith(".npz")
+    return place if whole else Place(place.option, f"{place.file}.npz")
 
 
 def _real(file: str) -> str:

@@ -125,8 +125,8 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
 def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
     """On with a saved RUN, with the same bits.
 
-    RUN is what --save has written. Times that it has passed are left out, so that --t may be that of the whole run. With --save the
-    run may be written to its own file again.
+    RUN is what --save has written. Times that it has passed are left out, so that --t may be that
+    of the whole run. With --save the run may be written to its own file again.
     """
     stops = Stops(t.end)
     left = Left(words, (), ())
@@ -141,6 +141,9 @@ def _go(pieces: Iterator[Path], run: Run | None, left: Left, stops: Stops) -> No
         try:
             with stops.watched():
                 end = fed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
+        except MemoryError:
+            left.dropped()
+            raise click.ClickException("there is not memory enough") from None
         except BaseException:
             left.dropped()
             raise

@@ -110,7 +110,7 @@ def refusals(options: Iterable[str]) -> Iterator[None]:
     except (TypeError, ValueError) as error:
         raise Refused(in_a_shell(str(error), options)) from None
     except MemoryError as error:
-        raise click.ClickException(str(error) or "there is not enough memory") from None
+        raise Refused(in_a_shell(str(error), options) or "it needs more memory") from None
 
 
 def in_a_shell(message: str, options: Iterable[str]) -> str:
@@ -123,5 +123,6 @@ def in_a_shell(message: str, options: Iterable[str]) -> str:
         return f"--{found[1].replace('_', '-')} {plain}"
 
     said = re.sub(rf"(?<![\w.])({alternatives})=({value})", written, message)
+    said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
     said = re.sub(rf"\b(give|leave) ({alternatives})\b", r"\1 --\2", said)
-    return said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
+    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)
