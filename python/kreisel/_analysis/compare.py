@@ -154,6 +154,11 @@ def compare(
     truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or
              a sixteenth of the smallest step
 
+        >>> import kreisel as kr
+        >>> table = kr.compare(kr.scenes.thesis, 10, ["exact", "rk4"], steps=[0.1, 0.05])
+        >>> [(row.method, row.step, row.attitude_error < 1e-3) for row in table]
+        [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
+
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
     """
     instance("scene", scene, Scene)
