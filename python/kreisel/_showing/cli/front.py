@@ -71,7 +71,10 @@ def _in_one_line() -> Iterator[None]:
 
 @contextmanager
 def _terminated() -> Iterator[None]:
-    """SIGTERM ends a command as Ctrl-C does."""
+    """SIGTERM ends a command as Ctrl-C does, unless it is ignored."""
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
+        yield
+        return
     try:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     except ValueError:  # in another thread than the main one, which alone may ask
