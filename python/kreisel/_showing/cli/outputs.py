@@ -183,7 +183,7 @@ class Summary:
             return
         self._last = piece
         self._first = self._first or columns(piece, kept(piece), self._degrees)
-        if piece.want is None:
+        if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
             self._size = max(self._size, size)

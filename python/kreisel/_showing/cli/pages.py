@@ -12,7 +12,7 @@ from ..._model.scene import Scene
 from ..view import opened
 from ..view import view as viewed
 from .places import FILE, checked
-from .words import A_SCENE, Refused
+from .words import A_SCENE, Refused, refusals
 from .words import scene as a_scene
 
 _REPORT = "validation.__main__"
@@ -29,7 +29,8 @@ def view(scene: Scene, file: str | None) -> None:
     in one elsewhere, or write it to a place of your own by --save.
     """
     checked([("view --save", file)])
-    page = viewed(scene, open=False)
+    with refusals(()):
+        page = viewed(scene, open=False)
     try:
         text = page.html
     except FileNotFoundError as error:

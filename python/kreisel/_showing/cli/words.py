@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 
 import click
@@ -103,7 +103,7 @@ A_SCENE = one_of(about, files=True)
 
 
 @contextmanager
-def refusals(options: Iterable[str]) -> Iterator[None]:
+def refusals(options: Collection[str]) -> Iterator[None]:
     """What the package refuses, in the words of a command with these options."""
     try:
         yield
@@ -113,8 +113,10 @@ def refusals(options: Iterable[str]) -> Iterator[None]:
         raise Refused(in_a_shell(str(error), options) or "it needs more memory") from None
 
 
-def in_a_shell(message: str, options: Iterable[str]) -> str:
+def in_a_shell(message: str, options: Collection[str]) -> str:
     """A message of the package with its arguments as a shell has them: step=0.01 is --step 0.01."""
+    if not options:
+        return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
