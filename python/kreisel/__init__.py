@@ -24,6 +24,7 @@ from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan, plan
 from ._showing.view import View, view
 from ._verbs.exact import Exact, ExactEnsemble, ExactMap, exact
+from ._verbs.load import load
 from ._verbs.run import Run, resume, start, stream
 from ._verbs.solve import solve
 from .events import Event
@@ -61,6 +62,7 @@ __all__ = [
     "exact",
     "from_rotation",
     "h_eps",
+    "load",
     "methods",
     "plan",
     "quaternion",

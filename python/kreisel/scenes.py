@@ -88,3 +88,8 @@ def named(name: str) -> Scene:
 def name_of(scene: Scene) -> str:
     """The name of a scene that is one of these; else ''."""
     return next((name for name in about if named(name) == scene), "")
+
+
+def __dir__() -> list[str]:
+    """The scenes, and what tells of them."""
+    return sorted([*about, "about", "name_of", "named"])

@@ -2,8 +2,7 @@
 
 from kreisel import _core as core
 from kreisel._analysis.costs import page as page_of_methods
-from kreisel._recording import path as recording
-from kreisel._recording import rows
+from kreisel._recording import rows, states
 from kreisel._request.quantities import QUANTITIES, TURNING, WANTED
 from kreisel._request.times import PIECE
 from kreisel._showing import cli, view
@@ -16,7 +15,7 @@ __all__ = [
     "cli",
     "core",
     "page_of_methods",
-    "recording",
     "rows",
+    "states",
     "view",
 ]

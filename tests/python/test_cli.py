@@ -57,7 +57,8 @@ def test_solve_gives_what_is_wanted(tmp_path):
     )
     with np.load(tmp_path / "top.npz") as saved:
         assert np.array_equal(saved["apex"], path.apex)
-        assert set(saved) == {"t", "nutation", "apex", "q", "scene"}
+        assert set(saved) == {"t", "nutation", "apex", "q", "scene", "head"}
+    assert kr.load(tmp_path / "top.npz").want == path.want
     assert "nutation" in call("solve asymmetric --t 3 --want nutation")
 
 
@@ -82,6 +83,8 @@ def test_long_paths_come_in_pieces_with_the_same_bits(tmp_path):
     with np.load(tmp_path / "a.npz") as saved:
         assert np.array_equal(saved["q"], path.q)
     assert "40001 states" in shown and f"energy error {path.energy_error:.2g}" in shown
+    again = kr.load(tmp_path / "a.npz")
+    assert np.array_equal(again.states, path.states) and again.stats == path.stats
     wanted = call(line.replace("--csv", "--want nutation --npz"), tmp_path / "b.npz")
     assert "40001 states" in wanted
     with np.load(tmp_path / "b.npz") as saved:

@@ -188,3 +188,13 @@ def test_a_run_that_ignores_ctrl_c_goes_on_ignoring_it(tmp_path):
     )
     line = "solve asymmetric --t 10 --method rk4 --step 1e-3"
     assert python(code, *line.split(), cwd=tmp_path).returncode == 0
+
+
+def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
+    line = "solve asymmetric --t 0:50:1 --events nutation --max-steps 20 --npz"
+    call(line, tmp_path / "a.npz", code=1)
+    with pytest.raises(kr.Error) as failed:
+        kr.solve(TOP, np.arange(51.0), events=[kr.events.nutation()], max_steps=20)
+    path, again = failed.value.path, kr.load(tmp_path / "a.npz")
+    assert np.array_equal(again.states, path.states) and len(again.events) == len(path.events) > 0
+    assert np.array_equal(again.events.states, path.events.states)

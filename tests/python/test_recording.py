@@ -8,7 +8,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import QUANTITIES, recording
+from inside import QUANTITIES, states
 from tops import CORNER, FIXED, GENERAL, matrix, scene_for
 
 COMPUTED = {name: quantity.shape for name, quantity in QUANTITIES.items() if name not in ("q", "m")}
@@ -112,9 +112,9 @@ def test_quantities_are_what_their_definitions_say():
 
 @pytest.mark.parametrize("name", COMPUTED)
 def test_nothing_is_computed_unasked(name, monkeypatch):
-    called, original = [], recording.values
+    called, original = [], states.values
     monkeypatch.setattr(
-        recording, "values", lambda word, *states: called.append(word) or original(word, *states)
+        states, "values", lambda word, *words: called.append(word) or original(word, *words)
     )
     path = kr.solve(GENERAL, 1, "strang", step=0.1, every=1)
     repr(path), len(path), path.t, path.q, path.m, path.end

@@ -40,6 +40,13 @@ class Apex:
     rate: Array
     kind: str
 
+    def __repr__(self) -> str:
+        if not len(self.t):
+            return f"<kreisel.Apex: no points; kind {self.kind!r}>"
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
+        heights = f"heights {self.height.min():.3g} .. {self.height.max():.3g}"
+        return f"<kreisel.Apex: {len(self.t)} points, {span}; {heights}; kind {self.kind!r}>"
+
     @property
     def height(self) -> Array:
         """(n,) <apex, e3>, from -1 to 1."""

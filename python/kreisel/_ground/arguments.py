@@ -57,6 +57,13 @@ def whole(name: str, value: object, least: int) -> int:
     return n
 
 
+def boolean(name: str, value: object) -> bool:
+    """True or False, and nothing that only counts as such."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{name} must be True or False, not {brief(value)}")
+    return bool(value)
+
+
 def brief(value: object) -> str:
     """The value in words, at most a line of it."""
     return reprlib.repr(value)

@@ -5,14 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import matplotlib
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
 
 from .arguments import Array
+from .optional import installed
+
+with installed("'kreisel[plot]'"):
+    import matplotlib
+    import matplotlib.pyplot as plt
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
 
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 _LIGHT = np.array((-0.4, -0.5, 0.77))

@@ -3,23 +3,24 @@ for."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import numpy.typing as npt
+from numpy.typing import ArrayLike
 
-from .._core import modified_energy, modified_energy4, statuses, values
-from .._ground.arguments import Array, frozen, number
+from .._core import statuses
+from .._ground.arguments import Array, frozen
+from .._ground.files import write
 from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
-from .._request.quantities import QUANTITIES, WANTED, Quantity
 from .._request.request import Request, wanted
-from .._request.times import listed
+from .places import Which, inside, places
 from .reference import (
     CLOSED_FORM,
     LONGER_SERIES,
@@ -31,30 +32,21 @@ from .reference import (
     closed_form_holds,
     roundings,
 )
-from .rows import Rows, refused, rows
+from .rows import Rows, refused, rows_in_any_order
+from .saved import saved
+from .states import NO_STATES, PARTS
+from .states import Stats as Stats
+from .tables import Tables
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from scipy.spatial.transform import Rotation
-
-NO_STATES = np.empty((0, 8))
-_PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-
-
-class Stats(NamedTuple):
-    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque,
-    iterations of a solver."""
-
-    steps: int
-    rejected: int
-    evaluations: int
-    iterations: int
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Path:
-    """n states of a scene in motion. Arrays are read-only; t, q and m are views of `states`, all
-    else is computed when it is first asked for. Vectors are seen from space unless said otherwise.
+class Path(Tables):
+    """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
+    m are views of `states`, all else is computed when it is first asked for. Vectors are seen from
+    space unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
@@ -108,7 +100,7 @@ class Path:
             return
         for name, column in _columns.items():
             column.flags.writeable = False
-            if name not in _PARTS:
+            if name not in PARTS:
                 kept[name] = column
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -117,110 +109,12 @@ class Path:
             if isinstance(array, np.ndarray):
                 frozen(array)
 
-    def __len__(self) -> int:
-        return len(self.t)
-
     def __repr__(self) -> str:
         words = {"step": self.step, "tol": self.tol, "digits": self.digits}
         steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
         ran = f"{self.method}{steering}, {self.stats.steps} steps"
         return f"<kreisel.Path: {len(self)} states{span}; {ran}>"
-
-    def __getattr__(self, name: str) -> Array:
-        """The quantities are attributes, set below; for any other name a hint, as
-        AttributeError."""
-        if name.startswith("__"):
-            raise AttributeError(name)
-        if self.want is not None and (name == "states" or hasattr(type(self), name)):
-            more = f"add {name!r} to want" if name in WANTED else "solve without want"
-            raise AttributeError(
-                f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
-            )
-        known = [word for word in ("states", *dir(type(self))) if not word.startswith("_")]
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
-        raise AttributeError(f"a path has no {name!r}; {hint}")
-
-    def _part(self, name: str) -> Array:
-        if self._columns is not None and name in self._columns:
-            return self._columns[name]
-        part = self.states[:, _PARTS[name]]
-        return part[:, 0] if name == "t" else part
-
-    @property
-    def t(self) -> Array:
-        """(n,) times [T]."""
-        return self._part("t")
-
-    @property
-    def q(self) -> Array:
-        """(n, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
-        described to space."""
-        return self._part("q")
-
-    @property
-    def q_xyzw(self) -> Array:
-        """(n, 4) attitudes with the scalar last."""
-        return self.q[:, [1, 2, 3, 0]]
-
-    @property
-    def m(self) -> Array:
-        """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._part("m")
-
-    @cached_property
-    def q_low(self) -> Array:
-        """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for;
-        zero up to 16 digits."""
-        return self._rest[:, 1:5]
-
-    @cached_property
-    def m_low(self) -> Array:
-        """(n, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
-        return self._rest[:, 5:8]
-
-    @cached_property
-    def _rest(self) -> Array:
-        return frozen(np.zeros_like(self.states)) if self._low is None else self._low
-
-    @property
-    def rotation(self) -> Rotation:
-        """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
-        from scipy.spatial.transform import Rotation
-
-        return Rotation.from_quat(self.q_xyzw)
-
-    def modified_energy(self, step: float) -> Array:
-        """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1)
-        [M L^2 T^-2].
-
-        NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
-        """
-        return modified_energy(self.scene._block, self.states, number("step", step))
-
-    def modified_energy4(self, step: float) -> Array:
-        """(n,) the energy that bobenko_suris4 keeps at this step, E up to a constant and step^4
-        [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large for the
-        method."""
-        return modified_energy4(self.scene._block, self.states, number("step", step))
-
-    @cached_property
-    def energy_error(self) -> float:
-        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0; zero for a path
-        without states, nan for a damped top, which loses energy."""
-        if self.scene._is_damped:
-            return np.nan
-        if not len(self):
-            return 0.0
-        scene = self.scene
-        kinetic, potential = (
-            float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
-        )
-        lever = float(np.linalg.norm(scene.body.com))
-        size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
-        change = np.abs(self.energy - (kinetic + potential)).max()
-        return float(change / size) if change else 0.0
 
     @cached_property
     def error(self) -> float:
@@ -231,30 +125,83 @@ class Path:
         tolerance is wider, or what the roundings of 30 digits come to where this is more."""
         if self._choice or not len(self):
             return self._choice.error if self._choice else 0.0
-        times = listed(self.t, None, None)
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
-            error = self._apart(CLOSED_FORM, times)
-            known = roundings(self.scene, CLOSED_FORM, times)
+            error = self._apart(CLOSED_FORM)
+            known = roundings(self.scene, CLOSED_FORM, self.t)
             if error >= ROUNDINGS * known:
                 return error
-        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES, times)
+        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES)
         if self.digits != 30:
             return error
-        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, times))
+        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, self.t))
 
-    def _apart(self, second: Request, times: Array) -> float:
+    def _apart(self, second: Request) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
         loses no digit."""
-        other = good(self.scene, second, rows(self.scene, second, times))
+        other = good(self.scene, second, rows_in_any_order(self.scene, second, self.t))
         return apart((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
         """What was used for this path, and what was left out, and why."""
+        return plan_of(self.scene, self._request, len(self), self._choice)
+
+    @property
+    def _request(self) -> Request:
         step = None if self.step is None else abs(self.step)
         words = step, self.tol, self.digits, 0, self.want, self._asked
-        done = Request(methods[self.method], *words)
-        return plan_of(self.scene, done, len(self), self._choice)
+        return Request(methods[self.method], *words)
+
+    def __call__(self, t: ArrayLike) -> Path:
+        """The states of the same run at other times, as a path: bit for bit those that solve gives
+        in the same words.
+
+        t  a number, for the path of one state, or a list in any order, between 0 and where the
+           path ends [T]
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.asymmetric, 10)
+            >>> path([2.5, 1.0]).t.tolist()
+            [2.5, 1.0]
+
+        Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
+        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is made
+        again, from the start to the last of these times; by the closed form at once. It keeps what
+        `want` names, and no events.
+        """
+        if self._asked == EXACT != self.method:
+            raise ValueError(
+                f"this path is of the closed form of {self.method}'s map, which has no states "
+                "between its steps: call what kreisel.exact gave, with the numbers of the steps"
+            )
+        done = self._request
+        path = good(self.scene, done, rows_in_any_order(self.scene, done, inside(self.t, t)))
+        states = NO_STATES if path._columns else path.states
+        return replace(path, states=states, step=self.step, _choice=self._choice)
+
+    def __getitem__(self, which: Which) -> Path:
+        """Some of the states, as a path that keeps all but the events: a number gives one state, a
+        slice, a list of numbers or of True and False several, as of an array.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
+            >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
+            (1, [0.0, 2.0], [2.0, 3.0])
+        """
+        at = places(len(self), which)
+        if self._columns is not None:
+            columns = {name: column[at] for name, column in self._columns.items()}
+            return replace(self, states=NO_STATES, _columns=columns, events=None)
+        low = None if self._low is None else self._low[at]
+        return replace(self, states=self.states[at], _low=low, events=None)
+
+    def __iter__(self) -> Iterator[Path]:
+        """The states one by one, each a path."""
+        return (self[i] for i in range(len(self)))
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
+        """A path is many arrays, and no one of them is meant."""
+        raise TypeError("a path is no array: take one of its own, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
@@ -273,6 +220,18 @@ class Path:
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in ("t", *names)}
         return replace(self, states=NO_STATES, _low=None, want=names, _columns=columns)
 
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the path, for kreisel.load; a file of that name is replaced once all is on the
+        disk, never left half done. OSError where it cannot be written.
+
+        The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
+        `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
+        what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
+        events_direction.
+        """
+        met = self.events
+        write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))
+
     def plot(self, axes: Iterable[Axes] | None = None) -> Iterable[Axes]:
         """The trace of the axis and its height over the time, with matplotlib, in two axes or in
         new ones; the axes. ImportError without matplotlib."""
@@ -282,27 +241,9 @@ class Path:
         return trace(self.t, self.apex, title, axes)
 
 
-def _quantity(quantity: Quantity) -> cached_property[Array]:
-    """The attribute of Path for a quantity: computed once, and read-only."""
-
-    def of(path: Path) -> Array:
-        return frozen(values(quantity.name, path.scene._block, path.states))
-
-    shape = ", ".join(map(str, ("n", *quantity.shape))) + ("," if not quantity.shape else "")
-    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
-    of.__doc__ = f"({shape}) {quantity.text}{unit}."
-    attribute = cached_property(of)
-    attribute.__set_name__(Path, quantity.name)
-    return attribute
-
-
-for _name in [name for name in QUANTITIES if name not in vars(Path)]:
-    setattr(Path, _name, _quantity(QUANTITIES[_name]))
-
-
 @dataclass(frozen=True, eq=False)
 class Events:
-    """k events in the order in which a path met them.
+    """k events in the order in which a path met them. Arrays are read-only.
 
     path       the states at the events, with all that a path can tell; its t is (k,), in the path's
                order [T]
@@ -313,6 +254,13 @@ class Events:
     path: Path
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
+
+    def __post_init__(self) -> None:
+        self.which.flags.writeable = self.direction.flags.writeable = False
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.path)

@@ -16,8 +16,9 @@ from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.request import Progress, Request
 from .._request.times import PIECE
-from .path import NO_STATES, Events, Path, good, kept, path_of, stopped, way
+from .path import Events, Path, good, kept, path_of, stopped, way
 from .rows import rows, rows_at_once
+from .states import NO_STATES
 
 LookedFor = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]

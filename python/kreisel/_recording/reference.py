@@ -19,7 +19,7 @@ from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.request import Request
 from ..quaternion import attitude_error, multiply
-from .rows import rows
+from .rows import rows_in_any_order
 
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
 SERIES = Request(methods[ELSE], asked=ELSE)
@@ -63,7 +63,7 @@ def nudged(scene: Scene) -> Scene:
 def conditioning(scene: Scene, request: Request, times: Array, q: Array) -> float:
     """About how far one rounding of the state moves the attitude on the way [rad], of a motion
     whose attitudes at these times are q; by a neighbour's motion, which is of the request."""
-    status, states, *_ = rows(nudged(scene), request, times)
+    status, states, *_ = rows_in_any_order(nudged(scene), request, times)
     reached = attitude_error(states[: len(q), 1:5], q[: len(states)]).max(initial=0.0)
     return float(reached) * ROUNDING / NUDGE if status == "OK" else math.inf
 
@@ -71,7 +71,7 @@ def conditioning(scene: Scene, request: Request, times: Array, q: Array) -> floa
 def roundings(scene: Scene, request: Request, times: Array) -> float:
     """How far one rounding of the state moves the attitude on the way [rad], by two runs of a
     request."""
-    return conditioning(scene, request, times, rows(scene, request, times)[1][:, 1:5])
+    return conditioning(scene, request, times, rows_in_any_order(scene, request, times)[1][:, 1:5])
 
 
 def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from .._core import record, start
 from .._ground.arguments import Array
 from .._ground.refusals import refusal
@@ -19,6 +21,27 @@ def rows(scene: Scene, done: Request, times: Array, progress: Progress | None = 
     came = record(scene._block, *done.core, times, progress=progress)
     assert came is not None
     return came
+
+
+def rows_in_any_order(scene: Scene, done: Request, times: Array) -> Rows:
+    """The states of a request at these times, which lie on either side of 0 as they like; where a
+    run fails, those that it reached."""
+    states = np.empty((times.size, 8))
+    low = np.empty((times.size, 8)) if done.low else None
+    counts, end = np.zeros(4, dtype=np.int64), 0.0
+    for side in (times < 0.0, times >= 0.0):
+        at = np.flatnonzero(side)
+        at = at[np.argsort(np.abs(times[at]), kind="stable")]
+        if not at.size:
+            continue
+        came = rows(scene, done, times[at])
+        if came[0] != "OK":
+            return came
+        states[at], end, counts = came[1], came[-1], counts + came[3]
+        if low is not None:
+            low[at] = came[2]
+    steps, rejected, evaluations, iterations = counts.tolist()
+    return "OK", states, low, (steps, rejected, evaluations, iterations), end
 
 
 def rows_at_once(

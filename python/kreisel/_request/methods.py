@@ -103,7 +103,13 @@ class Method:
 
 
 class Methods(dict[str, Method]):
-    """Methods by name; a KeyError suggests the nearest."""
+    """Methods by name; a KeyError suggests the nearest. Printed, they are a table."""
+
+    def __repr__(self) -> str:
+        """A line for each: its name, its order and what it is."""
+        rows = [(name, str(method.order or "-"), method.text) for name, method in self.items()]
+        wide = max((len(name) for name, _, _ in rows), default=0)
+        return "\n".join(f"{name:<{wide}} {order:>2}  {text}" for name, order, text in rows)
 
     def __missing__(self, name: str) -> Method:
         raise KeyError(unknown(name))

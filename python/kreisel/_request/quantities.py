@@ -53,6 +53,8 @@ LOW = {low.name: low for low in map(_low, ("q", "m"))}
 WANTED = QUANTITIES | LOW  # what `want` can name
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
 TURNING = frozenset(name for name, quantity in WANTED.items() if quantity.turns)
+# as the table says in words, since an angle is a pure number
+ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
 def doubles(name: str) -> int:

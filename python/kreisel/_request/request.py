@@ -129,9 +129,10 @@ def wanted(want: object) -> tuple[str, ...] | None:
     for name in names:
         if not isinstance(name, str) or (name not in WANTED and name != "t"):
             raise ValueError(unknown("quantity in want:", str(name), ["t", *WANTED]))
-    if not names:
-        raise ValueError("want names no quantity; leave it out for all of them")
-    return tuple(name for name in names if name != "t")
+    kept = tuple(name for name in names if name != "t")
+    if not kept:
+        raise ValueError("want names no quantity beside t; leave it out for all of them")
+    return kept
 
 
 def checked_step(method: Method, step: object) -> float | None:

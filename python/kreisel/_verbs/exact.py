@@ -66,7 +66,7 @@ class Exact(_Rates):
         if states is None:
             states = exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
-        return Path(self.scene, states, EXACT, None, None, _NO_STEPS)
+        return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
     def _times(self, t: ArrayLike) -> Array:
         times = _row(t)
@@ -129,7 +129,7 @@ class ExactMap(_Rates):
         ):
             raise ValueError(f"k must be whole and below 2**53, not {k!r}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
-        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS)
+        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS, _asked=EXACT)
 
 
 @overload

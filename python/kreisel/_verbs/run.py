@@ -31,7 +31,7 @@ from .._request.times import (
     refuse_endless,
 )
 
-_MAGIC = b"kreisel run\n"
+MAGIC = b"kreisel run\n"  # how a checkpoint begins
 _FUSED = {"avx512", "avx2"}  # kernels with equal bits
 
 
@@ -156,7 +156,7 @@ class Run:
             "kernel": self._top.kernel[0],
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
-        return _MAGIC + b"%08x\n" % zlib.crc32(body) + body
+        return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
         """Copies and pickles go by the checkpoint: two runs never share a motion."""
@@ -245,8 +245,8 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
-    magic, body = data[: len(_MAGIC) + 9], data[len(_MAGIC) + 9 :]
-    if magic != _MAGIC + b"%08x\n" % zlib.crc32(body):
+    magic, body = data[: len(MAGIC) + 9], data[len(MAGIC) + 9 :]
+    if magic != MAGIC + b"%08x\n" % zlib.crc32(body):
         raise ValueError(f"{name} is not what a run has saved, or damaged")
     line, _, memory = body.partition(b"\n")
     try:

@@ -37,7 +37,7 @@ _OPTIONS = (
         "--npz",
         "npz_file",
         type=FILE,
-        help="Write them, as t, q, m or by their names, and the scene for numpy.load.",
+        help="Write the path for kreisel.load; numpy.load reads its arrays by their names.",
     ),
     click.option("--events-csv", "events_file", type=FILE, help="Write the events."),
     click.option(

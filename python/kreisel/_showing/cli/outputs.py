@@ -8,7 +8,7 @@ import json
 import math
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from typing import Protocol
@@ -23,11 +23,13 @@ from ..._core import values as values_of
 from ..._core import version
 from ..._ground.arguments import Array
 from ..._ground.files import growing, write
-from ..._recording.path import NO_STATES, Events, Path
-from ..._request.quantities import TIME, WANTED
+from ..._recording.path import Events, Path
+from ..._recording.saved import saved
+from ..._recording.states import NO_STATES
+from ..._recording.tables import columns, tabled
 
+_MET = "which", "direction"
 _SHOWN = 20  # events in the summary
-_ANGLES = frozenset(("nutation", "precession_angle", "spin_angle"))
 Columns = Mapping[str, Sequence[object]]
 
 
@@ -49,25 +51,9 @@ def put(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def kept(path: Path) -> tuple[str, ...]:
-    """The names of what a path has been asked for."""
-    return ("t", "q", "m") if path.want is None else ("t", *path.want)
-
-
-def columns(path: Path, names: Iterable[str], degrees: bool) -> dict[str, list[float]]:
-    """The numbers of a path, component by component."""
-    table: dict[str, list[float]] = {}
-    for name in names:
-        quantity = TIME if name == "t" else WANTED[name]
-        rows = numbers(path, name, degrees).reshape(len(path), quantity.doubles)
-        table |= zip(quantity.components, rows.T.tolist(), strict=True)
-    return table
-
-
-def numbers(path: Path, name: str, degrees: bool) -> Array:
-    """The numbers of a quantity, angles in degrees if these are asked for."""
-    rows: Array = getattr(path, name)
-    return np.degrees(rows) if degrees and name in _ANGLES else rows
+def listed(table: Mapping[str, Array]) -> dict[str, list[float]]:
+    """The columns as lists."""
+    return {name: column.tolist() for name, column in table.items()}
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
@@ -89,7 +75,7 @@ class Csv:
 
     def add(self, piece: Path) -> None:
         """The next rows."""
-        rows = as_csv(columns(piece, kept(piece), self._degrees), head=self._grow is None)
+        rows = as_csv(listed(columns(piece, (), self._degrees)), head=self._grow is None)
         if self._grow is None:
             self._grow = self._opened()
         self._grow(rows)
@@ -119,11 +105,17 @@ class Gathered:
 
 def _joined(pieces: list[Path]) -> Path:
     last = pieces[-1]
+    met = [piece.events for piece in pieces if piece.events is not None]
+    events = None
+    if met:
+        which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
+        events = Events(_joined([m.path for m in met]), which, direction)
     if last.want is not None:
         whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in ("t", *last.want)}
-        return replace(last, states=NO_STATES, _columns=whole)
+        return replace(last, states=NO_STATES, events=events, _columns=whole)
     low = None if last._low is None else np.concatenate([p._low for p in pieces])
-    return replace(last, states=np.concatenate([p.states for p in pieces]), _low=low)
+    states = np.concatenate([piece.states for piece in pieces])
+    return replace(last, states=states, events=events, _low=low)
 
 
 @dataclass
@@ -137,13 +129,14 @@ class Met:
     def add(self, piece: Path) -> None:
         """The events of the next states."""
         if piece.events is not None:
-            self.parts.append((piece.events, kept(piece)))
+            names = () if piece._low is not None else ("q", "m")
+            self.parts.append((piece.events, piece.want or names))
 
     def table(self) -> dict[str, list[object]]:
         """A row for each event: which, the time, the direction, and what the path has."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
-            table = columns(events.path, names, self.degrees)
+            table = listed(columns(events.path, names, self.degrees))
             rows = {
                 "event": [self.words[i] for i in events.which],
                 "t": table.pop("t"),
@@ -182,7 +175,7 @@ class Summary:
             self._last = self._last or piece
             return
         self._last = piece
-        self._first = self._first or columns(piece, kept(piece), self._degrees)
+        self._first = self._first or listed(columns(piece, (), self._degrees))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -198,7 +191,7 @@ class Summary:
         click.echo(f"{self._states} states by {path.method}: {ran}")
         if self._states:
             grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
-            for name, values in columns(path, kept(path), self._degrees).items():
+            for name, values in columns(path, (), self._degrees).items():
                 grid.add_row(name, f"{self._first[name][0]: .15g}", f"{values[-1]: .15g}")
             Console().print(grid)
         if self._size:
@@ -227,7 +220,9 @@ def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> 
         "stats": path.stats._asdict(),
         "stopped": stopped,
     }
-    found = {name: _finite(numbers(path, name, degrees).tolist()) for name in kept(path)}
+    found = {"t": path.t.tolist()}
+    for quantity, values in tabled(path, (), degrees, False):
+        found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
 
@@ -242,8 +237,6 @@ def _finite(value: object) -> object:
 
 
 def as_npz(path: Path) -> bytes:
-    """For numpy.load: t and what is kept by name, and the scene as TOML."""
-    packed = io.BytesIO()
-    arrays = {name: getattr(path, name) for name in kept(path)}
-    np.savez(packed, scene=path.scene.to_toml(), **arrays)
-    return packed.getvalue()
+    """What path.save writes."""
+    met = path.events
+    return saved(path, None if met is None else (met.path, met.which, met.direction))

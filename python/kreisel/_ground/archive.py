@@ -1,0 +1,108 @@
+"""Archives: texts and arrays by their names in one file, which numpy.load reads as well.
+
+It is a zip of .npy members, none of them compressed, so that what a file claims to hold is never
+more than what it is; nothing in it is ever run.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import struct
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from .arguments import Array
+
+if TYPE_CHECKING:
+    from zipfile import ZipFile
+
+Integers = npt.NDArray[np.intc]
+_HEADER = re.compile(
+    rb"\x93NUMPY\x01\x00..\{'descr': '<(f8|i4|U[0-9]{1,12})', 'fortran_order': False, "
+    rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
+    re.DOTALL,
+)
+
+
+def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
+    """The bytes of an archive."""
+    from zipfile import ZipFile  # here, since who saves nothing need not wait for it
+
+    out = io.BytesIO()
+    with ZipFile(out, "w") as archive:
+        for name, text in texts.items():
+            _add(archive, name, np.array(text, dtype=f"<U{len(text)}"))
+        for name, array in arrays.items():
+            _add(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
+    return out.getvalue()
+
+
+def _add(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
+    from zipfile import ZipInfo
+
+    with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
+        whole = np.ascontiguousarray(array).reshape(array.shape)
+        np.lib.format.write_array(member, whole, version=(1, 0), allow_pickle=False)
+
+
+class Archive:
+    """What packed has packed, in a file of so many bytes; ValueError for one that is damaged or of
+    another making."""
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        from zipfile import BadZipFile, ZipFile
+
+        try:
+            with ZipFile(file) as archive:
+                self._members = _members(archive, size)
+        except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
+            raise ValueError(f"it is damaged: {error}") from None
+
+    def text(self, name: str) -> str:
+        """The text of this name."""
+        return str(self._data(name, "U", ()), "utf-32-le").rstrip("\0")
+
+    def doubles(self, name: str, n: int | None, *shape: int) -> Array:
+        """The doubles (n, *shape) of this name; where n is None, of any n."""
+        data = self._data(name, "f8", (n, *shape))
+        rows = len(data) // (8 * math.prod(shape)) if n is None else n
+        return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
+
+    def integers(self, name: str, n: int) -> Integers:
+        """The integers (n,) of this name."""
+        return np.frombuffer(self._data(name, "i4", (n,)), "<i4").astype(np.intc)
+
+    def _data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
+        """The bytes of a member that is of this kind and shape."""
+        data = self._members.get(name)
+        if data is None:
+            raise ValueError(f"it has no {name}")
+        header = _HEADER.match(data)
+        if header is None or not header[1].decode().startswith(kind):
+            raise ValueError(f"its {name} is damaged, or of another kind")
+        found = [int(word) for word in header[2].decode().split(",") if word.strip()]
+        alike = len(found) == len(shape) and all(
+            n in (None, size) for n, size in zip(shape, found, strict=True)
+        )
+        size = 4 * int(header[1][1:]) if kind == "U" else int(header[1][1:])
+        rest = memoryview(data)[header.end() :]
+        if not alike or math.prod(found) * size != len(rest):
+            raise ValueError(f"its {name} is of the shape {tuple(found)}, or not as long")
+        return rest
+
+
+def _members(archive: ZipFile, size: int) -> dict[str, bytes]:
+    """What a zip of so many bytes holds, name by name."""
+    from zipfile import ZIP_STORED
+
+    members = archive.infolist()
+    if any(each.compress_type != ZIP_STORED for each in members):
+        raise ValueError("its members are compressed")
+    if sum(each.file_size for each in members) > size:
+        raise ValueError("its members are larger than the whole")
+    return {each.filename.removesuffix(".npy"): archive.read(each) for each in members}

@@ -1,0 +1,35 @@
+"""The attitudes of a path as rotations of SciPy's, which is needed for this alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import Array
+from .._ground.optional import installed
+
+with installed("scipy"):
+    from scipy.spatial.transform import Rotation
+
+
+class Attitudes(Rotation):
+    """Rotations that apply to read-only arrays, too, as those of a path are: SciPy 1.17 alone
+    refuses them. What is made of them does so as well."""
+
+    def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:
+        turned: Array = super().apply(np.array(vectors, dtype=np.float64), inverse)
+        return turned
+
+    def inv(self) -> Attitudes:
+        return Attitudes(super().inv().as_quat(), normalize=False)
+
+    def __getitem__(self, which: object) -> Attitudes:
+        return Attitudes(super().__getitem__(which).as_quat(), normalize=False)
+
+    def __iter__(self) -> Iterator[Attitudes]:
+        return (self[i] for i in range(len(self)))
+
+    def __mul__(self, other: Rotation) -> Attitudes:
+        return Attitudes(super().__mul__(other).as_quat(), normalize=False)

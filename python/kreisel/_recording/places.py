@@ -1,0 +1,53 @@
+"""Places of a path: which of its states are meant, and which times lie on its way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import SupportsIndex
+
+import numpy as np
+import numpy.typing as npt
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import Array, array, brief
+
+Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
+
+
+def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
+    """The numbers of the states that are meant, of n: as a slice where they are one or a slice."""
+    if isinstance(which, slice):
+        return which
+    given = np.asarray(which)
+    kinds = "iub" if given.ndim else "iu"
+    if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
+        raise TypeError(
+            "the states of a path are meant by a whole number, a slice or a list of them, not "
+            f"{brief(which)}; its quantities are attributes"
+        )
+    if given.ndim == 0:
+        i = int(given)
+        if not -n <= i < n:
+            raise IndexError(f"a path of {n} states has none of the number {i}")
+        return slice(i % n, i % n + 1)
+    at: npt.NDArray[np.intp] = np.arange(n)[given if given.size else []]
+    return at
+
+
+def inside(reached: Array, t: ArrayLike) -> Array:
+    """(k,) times that a user gave, in any order, on the way from 0 to all that was reached."""
+    times = array("t", t, "a number or a list of times")
+    if times.ndim > 1:
+        raise ValueError(
+            f"t must be a number or a list of times, not an array of shape {times.shape}"
+        )
+    low, high = float(reached.min(initial=0.0)), float(reached.max(initial=0.0))
+    outside = np.flatnonzero((times < low) | (times > high))
+    if outside.size:
+        i = int(outside[0])
+        here = f"t[{i}]" if times.ndim else "t"
+        raise ValueError(
+            f"{here} = {float(times.reshape(-1)[i])!r} lies outside the path, which is of times "
+            f"from {low!r} to {high!r}: solve for a longer one"
+        )
+    return times.reshape(-1)

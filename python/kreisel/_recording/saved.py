@@ -1,0 +1,158 @@
+"""Saved paths: all that a path is, as an archive of a head in JSON, the scene in TOML and the
+arrays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, fields
+from typing import BinaryIO, NamedTuple
+
+import numpy as np
+
+from .._core import version
+from .._ground.archive import Archive, Integers, packed
+from .._ground.arguments import Array, brief, number, whole
+from .._model.scene import Scene, parse
+from .._request.methods import methods, unknown
+from .._request.plan import Choice
+from .._request.quantities import LOW, QUANTITIES, WANTED
+from .._request.request import checked_digits, checked_step, checked_tol, wanted
+from .states import NO_STATES, States, Stats
+
+_FORMAT = 1  # of the head and the names of the arrays
+_EVENTS = "events_"
+_MET = "which", "direction"
+
+
+class Saved(NamedTuple):
+    """A path in the order of its words."""
+
+    scene: Scene
+    states: Array
+    method: str
+    step: float | None
+    tol: float | None
+    stats: Stats
+    digits: int | None
+    want: tuple[str, ...] | None
+    low: Array | None
+    columns: dict[str, Array] | None
+    asked: str
+    choice: Choice | None
+
+    @property
+    def t(self) -> Array:
+        """(n,) times [T]."""
+        return self.states[:, 0] if self.columns is None else self.columns["t"]
+
+
+Met = tuple[States, Integers, Integers]  # the path at the events, which they are, and which way
+
+
+def saved(path: States, met: Met | None) -> bytes:
+    """The bytes of a path, and of the events that it met."""
+    head = {
+        "kreisel": version,
+        "format": _FORMAT,
+        "method": path.method,
+        "asked": path._asked,
+        "step": path.step,
+        "tol": path.tol,
+        "digits": path.digits,
+        "want": path.want,
+        "low": path._low is not None,
+        "stats": path.stats,
+        "choice": path._choice and asdict(path._choice),
+        "events": met and {"want": met[0].want, "low": met[0]._low is not None},
+    }
+    arrays: dict[str, Array | Integers] = dict(_arrays(path, ""))
+    if met:
+        at, *rest = met
+        arrays |= _arrays(at, _EVENTS)
+        arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
+    return packed({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
+
+
+def _arrays(path: States, prefix: str) -> dict[str, Array]:
+    if path._columns is not None:
+        arrays = path._columns
+    else:
+        arrays = {name: getattr(path, name) for name in ("t", "q", "m")}
+        if path._low is not None:
+            arrays |= {name: getattr(path, name) for name in LOW}
+    return {prefix + name: array for name, array in arrays.items()}
+
+
+def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, Integers] | None]:
+    """The path in a file of so many bytes, and the events that it met: the path at them, which they
+    are, and which way. ValueError for what saved has not made."""
+    archive = Archive(file, size)
+    try:
+        head = _object(json.loads(archive.text("head")))
+        if whole("format", head["format"], 1) != _FORMAT:
+            raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
+        words = _words(head, parse(archive.text("scene")))
+        path = _numbers(archive, "", words, head)
+        if head["events"] is None:
+            return path, None
+        at = _numbers(archive, _EVENTS, words, _object(head["events"]))
+    except (KeyError, RecursionError, TypeError) as error:
+        raise ValueError(f"its head is damaged: {error}") from None
+    which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
+    if not (np.abs(way) == 1).all() or which.min(initial=0) < 0:
+        raise ValueError("its events are damaged")
+    return path, (at, which, way)
+
+
+def _object(value: object) -> dict[str, object]:
+    if not isinstance(value, dict):
+        raise TypeError(f"{brief(value)} is no table of words")
+    return value
+
+
+def _words(head: dict[str, object], scene: Scene) -> Saved:
+    """A path without its numbers, each of its words checked as those of a request are."""
+    method, asked, stats = head["method"], head["asked"], head["stats"]
+    if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
+        raise TypeError("method, asked and stats are texts and a list of numbers")
+    if method not in methods:
+        raise ValueError(unknown(method))
+    step = None if head["step"] is None else number("step", head["step"])
+    checked_step(methods[method], None if step is None else abs(step))
+    tol = checked_tol(methods[method], head["tol"])
+    digits = checked_digits(methods[method], head["digits"], tol)
+    costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
+    choice = None if head["choice"] is None else _chosen(_object(head["choice"]))
+    return Saved(
+        scene, NO_STATES, method, step, tol, costs, digits, None, None, None, asked, choice
+    )
+
+
+def _chosen(words: dict[str, object]) -> Choice:
+    """What method="geometric" chose."""
+    for field in fields(Choice):
+        if type(words[field.name]).__name__ != field.type:
+            raise TypeError(f"choice.{field.name} = {brief(words[field.name])} is no {field.type}")
+    make: Callable[..., Choice] = Choice
+    return make(**words)
+
+
+def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object]) -> Saved:
+    """The path of these words with the numbers whose names begin so."""
+    want, is_low = head["want"], head["low"]
+    if not isinstance(is_low, bool):
+        raise TypeError(f"low is true or false, not {brief(is_low)}")
+    t = archive.doubles(f"{prefix}t", None)
+    if want is not None:
+        names = wanted(want) or ()
+        columns = {
+            name: archive.doubles(prefix + name, len(t), *WANTED[name].shape) for name in names
+        }
+        return words._replace(want=names, columns={"t": t} | columns)
+    low = None
+    if is_low:
+        rest = (archive.doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)
+        low = np.column_stack([np.zeros(len(t)), *rest])
+    rows = (archive.doubles(prefix + name, len(t), *QUANTITIES[name].shape) for name in ("q", "m"))
+    return words._replace(states=np.column_stack([t, *rows]), low=low)

@@ -1,0 +1,190 @@
+"""States: n of them, and what can be computed from them, when it is asked for."""
+
+from __future__ import annotations
+
+import difflib
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .._core import modified_energy, modified_energy4, values
+from .._ground.arguments import Array, frozen, number
+from .._model.scene import Scene
+from .._request.plan import Choice
+from .._request.quantities import QUANTITIES, WANTED, Quantity
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+NO_STATES = np.empty((0, 8))
+PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
+_NEEDS = {  # what is made of several quantities, or of the states
+    "q_xyzw": ["q"],
+    "rotation": ["q"],
+    "error": ["q"],
+    "euler": ["precession_angle", "nutation", "spin_angle"],
+    "energy_error": ["energy", "kinetic"],
+    "plot": ["apex", "energy", "kinetic"],
+    "end": ["states"],
+    "scene_at": ["states"],
+    "modified_energy": ["states"],
+    "modified_energy4": ["states"],
+}
+
+
+class Stats(NamedTuple):
+    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque,
+    iterations of a solver."""
+
+    steps: int
+    rejected: int
+    evaluations: int
+    iterations: int
+
+
+class States:
+    """What the states of a kreisel.Path tell: each quantity is an attribute."""
+
+    scene: Scene
+    states: Array  # not there where _columns are
+    method: str
+    step: float | None
+    tol: float | None
+    stats: Stats
+    digits: int | None
+    want: tuple[str, ...] | None
+    _low: Array | None  # what the doubles of the states leave out
+    _columns: dict[str, Array] | None  # in place of states: t, and what is wanted
+    _asked: str  # the method in the user's words
+    _choice: Choice | None  # of method="geometric"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __dir__(self) -> list[str]:
+        """What this path has: where something was wanted, none of what was left out."""
+        names = {"states", *super().__dir__()}
+        if self.want is not None:
+            left_out = {"states", *WANTED} - set(self.want)
+            names -= left_out
+            names -= {word for word, needs in _NEEDS.items() if not left_out.isdisjoint(needs)}
+            names |= {"error"} if self._choice else set()
+            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
+        return sorted(names)
+
+    def __getattr__(self, name: str) -> Array:
+        """The quantities are attributes, set below; for any other name a hint, as
+        AttributeError."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if self.want is not None and (name == "states" or hasattr(type(self), name)):
+            more = f"add {name!r} to want" if name in WANTED else "solve without want"
+            raise AttributeError(
+                f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+            )
+        known = [word for word in ("states", *dir(type(self))) if not word.startswith("_")]
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else "there are " + ", ".join(known)
+        raise AttributeError(f"a path has no {name!r}; {hint}")
+
+    def _part(self, name: str) -> Array:
+        if self._columns is not None and name in self._columns:
+            return self._columns[name]
+        part = self.states[:, PARTS[name]]
+        return part[:, 0] if name == "t" else part
+
+    @property
+    def t(self) -> Array:
+        """(n,) times [T]."""
+        return self._part("t")
+
+    @property
+    def q(self) -> Array:
+        """(n, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
+        described to space."""
+        return self._part("q")
+
+    @property
+    def q_xyzw(self) -> Array:
+        """(n, 4) attitudes with the scalar last."""
+        return self.q[:, [1, 2, 3, 0]]
+
+    @property
+    def m(self) -> Array:
+        """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self._part("m")
+
+    @cached_property
+    def q_low(self) -> Array:
+        """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for;
+        zero up to 16 digits."""
+        return self._rest("q")
+
+    @cached_property
+    def m_low(self) -> Array:
+        """(n, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
+        return self._rest("m")
+
+    def _rest(self, name: str) -> Array:
+        if self._low is not None:
+            return self._low[:, PARTS[name]]
+        if self.want is not None and (self.digits or 0) > 16:
+            raise AttributeError(name)
+        return frozen(np.zeros_like(getattr(self, name)))
+
+    @property
+    def rotation(self) -> Rotation:
+        """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
+        from .attitudes import Attitudes
+
+        return Attitudes(self.q_xyzw)
+
+    def modified_energy(self, step: float) -> Array:
+        """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1)
+        [M L^2 T^-2].
+
+        NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
+        """
+        return modified_energy(self.scene._block, self.states, number("step", step))
+
+    def modified_energy4(self, step: float) -> Array:
+        """(n,) the energy that bobenko_suris4 keeps at this step, E up to a constant and step^4
+        [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large for the
+        method."""
+        return modified_energy4(self.scene._block, self.states, number("step", step))
+
+    @cached_property
+    def energy_error(self) -> float:
+        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0; zero for a path
+        without states, nan for a damped top, which loses energy."""
+        if self.scene._is_damped:
+            return np.nan
+        if not len(self):
+            return 0.0
+        scene = self.scene
+        kinetic, potential = (
+            float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
+        )
+        lever = float(np.linalg.norm(scene.body.com))
+        size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
+        change = np.abs(self.energy - (kinetic + potential)).max()
+        return float(change / size) if change else 0.0
+
+
+def _quantity(quantity: Quantity) -> cached_property[Array]:
+    """The attribute of States for a quantity: computed once, and read-only."""
+
+    def of(path: States) -> Array:
+        return frozen(values(quantity.name, path.scene._block, path.states))
+
+    shape = ", ".join(map(str, ("n", *quantity.shape))) + ("," if not quantity.shape else "")
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
+    attribute = cached_property(of)
+    attribute.__set_name__(States, quantity.name)
+    return attribute
+
+
+for _name in [name for name in QUANTITIES if name not in vars(States)]:
+    setattr(States, _name, _quantity(QUANTITIES[_name]))

@@ -1,0 +1,204 @@
+"""Tables of what a path tells, with units: for pandas, xarray and CSV; and Euler's angles as one
+array."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._ground.arguments import Array, boolean, brief
+from .._ground.files import write
+from .._ground.optional import installed
+from .._ground.refusals import unknown
+from .._request.quantities import ANGLES, LOW, TIME, WANTED, Quantity
+from .states import States
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+Rows = list[tuple[Quantity, Array]]
+
+_TABLES = "'kreisel[tables]'"
+_EULER = "precession_angle", "nutation", "spin_angle"
+_DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
+    (): {},
+    (3,): {"axis": [*"xyz"]},
+    (4,): {"quaternion": [*"wxyz"]},
+    (3, 3): {"principal_axis": [*"NBT"], "axis": [*"xyz"]},
+}
+
+
+def tabled(path: States, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
+    """The quantities of these names with their values at each state; of none, what the path keeps.
+    The dimension of an angle is its unit."""
+    in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
+    rows = []
+    for name in _checked(names) or _kept(path):
+        quantity, values = WANTED[name], getattr(path, name)
+        if name in ANGLES:
+            values = np.unwrap(values) if unwrapped else values
+            values = np.degrees(values) if in_degrees else values
+            quantity = quantity._replace(dimension="deg" if in_degrees else "rad")
+        rows.append((quantity, values))
+    return rows
+
+
+def _checked(names: Iterable[str]) -> list[str]:
+    for name in names:
+        if not isinstance(name, str):
+            raise TypeError(
+                "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
+                f"not {brief(name)}"
+            )
+        if name not in WANTED and name != "t":
+            raise ValueError(unknown("quantity", name, WANTED))
+    return [name for name in dict.fromkeys(names) if name != "t"]
+
+
+def _kept(path: States) -> tuple[str, ...]:
+    if path.want is not None:
+        return path.want
+    return ("q", "m") if path._low is None else ("q", "m", *LOW)
+
+
+def columns(
+    path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
+) -> dict[str, Array]:
+    """t and the components of the quantities of these names, (n,) each."""
+    return _components(path, tabled(path, names, degrees, unwrap))
+
+
+def _components(path: States, rows: Rows) -> dict[str, Array]:
+    table = {"t": path.t}
+    for quantity, values in rows:
+        table |= zip(
+            quantity.components, values.reshape(len(path), quantity.doubles).T, strict=True
+        )
+    return table
+
+
+def _units(rows: Rows) -> dict[str, str]:
+    """The unit or dimension of each component, and of t."""
+    quantities = [TIME, *(quantity for quantity, _ in rows)]
+    return {name: each.dimension for each in quantities for name in each.components}
+
+
+def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
+    """Columns as CSV with all their digits, under these heads or their names."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table if heads is None else heads)
+    writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+    return text.getvalue()
+
+
+class Tables(States):
+    """What a kreisel.Path hands on."""
+
+    def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
+        """(n, 3) Euler's angles z-x-z: precession_angle, nutation, spin_angle [rad].
+
+        degrees  in degrees
+        unwrap   without the jumps of whole turns, where the states are less than half a turn apart
+
+            >>> import kreisel as kr
+            >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
+            [[0.0, 53.130102, 0.0]]
+        """
+        angles = tabled(self, _EULER, degrees, unwrap)
+        return np.column_stack([values for _, values in angles])
+
+    def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
+        """A pandas.DataFrame with a row for each state and t as its index; the columns are the
+        components of the quantities of these names, in place of what the path keeps.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+            >>> table = path.to_pandas("nutation", "m", degrees=True)
+            >>> list(table), table.attrs["units"]["nutation"]
+            (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
+
+        `attrs` has method and scene, and in `units` the dimension [M L T] of each column; of an
+        angle it is 'rad' or, with degrees=True, 'deg'. unwrap=True takes the jumps of whole turns
+        out of angles. Raises TypeError and ValueError for names that are none, AttributeError for
+        what `want` has left out, ImportError without pandas.
+        """
+        with installed(_TABLES):
+            import pandas as pd
+        rows = tabled(self, names, degrees, unwrap)
+        frame = pd.DataFrame(_components(self, rows)).set_index("t")
+        frame.attrs = self._about() | {"units": _units(rows)}
+        return frame
+
+    def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
+        """An xarray.Dataset with a variable for each quantity of these names, in place of what the
+        path keeps: with the dimension time, and quaternion (w, x, y, z), axis (x, y, z) and
+        principal_axis (N, B, T) where it has components.
+
+            >>> import kreisel as kr
+            >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
+            ('time', 'principal_axis', 'axis')
+
+        Each has its `units`, the dimension [M L T] or 'rad' or 'deg', and its `long_name`; the
+        Dataset the method and the scene, in TOML. The words are those of to_pandas, and so is what
+        it raises.
+        """
+        with installed(_TABLES):
+            import xarray as xr
+        coordinates: dict[str, list[str]] = {}
+        variables = {}
+        for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
+            about = {"units": quantity.dimension, "long_name": quantity.text}
+            own = {f"{quantity.name}_component": quantity.components}
+            along = _DIMENSIONS.get(quantity.shape, own)
+            coordinates |= along
+            variables[quantity.name] = (("time", *along), np.array(values), about)
+        time = {"time": variables.pop("t")}
+        return xr.Dataset(variables, {**time, **coordinates}, self._about())
+
+    def to_csv(
+        self,
+        file: str | os.PathLike[str],
+        *names: str,
+        degrees: bool = False,
+        unwrap: bool = False,
+        units: bool = False,
+    ) -> None:
+        """Write t and the components of the quantities of these names, in place of what the path
+        keeps, with all their digits and their names in the first line.
+
+            >>> import pathlib, tempfile
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     file = pathlib.Path(folder, "top.csv")
+            ...     path.to_csv(file, "m", units=True)
+            ...     file.read_text().splitlines()[0]
+            't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1]'
+
+        units  adds to the names, as in 'm_x [M L^2 T^-1]' or 'nutation [deg]'; a pure number has
+               none
+
+        pandas.read_csv(file, index_col="t") is the same table as to_pandas, to the bit from pandas
+        3.1 on, and before with float_precision="round_trip". A file of that name is replaced once
+        all is on the disk. Raises OSError where it cannot be written, else what to_pandas raises;
+        needs no pandas.
+        """
+        rows = tabled(self, names, degrees, unwrap)
+        heads = None
+        if boolean("units", units):
+            heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
+        write(file, as_csv(_components(self, rows), heads).encode())
+
+    def _about(self) -> dict[str, object]:
+        words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
+        about: dict[str, object] = {
+            word: value for word, value in words.items() if value is not None
+        }
+        return about | {"scene": self.scene.to_toml()}

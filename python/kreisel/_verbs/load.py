@@ -1,0 +1,71 @@
+"""kreisel.load: what was saved, whatever it is."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path as File
+from typing import BinaryIO
+
+from .._model.scene import Scene
+from .._recording.path import Events, Path
+from .._recording.saved import Saved, unsaved
+from .run import MAGIC, Run, resume
+
+_ZIP = b"PK"  # how an archive begins
+_LONGEST = 1 << 20  # bytes of a scene, which has a few lines
+
+
+def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
+    """What a file holds, by its content: a path that path.save wrote, as it was, bit for bit; a
+    scene in TOML; or the run of a checkpoint, as from kreisel.resume.
+
+        >>> import os, tempfile
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.thesis, [1.0, 2.0])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path.save(os.path.join(folder, "top.npz"))
+        ...     kr.load(os.path.join(folder, "top.npz"))
+        <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
+
+    Raises OSError for a file that cannot be read, and ValueError for one that is none of these or
+    damaged: nothing in it is run, and it takes no more memory than its size allows.
+    """
+    name = os.fspath(file)
+    if not isinstance(name, str):
+        raise TypeError(f"file must be the name of a file, not {file!r}")
+    about = os.stat(name)
+    if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
+        raise ValueError(f"{name} is no regular file")
+    with open(name, "rb") as opened:
+        begins = opened.read(len(MAGIC))
+        if begins == MAGIC:
+            return resume(File(name))
+        if begins.startswith(_ZIP):
+            return _path(name, opened, about.st_size)
+    return _scene(name, about.st_size)
+
+
+def _path(name: str, file: BinaryIO, size: int) -> Path:
+    try:
+        path, met = unsaved(file, size)
+    except ValueError as error:
+        raise ValueError(f"{name} is no path that was saved: {error}") from None
+    if met is None:
+        return _made(path, None)
+    at, which, direction = met
+    return _made(path, Events(_made(at, None), which, direction))
+
+
+def _made(path: Saved, events: Events | None) -> Path:
+    return Path(*path[:8], events, *path[8:])
+
+
+def _scene(name: str, size: int) -> Scene:
+    known = "a path or a run that was saved, nor a scene in TOML"
+    if size > _LONGEST:
+        raise ValueError(f"{name} is neither {known}, which would be shorter")
+    try:
+        return Scene.from_toml(File(name))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{error}; the file is neither {known}") from None

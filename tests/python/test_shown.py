@@ -1,0 +1,60 @@
+"""What is shown of paths, traces, methods and scenes to somebody who looks around."""
+
+import kreisel as kr
+import pytest
+from inside import WANTED
+
+TOP = kr.scenes.asymmetric
+
+
+def public(value):
+    return {name for name in dir(value) if not name.startswith("_")}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {}, {"want": ("energy",)}, {"want": ("q",)}, {"want": ("q", "q_low", "kinetic", "energy")},
+        {"want": ("precession_angle", "nutation", "spin_angle")}, {"want": ("q",), "digits": 20},
+        {"want": ("q", "q_low"), "digits": 20}, {"want": ("apex", "kinetic", "energy")},
+        {"want": ("frame",), "method": "geometric", "error": 1e-6},
+    ],
+)  # fmt: skip
+def test_dir_lists_what_a_path_has(words):
+    path = kr.solve(TOP, [1.0, 2.0], **words)
+    use = {
+        "euler": lambda: path.euler(),
+        "scene_at": lambda: path.scene_at(0),
+        "modified_energy": lambda: path.modified_energy(0.1),
+        "modified_energy4": lambda: path.modified_energy4(0.1),
+        "plot": lambda: (path.apex, path.energy_error),
+    }
+    everything = public(kr.solve(TOP, [1.0])) | {"states"}
+    for name in everything:
+        try:
+            use.get(name, lambda name=name: getattr(path, name))()
+        except AttributeError:
+            assert name not in dir(path)
+        else:
+            assert name in dir(path) or name.endswith("_low")
+    if "want" not in words:
+        assert public(path) >= {"states", "end", "rotation", "euler", "plot", *WANTED}
+
+
+def test_a_trace_shows_itself_in_one_line():
+    shown = repr(kr.apex(kr.solve(kr.scenes.thesis, [0.0, 1.0, 100.0])))
+    assert shown.startswith("<kreisel.Apex: 3 points, t = 0 .. 100; heights 0.")
+    assert shown.endswith("kind 'lagrange'>")
+    assert "no points" in repr(kr.apex(kr.solve(kr.scenes.thesis, [])))
+
+
+def test_methods_show_themselves_as_a_table():
+    lines = repr(kr.methods).splitlines()
+    assert [line.split()[0] for line in lines] == list(kr.methods)
+    assert "strang             2  kick, free drift, kick" in repr(kr.methods)
+    assert repr(type(kr.methods)()) == ""
+
+
+def test_dir_of_the_scenes_lists_scenes():
+    assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "named", "name_of"}
+    assert all(isinstance(getattr(kr.scenes, name), kr.Scene) for name in kr.scenes.about)

@@ -1,0 +1,233 @@
+"""What a path tells, as tables with units; Euler's angles; rotations of SciPy's; what is missed
+where a library is not installed."""
+
+import copy
+import pickle
+import sys
+
+import kreisel as kr
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from inside import QUANTITIES, WANTED
+from scipy.spatial.transform import Rotation
+from tops import GENERAL
+
+TOP = kr.scenes.asymmetric
+TIMES = np.linspace(0.0, 20.0, 201)
+STATE = ["q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
+
+
+@pytest.fixture(scope="module")
+def path():
+    return kr.solve(TOP, TIMES)
+
+
+def test_states_in_a_table_of_pandas(path):
+    table = path.to_pandas()
+    assert table.index.name == "t" and list(table) == STATE
+    assert np.array_equal(table.index, path.t)
+    assert np.array_equal(table.to_numpy(), path.states[:, 1:])
+    units = {"t": "T"} | dict.fromkeys(STATE[:4], "") | dict.fromkeys(STATE[4:], "M L^2 T^-1")
+    assert table.attrs == {"method": "taylor", "scene": TOP.to_toml(), "units": units}
+    table.loc[0.0, "q_w"] = 2.0  # a table is its owner's
+    assert path.q[0, 0] != 2.0
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_each_quantity_in_tables_of_its_components(name, path):
+    table, data = path.to_pandas(name), path.to_xarray(name)
+    values, quantity = getattr(path, name), WANTED[name]
+    assert list(table) == quantity.components
+    assert np.array_equal(table.to_numpy().reshape(values.shape), values, equal_nan=True)
+    assert np.array_equal(data[name].values, values, equal_nan=True)
+    assert data[name].dims[0] == "time" and data[name].shape == values.shape
+    assert data[name].attrs["long_name"] == quantity.text
+    assert set(data[name].attrs["units"]) <= set("MLT^-0123456789 rad")
+
+
+def test_quantities_of_a_table_are_named(path):
+    assert list(path.to_pandas("energy", "t", "spin", "energy")) == ["energy", "spin"]
+    data = path.to_xarray("frame", "apex", "q", "nutation")
+    assert data["frame"].dims == ("time", "principal_axis", "axis")
+    assert np.array_equal(data["frame"].sel(principal_axis="T", axis="z"), path.frame[:, 2, 2])
+    assert np.array_equal(data["q"].sel(quaternion="w"), path.q[:, 0])
+    assert np.array_equal(data["apex"].sel(axis="z", time=20.0), path.apex[-1, 2])
+    assert data["time"].attrs["units"] == "T" and data["nutation"].attrs["units"] == "rad"
+
+
+@pytest.mark.parametrize(
+    "words, names",
+    [
+        ({"want": ("frame", "energy")}, ["frame", "energy"]),
+        ({"digits": 20}, ["q", "m", "q_low", "m_low"]),
+        ({"digits": 30, "want": ("m_low", "nutation")}, ["m_low", "nutation"]),
+        ({"tol": 1e-6}, ["q", "m"]),
+    ],
+)
+@pytest.mark.parametrize("times", [[], [1.0], [-1.0, -2.0]])
+def test_a_table_has_what_the_path_keeps(words, names, times, tmp_path):
+    path = kr.solve(TOP, times, **words)
+    data, table = path.to_xarray(), path.to_pandas()
+    assert list(data.data_vars) == names and data.sizes["time"] == len(table) == len(times)
+    components = [each for name in names for each in WANTED[name].components]
+    assert list(table) == components
+    assert data.attrs["method"] == "taylor" and data.attrs["scene"] == TOP.to_toml()
+    assert [data.attrs.get(word) for word in ("digits", "tol", "step")] == [
+        words.get("digits"),
+        words.get("tol"),
+        None,
+    ]
+    path.to_csv(tmp_path / "table.csv")
+    read = pd.read_csv(tmp_path / "table.csv", index_col="t")
+    assert list(read) == components and np.array_equal(read.to_numpy(), table.to_numpy())
+
+
+def test_events_in_a_table():
+    path = kr.solve(TOP, 30.0, events=[kr.events.nutation()], want=("energy",))
+    table = path.events.path.to_pandas("nutation", degrees=True)
+    assert len(table) == len(path.events) > 5
+    assert np.array_equal(table["nutation"], np.degrees(path.events.path.nutation))
+
+
+def test_csv_is_read_back_bit_for_bit(path, tmp_path):
+    path.to_csv(str(tmp_path / "table.csv"), "nutation", "frame", "kowalewski", degrees=True)
+    read = pd.read_csv(tmp_path / "table.csv", index_col="t")
+    table = path.to_pandas("nutation", "frame", "kowalewski", degrees=True)
+    assert list(read) == list(table) and np.array_equal(read.index, table.index)
+    assert np.array_equal(read.to_numpy(), table.to_numpy(), equal_nan=True)
+    assert read["kowalewski"].isna().all()
+
+
+def test_csv_has_units_where_asked(path, tmp_path):
+    for degrees, unit in ((True, "deg"), (False, "rad")):
+        path.to_csv(tmp_path / "table.csv", "nutation", "m", "q", units=True, degrees=degrees)
+        heads = (tmp_path / "table.csv").read_text().splitlines()[0].split(",")
+        momenta = [f"m_{i} [M L^2 T^-1]" for i in "xyz"]
+        assert heads == ["t [T]", f"nutation [{unit}]", *momenta, *STATE[:4]]
+    path.to_csv(tmp_path / "-", "nutation")
+    with pytest.raises(FileNotFoundError):
+        path.to_csv(tmp_path / "none" / "table.csv")
+
+
+@pytest.mark.parametrize("way", ["to_pandas", "to_xarray", "to_csv"])
+@pytest.mark.parametrize(
+    "names, words, kind, message",
+    [
+        (["nutaton"], {}, ValueError, "did you mean 'nutation'"),
+        (["energy_error"], {}, ValueError, "unknown quantity"),
+        ([["nutation"]], {}, TypeError, r"by their names, .* not \['nutation'\]"),
+        ([3], {}, TypeError, "by their names"),
+        ([], {"degrees": "yes"}, TypeError, "degrees must be True or False, not 'yes'"),
+        ([], {"unwrap": 1}, TypeError, "unwrap must be True or False"),
+    ],
+)
+def test_what_is_no_table_is_refused(way, names, words, kind, message, path, tmp_path):
+    file = [tmp_path / "table.csv"] if way == "to_csv" else []
+    with pytest.raises(kind, match=message):
+        getattr(path, way)(*file, *names, **words)
+    assert not any(tmp_path.iterdir())
+
+
+def test_what_was_not_wanted_is_in_no_table():
+    path = kr.solve(TOP, 1.0, want=("energy",))
+    with pytest.raises(AttributeError, match="add 'nutation' to want"):
+        path.to_pandas("nutation")
+    with pytest.raises(AttributeError, match="add 'precession_angle' to want"):
+        path.euler()
+
+
+def test_euler_angles_turn_the_body_to_where_it_is():
+    body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # whose apex is its third axis
+    path = kr.solve(kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude), TIMES)
+    turned = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
+    np.testing.assert_allclose(turned, Rotation.from_quat(path.q_xyzw).as_matrix(), atol=1e-13)
+    assert np.array_equal(path.euler()[:, 1], path.nutation)
+    assert np.array_equal(path.euler(degrees=True), np.degrees(path.euler()))
+
+
+def test_angles_unwrapped_have_no_jumps(path):
+    jumping, smooth = path.euler(), path.euler(unwrap=True)
+    assert np.abs(np.diff(jumping, axis=0)).max() > np.pi
+    assert np.abs(np.diff(smooth, axis=0)).max() < np.pi
+    turns = (smooth - jumping) / (2.0 * np.pi)
+    np.testing.assert_allclose(turns, np.rint(turns), atol=1e-12)
+    table = path.to_pandas("precession_angle", "spin_angle", unwrap=True, degrees=True)
+    assert np.array_equal(table, np.degrees(smooth[:, [0, 2]]))
+    unchanged = path.to_pandas("nutation", "spin", "m", unwrap=True)
+    assert unchanged.equals(path.to_pandas("nutation", "spin", "m"))
+    assert kr.solve(TOP, []).euler(unwrap=True, degrees=True).shape == (0, 3)
+
+
+def test_angles_alone_are_in_degrees(path):
+    angles = {name for name in QUANTITIES if path.to_xarray(name)[name].attrs["units"] == "rad"}
+    assert angles == {"precession_angle", "nutation", "spin_angle"}
+    for name in QUANTITIES:
+        factor = 180.0 / np.pi if name in angles else 1.0
+        table, plain = path.to_pandas(name, degrees=True), path.to_pandas(name)
+        np.testing.assert_allclose(table, factor * plain, rtol=1e-15)
+
+
+def test_tables_go_to_files_of_others(path, tmp_path):
+    data = path.to_xarray("frame", "nutation")
+    assert xr.Dataset.from_dict(data.to_dict()).identical(data)
+    pd.testing.assert_frame_equal(pickle.loads(pickle.dumps(path.to_pandas())), path.to_pandas())
+
+
+def test_rotations_take_the_arrays_of_the_path(path):
+    turns, plain = path.rotation, Rotation.from_quat(path.q_xyzw)
+    assert isinstance(turns, Rotation)
+    for vectors in (path.apex, path.velocity, path.m, path.frame[:, 0], [[1, 0, 0]] * len(path)):
+        wanted = plain.apply(np.array(vectors, float))
+        assert np.array_equal(turns.apply(vectors), wanted)
+        assert np.array_equal(turns.inv().apply(vectors), plain.inv().apply(np.array(vectors)))
+        back = plain.apply(np.array(vectors), inverse=True)
+        assert np.array_equal(turns.apply(vectors, inverse=True), back)
+    back = turns.inv() * turns
+    np.testing.assert_allclose(back.apply(path.apex), path.apex, atol=1e-15)
+    assert np.array_equal(turns[3].apply(path.apex[3]), plain[3].apply(path.apex[3].copy()))
+    assert len(turns[2:5]) == 3 and turns[2:5].apply(path.apex[2:5]).shape == (3, 3)
+    each = [turn.apply(apex) for turn, apex in zip(turns, path.apex, strict=True)]
+    np.testing.assert_allclose(each, turns.apply(path.apex), atol=1e-15)
+    for again in (copy.deepcopy(turns), pickle.loads(pickle.dumps(turns))):
+        assert np.array_equal(again.apply(path.apex), turns.apply(path.apex))
+
+
+def pickled(path):
+    return pickle.loads(pickle.dumps(path))
+
+
+@pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, pickled])
+@pytest.mark.parametrize("words", [{}, {"want": ("q", "apex")}, {"digits": 20}])
+def test_arrays_stay_read_only(through, words):
+    path = kr.solve(TOP, TIMES, **words, events=[kr.events.nutation()])
+    assert path.apex.shape == (len(path), 3)
+    again = through(path)
+    arrays = [again.t, again.q, again.apex, again.events.which, again.events.direction]
+    arrays += [again.events.path.states, again[3:].q, again(1.0).q, again.events.t]
+    if not path.want:
+        arrays += [again.states, again.m, again.q_low, again.m_low]
+    assert not any(array.flags.writeable for array in arrays)
+
+
+MISSED = {
+    "pandas": (lambda path: path.to_pandas(), r"pip install 'kreisel\[tables\]'"),
+    "xarray": (lambda path: path.to_xarray(), r"pip install 'kreisel\[tables\]'"),
+    "matplotlib": (lambda path: path.plot(), r"pip install 'kreisel\[plot\]'"),
+    "scipy": (lambda path: path.rotation, "pip install scipy"),
+}
+
+
+@pytest.mark.parametrize("library", MISSED)
+def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
+    for name in [name for name in sys.modules if name.split(".")[0] == library]:
+        monkeypatch.delitem(sys.modules, name)
+    for name in ("drawing", "attitudes"):
+        for room in ("_ground", "_recording"):
+            monkeypatch.delitem(sys.modules, f"kreisel.{room}.{name}", raising=False)
+    monkeypatch.setitem(sys.modules, library, None)
+    use, hint = MISSED[library]
+    with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
+        use(path)
+    assert path.energy_error < 1e-10  # and all else is there
