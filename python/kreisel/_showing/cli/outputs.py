@@ -27,6 +27,7 @@ from ..._recording.path import Events, Path
 from ..._recording.saved import saved
 from ..._recording.states import NO_STATES
 from ..._recording.tables import columns, tabled
+from ..._request.quantities import LOW
 
 _MET = "which", "direction"
 _SHOWN = 20  # events in the summary
@@ -49,6 +50,11 @@ def put(file: str, data: bytes) -> None:
     while left:  # an unbuffered standard output may take less than all
         left = left[sys.stdout.buffer.write(left) :]
     sys.stdout.buffer.flush()
+
+
+def kept(path: Path) -> tuple[str, ...]:
+    """The names of what a path has been asked for, beside t."""
+    return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
 def listed(table: Mapping[str, Array]) -> dict[str, list[float]]:
@@ -75,7 +81,7 @@ class Csv:
 
     def add(self, piece: Path) -> None:
         """The next rows."""
-        rows = as_csv(listed(columns(piece, (), self._degrees)), head=self._grow is None)
+        rows = as_csv(listed(columns(piece, kept(piece), self._degrees)), head=self._grow is None)
         if self._grow is None:
             self._grow = self._opened()
         self._grow(rows)
@@ -129,8 +135,7 @@ class Met:
     def add(self, piece: Path) -> None:
         """The events of the next states."""
         if piece.events is not None:
-            names = () if piece._low is not None else ("q", "m")
-            self.parts.append((piece.events, piece.want or names))
+            self.parts.append((piece.events, kept(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """A row for each event: which, the time, the direction, and what the path has."""
@@ -175,7 +180,7 @@ class Summary:
             self._last = self._last or piece
             return
         self._last = piece
-        self._first = self._first or listed(columns(piece, (), self._degrees))
+        self._first = self._first or listed(columns(piece, kept(piece), self._degrees))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -191,7 +196,7 @@ class Summary:
         click.echo(f"{self._states} states by {path.method}: {ran}")
         if self._states:
             grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
-            for name, values in columns(path, (), self._degrees).items():
+            for name, values in columns(path, kept(path), self._degrees).items():
                 grid.add_row(name, f"{self._first[name][0]: .15g}", f"{values[-1]: .15g}")
             Console().print(grid)
         if self._size:
@@ -221,7 +226,7 @@ def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> 
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in tabled(path, (), degrees, False):
+    for quantity, values in tabled(path, kept(path), degrees, False):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
