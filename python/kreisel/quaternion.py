@@ -107,6 +107,10 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
     `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape
     without the 4. It is 2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q
     are the same attitude.
+
+        >>> import kreisel as kr
+        >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)
+        1.854590436003
     """
     p, q = array("a", a, "of shape (..., 4)"), array("b", b, "of shape (..., 4)")
     if p.shape[-1:] != (4,) or q.shape[-1:] != (4,):

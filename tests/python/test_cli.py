@@ -1,27 +1,19 @@
 """The command line, which speaks the words of the package."""
 
 import csv
-import os
-import re
+import json
 import subprocess
 import sys
+import tomllib
 
 import kreisel as kr
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from inside import cli
-from toolbox import python
+from inside import WANTED
+from shell import call, said
 from tops import GENERAL
 
 SCENE = GENERAL.replace(gravity=1 / 3)
-
-
-def call(line, *more, code=0):
-    """What the command line says to the words of a line, and to more that may have spaces."""
-    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)])
-    assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
-    return done.output
 
 
 def test_solve_writes_all_digits(tmp_path):
@@ -39,95 +31,20 @@ def test_solve_writes_all_digits(tmp_path):
         assert np.array_equal(saved["m"], path.m) and str(saved["scene"]) == SCENE.to_toml()
 
 
-def test_solve_keeps_what_a_failed_run_reached(tmp_path):
-    line = "solve thesis --t 10 --method rk4 --step 0.1 --every 2 --max-steps 5 --csv"
-    assert "largest number of steps" in call(line, tmp_path / "part.csv", code=1)
-    times = [line.split(",")[0] for line in (tmp_path / "part.csv").read_text().splitlines()[1:]]
-    assert times == ["0.0", "0.2", "0.4", "0.5"]
+def test_solve_tells_json_all_that_made_the_path():
+    path = kr.solve(SCENE, [0, 0.5, 1], "taylor", digits=20)
+    told = json.loads(call("solve - --t 0,0.5,1 --digits 20 --json -", given=SCENE.to_toml()))
+    assert told["scene"] == tomllib.loads(SCENE.to_toml())
+    assert told["kreisel"] == kr.__version__ and told["stopped"] is None
+    assert (told["method"], told["digits"], told["tol"]) == ("taylor", 20, path.tol)
+    assert told["stats"]["steps"] == path.stats.steps and told["t"] == [0, 0.5, 1]
+    assert np.array_equal(told["q"], path.q) and np.array_equal(told["m"], path.m)
 
 
-PRESSED = """
-import os, signal
-from kreisel._showing import cli
-
-solve = cli.solved
-def press(t): os.kill(os.getpid(), signal.SIGINT)
-cli.solved = lambda *words, **how: solve(*words, progress=press, **how)
-cli.main()
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="needs signals")
-def test_solve_keeps_what_ctrl_c_left(tmp_path):
-    line = "solve thesis --t 1e8 --method rk4 --step 1e-3 --csv part.csv"
-    done = python(PRESSED, *line.split(), cwd=tmp_path)
-    assert done.returncode == 130 and "Error: interrupted" in done.stderr
-    assert len((tmp_path / "part.csv").read_text().splitlines()) == 3
-
-
-@pytest.mark.parametrize(
-    "line, code, message",
-    [
-        (
-            "solve thesi --t 1",
-            2,
-            "no file 'thesi', nor a scene of that name; the scenes are thesis, kowalewski",
-        ),
-        ("solve thesis --t 1,x", 2, "'1,x' is not a number"),
-        ("solve thesis", 2, "--t"),
-        ("solve thesis --t 1 --method rk5", 1, "did you mean 'rk4'?"),
-        ("solve thesis --t nan", 1, "t must be finite"),
-        ("compare thesis --t 1 --methods rk4", 1, "give steps"),
-        ("methods strng", 1, "did you mean 'strang'?"),
-        ("look", 2, "No such command"),
-    ],
-)
-def test_what_is_wrong_is_said(line, code, message):
-    assert message in re.sub(r"\s+", " ", call(line, code=code))
-
-
-def test_compare_shows_and_writes_its_rows(tmp_path):
-    line = (
-        "compare thesis --t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9 --repeats 1 --csv"
-    )
-    shown = call(line, tmp_path / "table.csv")
-    with open(tmp_path / "table.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["method"], row["step"], row["tol"]) for row in rows] == [
-        ("rk4", "0.1", ""), ("rk4", "0.05", ""), ("extrap", "", "1e-09"),
-    ]  # fmt: skip
-    assert all(f"{float(row['attitude_error']):.1e}" in shown for row in rows)
-
-
-def test_methods_are_listed_and_described():
-    assert all(name in call("methods") for name in kr.methods)
-    assert kr.methods["rk4"].reference in call("methods rk4")
-
-
-def test_the_version_is_told_by_the_module_too():
-    assert kr.__version__ in call("--version")
-    words = [sys.executable, "-m", "kreisel", "--version"]
-    said = subprocess.run(words, capture_output=True, text=True, check=True).stdout
-    assert said == f"kreisel, version {kr.__version__}\n"
-
-
-def test_report_says_where_it_is_made(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert "top folder of the source tree" in re.sub(r"\s+", " ", call("report --quick", code=1))
-
-
-def test_report_is_that_of_the_source_tree(tmp_path, monkeypatch):
-    (tmp_path / "validation").mkdir()
-    (tmp_path / "validation/__main__.py").write_text(
-        "def main(argv):\n    print('made with', argv)\n    return 3\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-m", "kreisel", "report", "--quick", "-h"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
-    assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+def test_json_has_null_where_a_number_is_none(tmp_path):
+    line = "solve sleeping --t 1 --want precession_angle,nutation --json -"
+    told = json.loads(call(line), parse_constant=pytest.fail)
+    assert len(told["precession_angle"]) == 2
 
 
 def test_solve_gives_what_is_wanted(tmp_path):
@@ -143,3 +60,117 @@ def test_solve_gives_what_is_wanted(tmp_path):
         assert set(saved) == {"t", "nutation", "apex", "q", "scene", "head"}
     assert kr.load(tmp_path / "top.npz").want == path.want
     assert "nutation" in call("solve asymmetric --t 3 --want nutation")
+
+
+def test_angles_are_in_degrees_where_these_are_asked_for():
+    line = "solve cusps --t 1,2 --want nutation,apex --csv -"
+    radians, degrees = (
+        np.array([row.split(",") for row in call(more).splitlines()[1:]], float)
+        for more in (line, line + " --degrees")
+    )
+    np.testing.assert_allclose(degrees[:, 1], np.degrees(radians[:, 1]), rtol=1e-15)
+    assert np.array_equal(degrees[:, 2:], radians[:, 2:])
+    told = json.loads(call("solve cusps --t 1,2 --want nutation --json - --degrees"))
+    assert told["nutation"] == degrees[:, 1].tolist()
+
+
+def test_long_paths_come_in_pieces_with_the_same_bits(tmp_path):
+    line = "solve asymmetric --t 0:40:0.001 --method strang --step 0.01 --csv"
+    path = kr.solve(kr.scenes.asymmetric, np.arange(40001) * 0.001, "strang", step=0.01)
+    shown = call(line, tmp_path / "a.csv", "--npz", tmp_path / "a.npz")
+    rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
+    assert np.array_equal(rows, path.states)
+    with np.load(tmp_path / "a.npz") as saved:
+        assert np.array_equal(saved["q"], path.q)
+    assert "40001 states" in shown and f"energy error {path.energy_error:.2g}" in shown
+    again = kr.load(tmp_path / "a.npz")
+    assert np.array_equal(again.states, path.states) and again.stats == path.stats
+    wanted = call(line.replace("--csv", "--want nutation --npz"), tmp_path / "b.npz")
+    assert "40001 states" in wanted
+    with np.load(tmp_path / "b.npz") as saved:
+        assert np.array_equal(saved["nutation"], path.nutation)
+
+
+def test_every_so_many_steps():
+    line = "solve thesis --t 1 --method rk4 --step 0.1 --every 5 --csv -"
+    times = [row.split(",")[0] for row in call(line).splitlines()[1:]]
+    assert times == ["0.0", "0.5", "1.0"]
+
+
+def test_geometric_tells_its_choice():
+    shown = call("solve asymmetric_regular --t 5 --method geometric --error 1e-6")
+    path = kr.solve(kr.scenes.asymmetric_regular, 5, "geometric", error=1e-6)
+    assert str(path.plan.choice) in shown and path.method in shown
+
+
+def test_damped_tops_have_no_energy_to_keep_and_no_page(tmp_path):
+    kr.scenes.asymmetric.replace(damping=(0.1, 0.1, 0.1)).to_toml(tmp_path / "top.toml")
+    assert "energy error" not in call("solve --t 5", tmp_path / "top.toml")
+    assert "damped" in call("view", tmp_path / "top.toml", "--save", tmp_path / "a", code=2)
+
+
+def test_compare_shows_and_writes_its_rows(tmp_path):
+    line = (
+        "compare thesis --t 2 --methods rk4,extrap --steps 0.1,0.05 --tols 1e-9 --repeats 1 --csv"
+    )
+    shown = call(line, tmp_path / "table.csv")
+    with open(tmp_path / "table.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["method"], row["step"], row["tol"]) for row in rows] == [
+        ("rk4", "0.1", ""), ("rk4", "0.05", ""), ("extrap", "", "1e-09"),
+    ]  # fmt: skip
+    assert all(f"{float(row['attitude_error']):.1e}" in shown for row in rows)
+
+
+def test_compare_writes_to_standard_output():
+    line = "compare thesis --t 0:2:0.5 --methods rk4 --steps 0.1 --repeats 1 --csv -"
+    rows = list(csv.DictReader(call(line).splitlines()))
+    assert [(row["scene"], row["method"], row["steps"]) for row in rows] == [
+        ("thesis", "rk4", "20")
+    ]
+
+
+def test_methods_are_listed_and_described():
+    assert all(name in call("methods") for name in kr.methods)
+    assert kr.methods["rk4"].reference in call("methods rk4")
+
+
+def test_scenes_are_listed_and_written(tmp_path):
+    listed = call("scenes")
+    assert all(name in listed for name in kr.scenes.about)
+    (tmp_path / "top.toml").write_text(call("scenes dzhanibekov"))
+    assert kr.Scene.from_toml(tmp_path / "top.toml") == kr.scenes.dzhanibekov
+
+
+def test_quantities_are_listed():
+    listed = call("quantities")
+    assert all(name in listed for name in WANTED)
+
+
+def test_the_version_is_told_by_the_module_too():
+    assert kr.__version__ in call("--version")
+    words = [sys.executable, "-m", "kreisel", "--version"]
+    told = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+    assert told == f"kreisel, version {kr.__version__}\n"
+
+
+def test_report_says_where_it_is_made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "top folder of the source tree" in said(call("report --quick", code=2))
+    for word in ("-h", "--help"):
+        told = said(call(f"report {word}"))
+        assert "Accuracy, speed and stability" in told and "--thesis" in told
+
+
+def test_report_is_that_of_the_source_tree(tmp_path):
+    (tmp_path / "validation").mkdir()
+    (tmp_path / "validation/__main__.py").write_text(
+        "def main(argv):\n    print('made with', argv)\n    return 3\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", "kreisel", "report", "--quick", "-h"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")

@@ -58,9 +58,9 @@ def test_two_savers_of_one_file_do_not_meet(tmp_path):
 
 @pytest.mark.parametrize("word", ["--csv", "--npz"])
 def test_a_place_that_is_not_there_is_refused_before_anything_runs(tmp_path, word):
-    words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file.npz")]
+    words = ["solve", "asymmetric", "--t", "1e9", word, str(tmp_path / "no" / "file")]
     done = CliRunner().invoke(main, words)
-    assert done.exit_code == 1 and "there is no folder" in done.output
+    assert done.exit_code == 2 and "there is no folder" in done.output
     assert done.output.count("\n") == 1
 
 

@@ -111,6 +111,11 @@ def rod(path: Path) -> Rod:
     axis; free of load where it is the fixed point. Raises ValueError for a centre of mass off the
     axes: then the weight pulls the top about in a way that no force at the ends of a rod does; and
     for a damped top.
+
+        >>> import kreisel as kr
+        >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
+        >>> rod.centre.shape, bool(rod.stiffness[0] == rod.stiffness[1])
+        ((101, 3), True)
     """
     instance("path", path, Path)
     if path.scene._is_damped:

@@ -3,29 +3,58 @@ never meets half a file."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import secrets
+from collections.abc import Iterator
 from pathlib import Path
 
 
-def write(path: str | os.PathLike[str], data: bytes) -> None:
-    """The file of this name with these bytes, on the disk; whatever fails, what stood there
-    stays and nothing else is left behind. OSError where it cannot be written."""
+class Growing:
+    """A file that is written piece by piece."""
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor, self._whole = descriptor, 0
+
+    def add(self, data: bytes) -> None:
+        """These bytes, or OSError and none of them where the file has a place beside it."""
+        left = memoryview(data)
+        try:
+            while left:
+                left = left[os.write(self._descriptor, left) :]
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.ftruncate(self._descriptor, self._whole)
+            raise
+        self._whole += len(data)
+
+
+@contextlib.contextmanager
+def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
+    """A file that is written beside its place, and put there, on the disk, at the end; whatever is
+    raised before that, what stood there stays and nothing else is left behind."""
     file = Path(os.path.realpath(path))
     if file.exists() and not file.is_file():  # a device or a pipe, which has no place beside it
-        file.write_bytes(data)
+        with open(file, "wb", buffering=0) as out:
+            yield Growing(out.fileno())
         return
-    new = file.with_name(f".{secrets.token_hex(8)}.new")
+    new = _beside(file)
     try:
         with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file)), "wb") as out:
-            out.write(data)
-            out.flush()
+            yield Growing(out.fileno())
             os.fsync(out.fileno())
         os.replace(new, file)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
     _sync(file.parent)
+
+
+def write(path: str | os.PathLike[str], data: bytes) -> None:
+    """The file of this name with these bytes, on the disk; whatever fails, what stood there
+    stays and nothing else is left behind. OSError where it cannot be written."""
+    with growing(path) as file:
+        file.add(data)
 
 
 def refuse_no_place(path: str | os.PathLike[str]) -> None:
@@ -35,8 +64,20 @@ def refuse_no_place(path: str | os.PathLike[str]) -> None:
         raise IsADirectoryError(f"{os.fspath(path)} is a folder")
     if not file.parent.is_dir():
         raise FileNotFoundError(f"{os.fspath(path)}: there is no folder {file.parent}")
-    if not os.access(file if file.exists() and not file.is_file() else file.parent, os.W_OK):
-        raise PermissionError(f"{os.fspath(path)} must not be written")
+    if file.exists() and not file.is_file():
+        if not os.access(file, os.W_OK):
+            raise PermissionError(f"{os.fspath(path)} must not be written")
+        return
+    new = _beside(file)
+    try:
+        os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+    except OSError as error:
+        raise type(error)(f"{os.fspath(path)} cannot be written: {error.strerror}") from None
+    new.unlink(missing_ok=True)
+
+
+def _beside(file: Path) -> Path:
+    return file.with_name(f".{secrets.token_hex(8)}.new")
 
 
 def _mode(file: Path) -> int:

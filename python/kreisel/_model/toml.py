@@ -6,8 +6,7 @@ import inspect
 import os
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, TypeVar
 
 from .._ground.arguments import shown
 from .._ground.refusals import unknown
@@ -15,16 +14,34 @@ from .._ground.refusals import unknown
 _T = TypeVar("_T")
 
 
+_LONGEST = 1 << 20  # bytes: no text of a scene comes near, a device that never ends goes beyond
+
+
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     """What parse makes of a text of several lines, or of the file of this name. Then a TypeError or
     ValueError begins with the name."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
+    with open(source, "rb") as file:
+        return worded(os.fspath(source), lambda: parse(bounded(file)))
+
+
+def bounded(file: BinaryIO) -> str:
+    """The text of a file, which may be a device or a pipe; ValueError where it is no text, or goes
+    on and on."""
+    data = file.read(_LONGEST + 1)
+    if len(data) > _LONGEST:
+        raise ValueError(f"more than {_LONGEST} bytes are no scene")
+    return data.decode("utf-8").replace("\r\n", "\n")
+
+
+def worded(name: str, make: Callable[[], _T]) -> _T:
+    """What is made; a TypeError or ValueError begins with this name."""
     try:
-        return parse(Path(source).read_text(encoding="utf-8"))
+        return make()
     except (TypeError, ValueError) as error:
         kind = TypeError if isinstance(error, TypeError) else ValueError
-        raise kind(f"{os.fspath(source)}: {error}") from None
+        raise kind(f"{name}: {error}") from None
 
 
 def tables(text: str) -> dict[str, object]:

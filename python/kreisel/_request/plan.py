@@ -125,7 +125,10 @@ def plan(
 
     t  may be left out; with it the plan says which states are wanted
 
-        print(kr.plan(kr.scenes.asymmetric, want=("nutation", "energy")))
+        >>> import kreisel as kr
+        >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
+        >>> print(str(plan).splitlines()[0])
+        method     taylor: no closed form is known for this body of kind 'general' under gravity
 
     Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
     takes trial runs: see path.plan.

@@ -119,12 +119,7 @@ def _grid(end: float, step: float, every: int, size: int) -> Array:
     """Each so many points of the grid k step from 0 to the end."""
     steps = _steps(end, step)
     states = steps // every + 1
-    if size * states > _memory():
-        needed = f"{1e-9 * size * states:.3g} GB"
-        raise MemoryError(
-            f"{states} states need {needed}, more than this machine has: record fewer by a "
-            "larger every"
-        )
+    refuse_too_many(states, size)
     return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
 
 
@@ -141,6 +136,16 @@ def _grid_pieces(
         np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64) * signed
         for k in range(first, last + 1, size * every)
     )
+
+
+def refuse_too_many(states: int, size: int) -> None:
+    """More states of so many bytes than there is memory for."""
+    if size * states > _memory():
+        needed = f"{1e-9 * size * states:.3g} GB"
+        raise MemoryError(
+            f"{states} states need {needed}, more than this machine has: record fewer, by a "
+            "larger every or step"
+        )
 
 
 def _memory() -> int:

@@ -9,6 +9,7 @@ import os
 import re
 import sys
 import tempfile
+import warnings
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path as File
@@ -17,7 +18,7 @@ from typing import TypedDict
 import numpy as np
 
 from .._ground.arguments import Quaternion, Vector, positive
-from .._ground.files import write
+from .._ground.files import refuse_no_place, write
 from .._model.scene import Scene
 from .._recording.path import Path
 from .._request.methods import fitting
@@ -81,16 +82,43 @@ class View:
         """Write the page. It works from a disk, without a network."""
         write(file, self.html.encode())
 
-    def open(self) -> None:
-        """Show the page in a browser."""
-        folder = File(tempfile.mkdtemp(prefix="kreisel-"))
-        self.save(folder / "top.html")
-        webbrowser.open((folder / "top.html").as_uri())
+    def open(self) -> File:
+        """Show the page in a browser; the file in which it stands, which the next page of this name
+        replaces. Warns where there is no browser."""
+        file, shown = opened(self)
+        if not shown:
+            warnings.warn(f"no browser was found to open the page: {file}", stacklevel=2)
+        return file
 
     def _repr_html_(self) -> str:
         style = "width:100%;height:600px;border:0"
         inside = f'srcdoc="{html.escape(self.html)}" style="{style}"'
         return f'<iframe {inside} title="kreisel: the top"></iframe>'
+
+
+def opened(page: View) -> tuple[File, bool]:
+    """The file in which a page stands now, and whether a browser was found to show it."""
+    name = page.scene["name"]
+    file = _folder() / f"{name if name in about else 'top'}.html"
+    page.save(file)
+    return file, webbrowser.open(file.as_uri())
+
+
+def _folder() -> File:
+    """A folder of the user's for what can be made again, so that nothing piles up; a temporary one
+    where there is no such."""
+    home = os.path.expanduser("~")
+    base = {
+        "win32": os.environ.get("LOCALAPPDATA") or home,
+        "darwin": os.path.join(home, "Library", "Caches"),
+    }.get(sys.platform) or os.environ.get("XDG_CACHE_HOME")
+    folder = File(base or os.path.join(home, ".cache")) / "kreisel"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        refuse_no_place(folder / "top.html")
+    except OSError:
+        return File(tempfile.mkdtemp(prefix="kreisel-"))
+    return folder.absolute()
 
 
 def view(

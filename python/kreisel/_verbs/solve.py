@@ -92,6 +92,17 @@ def solve(
     events     taylor only: what kreisel.events makes, one or a list, for path.events to tell; a
                terminal one ends the path
 
+        >>> import kreisel as kr
+        >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
+        >>> path
+        <kreisel.Path: 301 states, t = 0 .. 300; strang, step=0.01, 30000 steps>
+        >>> truth = kr.solve(kr.scenes.cusps, path.t)
+        >>> truth.method, bool(kr.attitude_error(path.q, truth.q).max() < 1e-3)
+        ('exact', True)
+        >>> lows = kr.solve(kr.scenes.cusps, 50, events=[kr.events.nutation(direction=1)]).events
+        >>> [f"{t:.6f}" for t in lows.t[:2]]
+        ['1.174941', '3.524823']
+
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
     with `.path` up to the last good state.

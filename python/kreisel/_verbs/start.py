@@ -185,10 +185,14 @@ def stream(
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
         for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
 
+        >>> import kreisel as kr
+        >>> words = {"method": "strang", "step": 0.01, "every": 10, "want": ["nutation"]}
+        >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
+        [4000, 4000, 2001]
+
     Each path's stats are those of the whole run so far, its events those of its part of the way; a
-    terminal one ends the stream. Raises what kreisel.solve raises: for what
-    can be seen at once, at once; for what an iterator brings, when it comes; `.path` is what the
-    last path would have been.
+    terminal one ends the stream. Raises what kreisel.solve raises: for what can be seen at once, at
+    once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
     """
     asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number, size = checked_every(asked.method, every), whole("chunk", chunk, 1)

@@ -1,0 +1,134 @@
+"""All that a run leaves, as it was asked for: the files it writes, and a summary where standard
+output is free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import TypedDict, TypeVar
+
+import click
+
+from .outputs import Csv, Gathered, Met, Output, Summary, as_csv, as_json, as_npz, put
+from .places import FILE, checked
+from .running import Outcome
+from .words import Refused
+
+_Command = TypeVar("_Command", bound=Callable[..., object])
+
+
+class To(TypedDict):
+    """The options that say where to."""
+
+    csv_file: str | None
+    json_file: str | None
+    npz_file: str | None
+    events_file: str | None
+    save_file: str | None
+    degrees: bool
+
+
+_OPTIONS = (
+    click.option("--csv", "csv_file", type=FILE, help="Write the states, or what is wanted."),
+    click.option(
+        "--json", "json_file", type=FILE, help="Write them, and all that made them, as one object."
+    ),
+    click.option(
+        "--npz",
+        "npz_file",
+        type=FILE,
+        help="Write the path for kreisel.load; numpy.load reads its arrays by their names.",
+    ),
+    click.option("--events-csv", "events_file", type=FILE, help="Write the events."),
+    click.option(
+        "--save",
+        "save_file",
+        type=FILE,
+        help="Write the run at its end, or where it was stopped, for `kreisel resume`.",
+    ),
+    click.option("--degrees", is_flag=True, help="Angles in degrees, but in .npz."),
+)
+
+
+def to(command: _Command) -> _Command:
+    """A command with the options that say where to."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+class Left:
+    """The outputs of one run: they are fed, and then finished."""
+
+    def __init__(self, where: To, read: tuple[str, ...], events: tuple[str, ...]) -> None:
+        if where["events_file"] and not events:
+            raise Refused("--events-csv writes what --events asks for: give that too")
+        places = checked(
+            [
+                ("--csv", where["csv_file"]),
+                ("--json", where["json_file"]),
+                ("--npz", where["npz_file"]),
+                ("--events-csv", where["events_file"]),
+                ("--save", where["save_file"]),
+            ],
+            read,
+        )
+        self.files = {place.option: place.file for place in places}
+        self._shows = not any(place.shown for place in places)
+        self._open, self._degrees = ExitStack(), where["degrees"]
+        self._summary, self._gathered = Summary(self._degrees), Gathered()
+        self._met = Met(events, self._degrees) if events else None
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the whole path is needed at once."""
+        return not {"--json", "--npz"}.isdisjoint(self.files)
+
+    def outputs(self) -> list[Output]:
+        """What is fed; before anything that can fail, what cannot."""
+        outputs: list[Output] = [self._met] if self._met else []
+        if self._shows:
+            outputs.append(self._summary)
+        if self.is_whole:
+            outputs.append(self._gathered)
+        if "--csv" in self.files:
+            outputs.append(Csv(self.files["--csv"], self._degrees, self._open))
+        return outputs
+
+    def dropped(self) -> None:
+        """Nothing is left: what stood in the places stays."""
+        refused = ValueError()
+        self._open.__exit__(ValueError, refused, None)
+
+    def finished(self, end: Outcome) -> None:
+        """All is written that was reached, each file even where another cannot be; the run is saved
+        where it does not stand behind them. Raises what stopped the run, or the first failure."""
+        failures = [end.stopped] if end.stopped else []
+        for write in (self._open.close, lambda: self._whole(end), self._events):
+            try:
+                write()
+            except OSError as error:
+                failures.append(error)
+        save = self.files.get("--save")
+        if save and end.checkpoint and failures == ([end.stopped] if end.stopped else []):
+            put(save, end.checkpoint)
+        if self._shows:
+            self._summary.show()
+            if self._met:
+                self._met.show()
+        if failures:
+            raise failures[0]
+
+    def _whole(self, end: Outcome) -> None:
+        if not self._gathered.pieces:
+            return
+        path = self._gathered.path
+        why = str(end.stopped) if end.stopped else None
+        if "--npz" in self.files:
+            put(self.files["--npz"], as_npz(path))
+        if "--json" in self.files:
+            put(self.files["--json"], as_json(path, self._met, self._degrees, why))
+
+    def _events(self) -> None:
+        if self._met and "--events-csv" in self.files:
+            put(self.files["--events-csv"], as_csv(self._met.table()))

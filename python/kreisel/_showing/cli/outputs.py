@@ -1,0 +1,248 @@
+"""What a run leaves: its states or what is wanted of them, in files, and a summary."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import click
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table as Grid
+
+from ..._core import values as values_of
+from ..._core import version
+from ..._ground.arguments import Array
+from ..._ground.files import growing, write
+from ..._recording.path import Events, Path
+from ..._recording.saved import saved
+from ..._recording.states import NO_STATES
+from ..._recording.tables import columns, tabled
+from ..._request.quantities import LOW
+
+_MET = "which", "direction"
+_SHOWN = 20  # events in the summary
+Columns = Mapping[str, Sequence[object]]
+
+
+class Output(Protocol):
+    """What takes a path piece by piece."""
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+
+
+def put(file: str, data: bytes) -> None:
+    """The bytes in a file, or on standard output."""
+    if file != "-":
+        write(file, data)
+        return
+    left = memoryview(data)
+    while left:  # an unbuffered standard output may take less than all
+        left = left[sys.stdout.buffer.write(left) :]
+    sys.stdout.buffer.flush()
+
+
+def kept(path: Path) -> tuple[str, ...]:
+    """The names of what a path has been asked for, beside t."""
+    return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
+
+
+def listed(table: Mapping[str, Array]) -> dict[str, list[float]]:
+    """The columns as lists."""
+    return {name: column.tolist() for name, column in table.items()}
+
+
+def as_csv(table: Columns, head: bool = True) -> bytes:
+    """Rows of all digits, below the names of the columns."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    if head:
+        writer.writerow(table)
+    writer.writerows(zip(*table.values(), strict=True))
+    return text.getvalue().encode()
+
+
+class Csv:
+    """A table that grows by the rows of each piece, in constant memory."""
+
+    def __init__(self, file: str, degrees: bool, files: ExitStack) -> None:
+        self._file, self._degrees, self._files = file, degrees, files
+        self._grow: Callable[[bytes], None] | None = None
+
+    def add(self, piece: Path) -> None:
+        """The next rows."""
+        rows = as_csv(listed(columns(piece, kept(piece), self._degrees)), head=self._grow is None)
+        if self._grow is None:
+            self._grow = self._opened()
+        self._grow(rows)
+
+    def _opened(self) -> Callable[[bytes], None]:
+        if self._file == "-":
+            return lambda rows: put("-", rows)
+        return self._files.enter_context(growing(self._file)).add
+
+
+@dataclass
+class Gathered:
+    """All pieces of a path."""
+
+    pieces: list[Path] = field(default_factory=list)
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+        self.pieces.append(piece)
+
+    @property
+    def path(self) -> Path:
+        """The pieces as one."""
+        last, rest = self.pieces[-1], self.pieces[:-1]
+        return last if not rest else _joined([*rest, last])
+
+
+def _joined(pieces: list[Path]) -> Path:
+    last = pieces[-1]
+    met = [piece.events for piece in pieces if piece.events is not None]
+    events = None
+    if met:
+        which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
+        events = Events(_joined([m.path for m in met]), which, direction)
+    if last.want is not None:
+        names: tuple[str, ...] = ("t", *last.want)
+        whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
+        return replace(last, states=NO_STATES, events=events, _columns=whole)
+    low = None if last._low is None else np.concatenate([p._low for p in pieces])
+    states = np.concatenate([piece.states for piece in pieces])
+    return replace(last, states=states, events=events, _low=low)
+
+
+@dataclass
+class Met:
+    """The events on the way, by the words in which they were asked for."""
+
+    words: tuple[str, ...]
+    degrees: bool
+    parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
+
+    def add(self, piece: Path) -> None:
+        """The events of the next states."""
+        if piece.events is not None:
+            self.parts.append((piece.events, kept(piece)))
+
+    def table(self) -> dict[str, list[object]]:
+        """A row for each event: which, the time, the direction, and what the path has."""
+        whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
+        for events, names in self.parts:
+            table = listed(columns(events.path, names, self.degrees))
+            rows = {
+                "event": [self.words[i] for i in events.which],
+                "t": table.pop("t"),
+                "direction": events.direction.tolist(),
+            }
+            for name, column in (rows | table).items():
+                whole.setdefault(name, []).extend(column)
+        return whole
+
+    def show(self) -> None:
+        """The first events, on standard output."""
+        table = self.table()
+        names = ("event", "t", "direction")
+        rows = list(zip(*(table[name] for name in names), strict=True))
+        grid = Grid(*names, box=box.SIMPLE_HEAD)
+        for event, t, direction in rows[:_SHOWN]:
+            grid.add_row(str(event), f"{t: .15g}", f"{direction:+d}")
+        Console(markup=False).print(grid)
+        if len(rows) > _SHOWN:
+            click.echo(f"and {len(rows) - _SHOWN} more events: --events-csv writes all")
+
+
+class Summary:
+    """The first and the last state, and the energy error of all."""
+
+    def __init__(self, degrees: bool) -> None:
+        self._degrees, self._states = degrees, 0
+        self._first: dict[str, list[float]] = {}
+        self._change = self._size = 0.0
+        self._last: Path | None = None
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+        self._states += len(piece)
+        if not len(piece):
+            self._last = self._last or piece
+            return
+        self._last = piece
+        self._first = self._first or listed(columns(piece, kept(piece), self._degrees))
+        if piece.want is None and not math.isnan(piece.energy_error):
+            size = _energy(piece)
+            self._change = max(self._change, piece.energy_error * size)
+            self._size = max(self._size, size)
+
+    def show(self) -> None:
+        """On standard output."""
+        path = self._last
+        if path is None:
+            return
+        stats = path.stats
+        ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
+        click.echo(f"{self._states} states by {path.method}: {ran}")
+        if self._states:
+            grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
+            for name, values in columns(path, kept(path), self._degrees).items():
+                grid.add_row(name, f"{self._first[name][0]: .15g}", f"{values[-1]: .15g}")
+            Console().print(grid)
+        if self._size:
+            click.echo(f"energy error {self._change / self._size:.2g}")
+        if path.plan.choice:
+            click.echo(str(path.plan.choice))
+
+
+def _energy(path: Path) -> float:
+    """By what the energy error of a path is divided [M L^2 T^-2]."""
+    scene = path.scene
+    at_start = float(values_of("kinetic", scene._block, scene._start)[0])
+    lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
+    return max(at_start, float(path.kinetic.max())) + lever
+
+
+def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> bytes:
+    """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
+    head = {
+        "kreisel": version,
+        "scene": tomllib.loads(path.scene.to_toml()),
+        "method": path.method,
+        "step": path.step,
+        "tol": path.tol,
+        "digits": path.digits,
+        "stats": path.stats._asdict(),
+        "stopped": stopped,
+    }
+    found = {"t": path.t.tolist()}
+    for quantity, values in tabled(path, kept(path), degrees, False):
+        found[quantity.name] = _finite(values.tolist())
+    events = {} if met is None else {"events": _finite(met.table())}
+    return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
+
+
+def _finite(value: object) -> object:
+    """The value, with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def as_npz(path: Path) -> bytes:
+    """What path.save writes."""
+    met = path.events
+    return saved(path, None if met is None else (met.path, met.which, met.direction))

@@ -1,0 +1,18 @@
+"""What the tests of the command line share."""
+
+import re
+
+from click.testing import CliRunner
+from inside import cli
+
+
+def call(line, *more, code=0, given=None):
+    """What the command line says to the words of a line, and to more that may have spaces."""
+    done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=given)
+    assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
+    return done.output
+
+
+def said(text):
+    """A text as one line."""
+    return re.sub(r"\s+", " ", text)

@@ -1,0 +1,208 @@
+"""What the command line writes: places that are looked at first, disks and pipes that fail."""
+
+import os
+import subprocess
+import sys
+
+import kreisel as kr
+import numpy as np
+import pytest
+from inside import view
+from shell import call, said
+
+KREISEL = [sys.executable, "-m", "kreisel"]
+ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that no test waits for
+
+
+def shell(words, **how):
+    """A command in a process of its own; no traceback is ever shown."""
+    done = subprocess.run(
+        [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **how
+    )
+    assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
+    return done
+
+
+@pytest.mark.parametrize("option", ["csv", "json", "npz", "save", "events-csv --events loop"])
+@pytest.mark.parametrize(
+    "place, message",
+    [
+        ("no/file", "there is no folder"),
+        ("folder", "folder"),
+        ("x" * 300, "File name too long"),
+        ("a.xlsx", "not .xlsx"),
+    ],
+)
+def test_places_are_looked_at_before_anything_runs(tmp_path, option, place, message):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder.npz").mkdir()
+    words = f"solve {ENDLESS} --{option.split()[0]}"
+    told = call(words, tmp_path / place, *option.split()[1:], code=2)
+    assert message in said(told) and told.count("\n") == 1
+    assert sorted(os.listdir(tmp_path)) == ["folder", "folder.npz"]
+
+
+@pytest.mark.parametrize(
+    "words", ["compare thesis --t 1 --methods rk4 --steps .1 --csv", "view --save"]
+)
+def test_other_commands_look_too(tmp_path, words):
+    assert "there is no folder" in said(call(words, tmp_path / "no/file", code=2))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--csv a --json a",
+        "--csv a --json ./a",
+        "--csv a --save link",
+        "--json a.npz --npz a",
+        "--npz a.npz --save a.npz",
+        "--csv - --npz -",
+        "--csv /dev/stdout --json -",
+        "--csv top",
+        "--events loop --events-csv a --csv a",
+    ],
+)
+def test_two_outputs_never_share_a_file_nor_replace_the_scene(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    kr.scenes.thesis.to_toml("top")
+    (tmp_path / "link").symlink_to("a")
+    told = call(f"solve top --t 1e9 --method taylor {words}", code=2)
+    assert "is that file already" in told or "writes" in told
+    assert kr.Scene.from_toml("top") == kr.scenes.thesis and len(os.listdir(tmp_path)) == 2
+
+
+def test_a_device_takes_more_than_one():
+    call("solve thesis --t 1 --csv /dev/null --json /dev/null --save /dev/null")
+
+
+def test_an_archive_has_the_ending_that_numpy_gives_it(tmp_path):
+    call("solve thesis --t 1 --npz", tmp_path / "a_h0.1")
+    assert os.listdir(tmp_path) == ["a_h0.1.npz"]
+
+
+def test_archives_and_runs_go_to_standard_output_too(tmp_path):
+    archive = tmp_path / "a.npz"
+    with open(archive, "wb") as out:
+        shell("solve thesis --t 1 --npz -", stdout=out)
+    with np.load(archive) as saved:
+        assert np.array_equal(saved["q"], kr.solve(kr.scenes.thesis, 1).q)
+    with open(tmp_path / "run", "wb") as out:
+        shell("solve thesis --t 1 --save -", stdout=out)
+    assert kr.resume(tmp_path / "run").t == 1
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.parametrize("option", ["csv", "json", "npz -", "save", "events-csv"])
+def test_a_full_disk_is_said_in_one_line_and_loses_nothing_else(tmp_path, option):
+    if option == "npz -":
+        with open("/dev/full", "wb") as full:
+            done = shell("solve thesis --t 1 --npz -", stdout=full, cwd=tmp_path)
+    else:
+        more = "" if option == "csv" else "--csv kept.csv"
+        words = f"solve thesis --t 1 --method taylor --events loop --{option} /dev/full {more}"
+        words = words.replace("--events loop", "") if option == "save" else words
+        done = shell(words, stdout=subprocess.DEVNULL, cwd=tmp_path)
+        assert os.listdir(tmp_path) == (["kept.csv"] if more else [])
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert "No space left on device" in done.stderr
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.parametrize(
+    "words", ["methods", "scenes thesis", "solve thesis --t 1", "-h", "solve thesis --t 1 --csv -"]
+)
+def test_standard_output_that_is_full_is_no_traceback(words):
+    with open("/dev/full", "w") as full:
+        done = shell(words, stdout=full)
+    assert done.returncode == 1 and "No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "scenes",
+        "solve asymmetric --t 0:1e9:0.01 --csv -",
+        "compare thesis --t 1 --repeats 1 --methods exact --csv -",
+    ],
+)
+def test_pipes_that_are_closed_end_it_quietly(words):
+    read, written = os.pipe()
+    os.close(read)
+    done = shell(words, stdout=written)
+    os.close(written)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_rows_come_as_they_are_computed():
+    words = [*KREISEL, "solve", "asymmetric", "--t", "0:1e9:0.01", "--csv", "-"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+        lines = [run.stdout.readline() for _ in range(20_000)]
+        run.stdout.close()
+        assert run.wait(60) == 1 and run.stderr.read() == ""
+    assert lines[0].startswith("t,q_w") and float(lines[-1].split(",")[0]) == 19998 * 0.01
+
+
+def test_a_disk_that_is_full_half_way_keeps_the_rows_before(tmp_path, monkeypatch):
+    write, calls = os.write, []
+
+    def full(descriptor, data):
+        calls.append(len(data))
+        if len(calls) > 1:
+            write(descriptor, data[: len(data) // 2])
+            raise OSError(28, "No space left on device")
+        return write(descriptor, data)
+
+    monkeypatch.setattr(os, "write", full)
+    line = "solve asymmetric --t 0:1000:0.01 --method strang --step 0.1 --csv"
+    told = call(line, tmp_path / "a.csv", "--save", tmp_path / "run", code=1)
+    assert "No space left on device" in told
+    rows = np.loadtxt(tmp_path / "a.csv", delimiter=",", skiprows=1)
+    assert len(rows) == 1 << 14 and np.array_equal(rows[:, 0], np.arange(1 << 14) * 0.01)
+
+
+def test_a_place_that_cannot_be_written_after_all_keeps_the_others(tmp_path, monkeypatch):
+    def fails(file, *_):
+        if str(file).endswith(".json"):
+            raise PermissionError(13, "Permission denied")
+
+    replace = os.replace
+    monkeypatch.setattr(os, "replace", lambda a, b: fails(b) or replace(a, b))
+    line = (
+        f"solve thesis --t 1 --json {tmp_path}/a.json --csv {tmp_path}/a.csv --npz {tmp_path}/a.npz"
+    )
+    assert "Permission denied" in call(line, "--save", tmp_path / "run", code=1)
+    assert sorted(os.listdir(tmp_path)) == ["a.csv", "a.npz"]
+
+
+@pytest.mark.parametrize("shown", [True, False])
+def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, shown):
+    opened = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(view.webbrowser, "open", lambda where: opened.append(where) or shown)
+    page = tmp_path / "kreisel/cusps.html"
+    for _ in range(3):
+        told = call("view cusps")
+        assert f"the page is {page}" in told and ("no browser" in told) is not shown
+    assert os.listdir(page.parent) == ["cusps.html"] and opened == [page.as_uri()] * 3
+
+
+def test_view_in_python_warns_where_there_is_no_browser(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(view.webbrowser, "open", lambda _: False)
+    with pytest.warns(UserWarning, match="no browser was found"):
+        file = kr.view(kr.scenes.asymmetric.replace(gravity=2.0), open=False).open()
+    assert file == tmp_path / "kreisel/top.html" and file.is_file()
+
+
+def test_view_finds_a_place_where_there_is_no_home(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr(view.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(view.webbrowser, "open", lambda _: True)
+    file = kr.view(kr.scenes.cusps, open=False).open()
+    assert file.is_file() and file.parent.parent == tmp_path
+
+
+def test_a_page_goes_to_standard_output():
+    assert call("view cusps --save -").startswith("<!")

@@ -1,0 +1,200 @@
+"""Runs of the command line that are stopped, saved, and resumed."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import kreisel as kr
+import numpy as np
+import pytest
+from shell import call, said
+from toolbox import python
+
+TOP = kr.scenes.asymmetric
+signals = pytest.mark.skipif(os.name != "posix", reason="needs signals")
+
+
+def rows(text):
+    return np.array([row.split(",") for row in text.splitlines()[1:]], float)
+
+
+HOW = {
+    "strang": "--method strang --step 0.1",
+    "strang want": "--method strang --step 0.1 --want nutation,energy",
+    "taylor": "--method taylor",
+    "taylor 20": "--method taylor --digits 20 --want q,q_low",
+    "tol": "--method extrap --tol 1e-9",
+}
+
+
+@pytest.mark.parametrize("how", HOW.values(), ids=HOW)
+@pytest.mark.parametrize("times", ["0:{}:0.25", "0:-{}:0.25"])
+def test_a_run_goes_on_with_the_same_bits(tmp_path, how, times):
+    run, whole, half = tmp_path / "run", times.format(20), times.format(10.1)
+    at_once = rows(call(f"solve asymmetric --t {whole} {how} --csv -"))
+    first = rows(call(f"solve asymmetric --t {half} {how} --csv - --save", run))
+    then = rows(call(f"resume {run} --t {whole} --csv - --save", run))
+    assert np.array_equal(np.concatenate([first, then]), at_once)
+    assert kr.resume(run).t == at_once[-1, 0]
+
+
+def test_every_goes_on_too(tmp_path):
+    run, how = tmp_path / "run", "--every 3 --csv -"
+    first = rows(call(f"solve thesis --t 1 --method rk4 --step 0.1 {how} --save", run))
+    then = rows(call(f"resume {run} --t 2 {how}"))
+    assert np.array_equal(then, rows(call(f"resume {run} --t 2 {how} --npz", tmp_path / "a")))
+    path = kr.solve(kr.scenes.thesis, 2, "rk4", step=0.1, every=3)
+    assert np.array_equal(np.concatenate([first, then]), path.states)
+
+
+def test_one_time_is_the_state_there(tmp_path):
+    run = tmp_path / "run"
+    call("solve thesis --t 5 --save", run)
+    assert rows(call(f"resume {run} --t 7 --csv -"))[:, 0].tolist() == [7]
+    shown = call(f"resume - --t 7 --json {tmp_path}/a.json", given=run.read_bytes())
+    assert "1 states by exact" in shown
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("resume {run} --t 5", "has come to t = 5.0 already"),
+        ("resume {run} --t 0:4:1", "has come to t = 5.0 already"),
+        ("resume {run} --t -9", "goes back"),
+        ("resume {run} --t 9 --every 2", "every needs a method of fixed step"),
+        ("resume {run} --t 9 --csv {run}/a", "there is no folder"),
+        ("resume {toml} --t 9", "is not what a run has saved"),
+        ("resume /dev/zero --t 9", "is not what a run has saved"),
+        ("resume nothing --t 9", "No such file"),
+        (
+            "solve thesis --t 9 --method geometric --error 1e-3 --save a",
+            "one method of your choice",
+        ),
+        ("solve thesis --t 9 --error 1e-3 --save a", "one method of your choice"),
+    ],
+)
+def test_what_cannot_go_on_is_refused(tmp_path, words, message):
+    names = {"run": tmp_path / "run", "toml": tmp_path / "top.toml"}
+    call("solve thesis --t 5 --save", names["run"])
+    TOP.to_toml(names["toml"])
+    told = call(words.format(**names), code=2)
+    assert message in said(told) and told.count("\n") == 1
+
+
+def test_a_failed_run_keeps_what_it_reached_and_goes_on(tmp_path):
+    run, csv = tmp_path / "run", tmp_path / "part.csv"
+    line = "solve thesis --t 10 --method rk4 --step 0.1 --every 2 --max-steps 5 --csv"
+    assert "largest number of steps" in call(line, csv, "--save", run, code=1)
+    assert rows(csv.read_text())[:, 0].tolist() == [0.0, 0.2, 0.4, 0.5]
+    assert "largest number" in call(f"resume {run} --t 1", code=1)
+    then = rows(call(f"resume {run} --t 1 --every 2 --max-steps 50 --csv -"))
+    path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=2)
+    assert np.array_equal(then, path.states[3:])
+
+
+@signals
+@pytest.mark.parametrize("buffered", [True, False])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered):
+    words = (
+        f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
+    )
+    heeding = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    start = f"{heeding}from kreisel._showing.cli import main\nmain()"
+    with subprocess.Popen(
+        [sys.executable, "-c", start, *words.split()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | ({} if buffered else {"PYTHONUNBUFFERED": "1"}),
+        text=True,
+    ) as run:
+        text = run.stdout.readline() + run.stdout.readline()
+        run.send_signal(number)
+        text += run.stdout.read()
+        assert run.wait(60) == 130
+        assert run.stderr.read().count("\n") == 1
+    first = rows(text)
+    end = float(first[-1, 0]) + 100
+    then = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
+    found = np.concatenate([first, then])
+    grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
+    assert (~grid).sum() <= 1  # the last good state, where it lies between two times
+    path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
+    assert np.array_equal(found[grid], path.states)
+
+
+PRESSED = """
+import os, signal
+from kreisel._showing.cli import main, running
+
+tell = running.Stops.progress
+def press(stops, t):
+    os.kill(os.getpid(), signal.SIGNAL)
+    tell(stops, t)
+running.Stops.progress = press
+main()
+"""
+
+
+@signals
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+@pytest.mark.parametrize(
+    "how",
+    [
+        "--method rk4 --step 1e-3 --save run",
+        "--method taylor --want energy --save run",
+        "--events nutation:most=1 --events-csv events.csv",
+    ],
+)
+def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
+    line = f"solve asymmetric --t 1e7 {how} --csv part.csv --json part.json --npz part.npz"
+    done = python(PRESSED.replace("SIGNAL", name), *line.split(), cwd=tmp_path)
+    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
+    assert done.stderr.count("\n") == 1
+    found = rows((tmp_path / "part.csv").read_text())
+    assert len(found) == 2 and 0 < found[1, 0] < 1e7
+    assert all((tmp_path / f"part.{ending}").stat().st_size for ending in ("json", "npz"))
+    if "--save" in how:
+        assert kr.resume(tmp_path / "run").t == found[1, 0]
+    else:
+        assert len((tmp_path / "events.csv").read_text().splitlines()) == 2
+
+
+@signals
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
+    line = "compare asymmetric --t 1e9 --methods rk4 --steps 1e-3 --truth rk4"
+    pressed = f"""
+import os, signal
+from kreisel._showing.cli import compare, main
+
+compared = compare.compared
+def press(*words):
+    os.kill(os.getpid(), signal.{name})
+    return compared(*words)
+compare.compared = press
+main()
+"""
+    done = python(pressed, *line.split(), cwd=tmp_path)
+    assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
+    assert done.stderr.count("\n") == 1
+
+
+@signals
+def test_a_run_that_ignores_ctrl_c_goes_on_ignoring_it(tmp_path):
+    code = PRESSED.replace("SIGNAL", "SIGINT").replace(
+        "main()", "signal.signal(signal.SIGINT, signal.SIG_IGN)\nmain()"
+    )
+    line = "solve asymmetric --t 10 --method rk4 --step 1e-3"
+    assert python(code, *line.split(), cwd=tmp_path).returncode == 0
+
+
+def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
+    line = "solve asymmetric --t 0:50:1 --events nutation --max-steps 20 --npz"
+    call(line, tmp_path / "a.npz", code=1)
+    with pytest.raises(kr.Error) as failed:
+        kr.solve(TOP, np.arange(51.0), events=[kr.events.nutation()], max_steps=20)
+    path, again = failed.value.path, kr.load(tmp_path / "a.npz")
+    assert np.array_equal(again.states, path.states) and len(again.events) == len(path.events) > 0
+    assert np.array_equal(again.events.states, path.events.states)

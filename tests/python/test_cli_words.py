@@ -1,0 +1,229 @@
+"""The words of the command line: times, events, completion, and what is said of those that are
+wrong."""
+
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+
+import kreisel as kr
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from inside import cli
+from shell import call, said
+
+
+def times(words):
+    """The times that the command line makes of these words."""
+    line = f"solve thesis --t {words} --want nutation --csv -"
+    return [float(row.split(",")[0]) for row in call(line).splitlines()[1:]]
+
+
+@pytest.mark.parametrize(
+    "words, found",
+    [
+        ("3", [0, 3]),
+        ("-3", [0, -3]),
+        ("0:1:0.25", [0, 0.25, 0.5, 0.75, 1]),
+        ("0:1:0.4", [0, 0.4, 0.8]),
+        ("0:0.3:0.1", [k * 0.1 for k in range(4)]),
+        ("0:-1:0.5", [0, -0.5, -1]),
+        ("0:-1:-0.5", [0, -0.5, -1]),
+        ("2:3:0.5,7,8:10:2", [2, 2.5, 3, 7, 8, 10]),
+        ("1:1:5", [1]),
+        ("1,1", [1, 1]),
+    ],
+)
+def test_times_are_numbers_and_grids(words, found):
+    assert times(words) == found
+
+
+@pytest.mark.parametrize("steps", [7, 10, 1000, 12345])
+@pytest.mark.parametrize("end", [0.7, 1.0, 10.0, 123.4])
+def test_a_grid_of_whole_steps_ends_at_its_end_without_drift(steps, end):
+    h = end / steps
+    found = times(f"0:{end!r}:{h!r}")
+    assert found == [k * h for k in range(steps + 1)]
+    assert math.isclose(found[-1], end, rel_tol=4e-16)
+
+
+@pytest.mark.parametrize(
+    "words, message",
+    [
+        ("1,x", "'x' is not a number, nor a grid start:end:step"),
+        ("", "is not a number"),
+        ("0:10", "'0:10' is not a number, nor a grid"),
+        ("0:10:0", "does not lead from 0 to 10"),
+        ("0:10:-1", "does not lead from 0 to 10"),
+        ("0:1e300:1e-300", "more times than can be counted"),
+        ("nan", "t must be finite, not 'nan'"),
+        ("0:inf:1", "t must be finite"),
+        ("2,1", "1.0 goes back from 2.0"),
+        ("-1,1", "goes back"),
+        ("0:5:1,4:6:1", "4.0 goes back from 5.0"),
+    ],
+)
+def test_times_that_cannot_be_are_refused(words, message):
+    assert message in call("solve thesis --t", words, code=2)
+
+
+def test_more_times_than_fit_are_refused_where_all_are_kept(tmp_path):
+    line = "solve thesis --t 0:1e12:1e-3 --npz"
+    assert "record fewer" in call(line, tmp_path / "a.npz", code=2)
+    line = "solve thesis --t 1e15 --method rk4 --step 1 --every 1 --npz"
+    assert "record fewer" in call(line, tmp_path / "a.npz", code=2)
+    assert os.listdir(tmp_path) == []
+
+
+EVENTS = [
+    ("nutation", kr.events.nutation()),
+    ("nutation:direction=1:most=2", kr.events.nutation(direction=1, most=2)),
+    ("nutation:most=3:terminal", kr.events.nutation(most=3, terminal=True)),
+    ("plane:0,1,0", kr.events.plane((0, 1, 0))),
+    ("plane:0,1,0:0.1:of=m", kr.events.plane((0, 1, 0), 0.1, of="m")),
+    ("cusp:1e-3", kr.events.cusp(1e-3)),
+    ("kinetic:0.5", kr.events.kinetic(0.5)),
+    ("separatrix", kr.events.separatrix(kr.scenes.asymmetric)),
+    ("crossing:m_x:0.5:where=apex_z", kr.events.crossing({"m_x": 1}, 0.5, where={"apex_z": 1})),
+    (
+        "crossing:2*m_x-apex_z*apex_z*1e-1+.5",
+        kr.events.crossing({"m_x": 2.0, "apex_z*apex_z": -0.1, "1": 0.5}),
+    ),
+    ("extremum:-m_y+m_y*3", kr.events.extremum({"m_y": 2.0})),
+]
+
+
+@pytest.mark.parametrize("word, event", EVENTS, ids=[word for word, _ in EVENTS])
+def test_events_are_those_of_python(word, event, tmp_path):
+    path = kr.solve(kr.scenes.asymmetric, 5, events=[event])
+    line = f"solve asymmetric --t 5 --events {word} --events-csv - --json"
+    header, *rows = csv.reader(call(line, tmp_path / "a.json").splitlines())
+    assert header == ["event", "t", "direction", "q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
+    assert [float(row[1]) for row in rows] == path.events.t.tolist()
+    assert [int(row[2]) for row in rows] == path.events.direction.tolist()
+    assert {row[0] for row in rows} <= {word}
+    told = json.loads((tmp_path / "a.json").read_text())
+    assert told["events"]["t"] == path.events.t.tolist() and told["t"] == path.t.tolist()
+
+
+def test_events_are_shown_with_what_is_wanted(tmp_path):
+    words = "--events nutation --events plane:0,1,0 --want nutation"
+    path = kr.solve(kr.scenes.thesis, 20, events=[kr.events.nutation(), kr.events.plane((0, 1, 0))])
+    shown = call(f"solve thesis --t 20 {words} --degrees --events-csv", tmp_path / "e.csv")
+    with open(tmp_path / "e.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["event", "t", "direction", "nutation"]
+    assert [row["event"] for row in rows] == [
+        ("nutation", "plane:0,1,0")[i] for i in path.events.which
+    ]
+    np.testing.assert_allclose(
+        [float(row["nutation"]) for row in rows],
+        np.degrees(path.events.path.nutation),
+        rtol=1e-7,
+        atol=1e-6,
+    )
+    assert f"{path.events.t[0]:.15g}" in shown
+
+
+def test_many_events_are_counted():
+    shown = call("solve thesis --t 300 --events nutation")
+    events = len(kr.solve(kr.scenes.thesis, 300, events=[kr.events.nutation()]).events)
+    assert events > 20 and f"and {events - 20} more events" in shown
+
+
+@pytest.mark.parametrize(
+    "word, message",
+    [
+        ("nutatoin", "unknown event 'nutatoin'; did you mean 'nutation'?"),
+        ("plane:0,1", "normal must be 3 numbers"),
+        ("plane", "normal"),
+        ("plane:0,1,0:0:m:9", "'9' is one argument too many"),
+        ("crossing:omega", "unknown quantity 'omega'"),
+        ("nutation:direction=2", "direction must be 1, -1 or 0"),
+        ("nutation:terminal=no", "terminal stands alone"),
+        ("nutation:most=x", "--events nutation:most=x: "),
+        ("separatrix:1", "too many"),
+        ("", "unknown event ''"),
+    ],
+)
+def test_events_that_cannot_be_are_refused(word, message):
+    assert message in call("solve asymmetric --t 1 --events", word, code=2)
+
+
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("solve thesi --t 1", "no file 'thesi', nor a scene of that name; did you mean 'thesis'?"),
+        ("solve qqqq --t 1", "nor a scene of that name; known are thesis, kowalewski"),
+        ("solve thesis", "Missing option '--t'"),
+        ("solve thesis --t 1 --method rk5", "did you mean 'rk4'?"),
+        ("solve thesis --t 1 --method rk4", "give --step, as in --step 0.01"),
+        ("solve thesis --t 1 --every 3", "give --t as a grid, as in --t 0:10:0.01"),
+        ("solve thesis --t 1 --method geometric", "as in --error 1e-6"),
+        ("solve thesis --t 1 --error 1e-3", "--error is for --method geometric"),
+        ("solve thesis --t 1 --method rk4 --step .1 --tol 1", "leave --tol out"),
+        ("solve thesis --t 1 --digits 40", "--digits must be at most 30"),
+        ("solve thesis --t 1 --want nutatoin", "did you mean 'nutation'?"),
+        ("solve thesis --t 1 --csv -  --json -", "--json -: --csv - is that file already"),
+        ("solve thesis --t 1 --events-csv a.csv", "give that too"),
+        ("compare thesis --t 1 --methods rk4", "give --steps, as in --steps 0.1,0.01"),
+        ("compare thesis --t 1 --methods rk4 --steps 0", "steps must be positive"),
+        ("compare thesis --t 1 --methods rk5 --steps .1", "did you mean 'rk4'?"),
+        ("compare thesis --t 1 --methods rk4 --steps .1 --truth rk44", "unknown method 'rk44'"),
+        ("methods strng", "did you mean 'strang'?"),
+        ("scenes thesi", "did you mean 'thesis'?"),
+        ("look", "No such command"),
+        ("solve thesis --t 1 --stp 3", "No such option"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(line, message):
+    told = call(line, code=2)
+    assert message in said(told) and told.count("\n") == 1 and told.startswith("Error: ")
+
+
+def test_a_scene_is_no_device_that_never_ends():
+    assert "more than 1048576 bytes" in call("solve /dev/zero --t 1", code=2)
+
+
+def test_a_scene_from_standard_input_is_refused_by_that_name():
+    assert "SCENE: standard input: " in call("solve - --t 1", given="a = [", code=2)
+    assert "standard input" in call("compare - --t 1", given="[body]\nmass = 1\n", code=2)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_can_be_switched_on(shell):
+    done = subprocess.run(
+        [sys.executable, "-m", "kreisel"],
+        env=os.environ | {"_KREISEL_COMPLETE": f"{shell}_source"},
+        capture_output=True,
+        text=True,
+    )
+    assert "kreisel" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "line, found",
+    [
+        ("solve thes", "thesis"),
+        ("view dzh", "dzhanibekov"),
+        ("scenes kow", "kowalewski"),
+        ("methods bobenko_suris4", "bobenko_suris4"),
+        ("solve thesis --method geo", "geometric"),
+        ("compare thesis --methods rk4,str", "rk4,strang"),
+        ("compare thesis --truth tay", "taylor"),
+        ("solve thesis --want nutation,prec", "nutation,precession_angle"),
+        ("solve thesis --events sep", "separatrix"),
+    ],
+)
+def test_names_are_completed(line, found):
+    words = ["kreisel", *line.split()]
+    asked = {
+        "_KREISEL_COMPLETE": "bash_complete",
+        "COMP_WORDS": " ".join(words),
+        "COMP_CWORD": str(len(words) - 1),
+    }
+    done = CliRunner().invoke(cli.main, prog_name="kreisel", env=asked)
+    assert f"plain,{found}" in done.output.splitlines()

@@ -1,0 +1,45 @@
+"""The examples in the docstrings of the package say what they give."""
+
+import doctest
+import importlib
+import pkgutil
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+MODULES = sorted(
+    module.name
+    for module in pkgutil.walk_packages(kr.__path__, "kreisel.")
+    if not module.name.endswith(("._core", ".__main__"))
+)
+
+
+def examples(name):
+    """The docstrings of a module that have examples, private ones too."""
+    module = importlib.import_module(name)
+    found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
+    return [test for test in found if test.examples]
+
+
+@pytest.mark.parametrize("name", ["kreisel", *MODULES])
+def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    said = []
+    for test in examples(name):
+        doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(test, out=said.append)
+    assert said == [], "".join(said)
+
+
+def test_what_is_asked_for_first_has_an_example():
+    having = {test.name for name in ["kreisel", *MODULES] for test in examples(name)}
+    for what in (kr.solve, kr.plan, kr.compare, kr.rod, kr.attitude_error, kr.stream):
+        assert f"{what.__module__}.{what.__qualname__}" in having, what
+
+
+def test_an_example_that_says_something_else_is_seen():
+    test = doctest.DocTestParser().get_doctest(">>> 1\n2\n", {}, "wrong", None, None)
+    said = []
+    doctest.DocTestRunner().run(test, out=said.append)
+    assert said
