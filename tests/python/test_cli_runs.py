@@ -8,6 +8,7 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
+from inside import cli
 from shell import call, said
 from toolbox import python
 
@@ -198,3 +199,30 @@ def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
     path, again = failed.value.path, kr.load(tmp_path / "a.npz")
     assert np.array_equal(again.states, path.states) and len(again.events) == len(path.events) > 0
     assert np.array_equal(again.events.states, path.events.states)
+
+
+def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
+    """What a run meets before and after it was saved is what one run meets."""
+    run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
+    whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
+    first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()
+    then = call(f"resume {run} --t 40 --events-csv -").splitlines()
+    assert first[0] == then[0] == whole[0] and len(whole) > 10
+    met = [row.partition(",")[2] for row in [*first[1:], *then[1:]]]
+    assert met == [row.partition(",")[2] for row in whole[1:]]
+
+
+def test_events_are_not_for_geometric():
+    line = "solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation"
+    assert "--events are for taylor" in said(call(line, code=2))
+
+
+def test_a_stopped_comparison_shows_what_it_has(monkeypatch):
+    table = kr.compare(TOP, 1, ["taylor"])
+
+    def stopped(*_):
+        raise kr.CompareInterrupted("interrupted: one of two methods", table)
+
+    monkeypatch.setattr(cli.compare, "compared", stopped)
+    told = call("compare asymmetric --t 1", code=130)
+    assert "taylor" in told and "Error: interrupted: one of two" in said(told)

@@ -223,9 +223,9 @@ MISSED = {
 def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
-    for name in ("drawing", "attitudes"):
-        for room in ("_ground", "_recording"):
-            monkeypatch.delitem(sys.modules, f"kreisel.{room}.{name}", raising=False)
+    rooms = ("kreisel._drawing.", "kreisel._recording.attitudes")
+    for name in [name for name in sys.modules if name.startswith(rooms)]:
+        monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)
     use, hint = MISSED[library]
     with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
