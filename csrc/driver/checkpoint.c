@@ -189,7 +189,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED);
-    top->horizon = kr_scene_horizon(&top->scene);
+    kr_top_set_horizon(top);
     load_events(top, image.steps, from + bare_size(top), 1);
     memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));

@@ -2,6 +2,7 @@
  * does it for all others. Everything that the user gave is meant to the last bit; what is
  * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
  * principal ones, which no rounding separates from the moments. */
+#include "model/scene.h"
 #include "numbers/su2_dd.h"
 #include "top.h"
 
@@ -12,13 +13,12 @@ static quat_dd axes_of(const kr_top *top)
 
 void kr_deep_lever(kr_top *top, double moment)
 {
-    const kr_body *body = &top->scene.body;
-    int power;
-    const double mass = frexp(body->mass, &power),
-                 unit = top->time_unit * top->time_unit * (ldexp(1.0, power) / moment);
-    const dd weight = two_product(unit * top->scene.gravity, mass);
-    const dd lever[3] = {dd_times(body->com.x, weight), dd_times(body->com.y, weight),
-                         dd_times(body->com.z, weight)};
+    const kr_pull pull = kr_scene_pull(&top->scene, top->scene.body.com);
+    const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
+    const dd given = two_product(pull.gravity, pull.mass),
+             weight = dd_make(ldexp(given.hi, power), ldexp(given.lo, power));
+    const dd lever[3] = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
+                         dd_times(pull.com.z, weight)};
     top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
     top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
 }

@@ -42,9 +42,12 @@ void kr_steps_keep(kr_top *top)
     top->kept_steps = top->steps;
     set_inspection(top);
 }
+/* What has been spent since then stays counted. */
 static void go_back(kr_top *top)
 {
+    const kr_stats spent = top->main.stats;
     copy_motion(&top->main, &top->kept, top->method->work);
+    top->main.stats = spent;
     top->steps = top->kept_steps;
     set_inspection(top);
 }
@@ -101,11 +104,16 @@ kr_status kr_steps_adaptive(kr_top *top)
 {
     kr_status status = inspect(top);
     if (status != KR_OK) return status;
-    top->method->read(&top->main, &top->before);
-    top->before_clock = top->main.clock;
+    const double clock = top->main.clock;
+    kr_state before;
+    top->method->read(&top->main, &before);
     status = one_step(top, top->forward * INFINITY);
     if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
-    if (status != KR_OK) go_back(top);
+    if (status == KR_OK) {
+        top->before = before;
+        top->before_clock = clock;
+    } else
+        go_back(top);
     return status;
 }
 kr_status kr_steps_dense(kr_top *top, double until)
@@ -115,7 +123,11 @@ kr_status kr_steps_dense(kr_top *top, double until)
         kr_steps_keep(top);
         status = ask_on(top);
     }
-    return status == KR_OK ? one_step(top, until) : status;
+    if (status != KR_OK) return status;
+    const double clock = top->main.clock;
+    status = one_step(top, until);
+    if (status == KR_OK) top->before_clock = clock;
+    return status;
 }
 /* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
  * that its tolerance should have let pass. */
@@ -135,6 +147,8 @@ static kr_status go_aside(kr_top *top, const kr_state *from, double span)
     side->clock = 0.0;
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
+    if (status == KR_ERR_STEP_SIZE)
+        return KR_ERR_CONVERGENCE; /* Here it is no word of the input. */
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1; status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span;
          n++) {

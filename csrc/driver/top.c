@@ -22,20 +22,35 @@ static kr_working working_axes(const kr_top *top)
     const kr_working principal = {q_one(), body->inertia, body->com, 0};
     return is_deep(top) ? principal : kr_body_working(body);
 }
+static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
+/* Beyond 2^50 steps from 0 two points of a grid, with the roundings of either, may be one double. */
+void kr_top_set_horizon(kr_top *top)
+{
+    const double scene = kr_scene_horizon(&top->scene), grid = 0x1p50 * fabs(top->config.step);
+    top->horizon = is_adaptive(top) ? scene : fmin(scene, grid);
+}
+static kr_status beyond_horizon(const kr_top *top, double t)
+{
+    if (!isfinite(t)) return KR_ERR_ARGUMENT;
+    return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
+}
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = working_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
-    top->horizon = kr_units_horizon(&own, &top->scene, &working);
-    if (!(fabs(top->scene.start.t) < top->horizon)) return KR_ERR_RESOLUTION;
+    if (!(fabs(top->scene.start.t) < kr_units_horizon(&own, &top->scene, &working)))
+        return KR_ERR_RESOLUTION;
+    kr_top_set_horizon(top);
+    if (!(fabs(top->scene.start.t) < top->horizon)) return KR_ERR_STEP;
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
     top->turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
-    top->main.lever = v_scale(top->time_unit * top->time_unit, own.lever);
+    const double longer = top->time_unit / own.time; /* 1 but for KR_ABSOLUTE */
+    top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, top->scene.damping);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
@@ -80,46 +95,54 @@ static int meets(const kr_top *top, int64_t k, double t)
     return fabs(grid(top, k) - t) <= 2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
 /* Finds the last point of the grid not after t. */
-static kr_status locate(const kr_top *top, double t, int64_t *k)
+static int64_t locate(const kr_top *top, double t)
 {
-    const double n = (t - top->scene.start.t) / top->config.step;
-    if (!(n < 9007199254740992.0)) return KR_ERR_STEP;
-    *k = (int64_t)(n + 0.5);
-    if (*k < top->steps) *k = top->steps;
-    if (*k > top->steps && !meets(top, *k, t) && top->forward * (grid(top, *k) - t) > 0.0) --*k;
-    return KR_OK;
+    const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
+    if (k <= top->steps) return top->steps;
+    return k - (!meets(top, k, t) && top->forward * (grid(top, k) - t) > 0.0);
 }
 static kr_status fixed_at(kr_top *top, double t, kr_state *state)
 {
-    int64_t point;
-    kr_status status = locate(top, t, &point);
-    if (status == KR_OK) status = kr_steps_walk(top, point, state);
+    const int64_t point = locate(top, t);
+    const kr_status status = kr_steps_walk(top, point, state);
     if (status != KR_OK || meets(top, point, t)) return status;
     return kr_steps_detour(top, state, (t - grid(top, point)) / top->time_unit, state);
+}
+static double clock_at(const kr_top *top, double t)
+{
+    return (t - top->scene.start.t) / top->time_unit;
+}
+/* Reads the last step of a dense method. */
+static void read_at(kr_top *top, double t, kr_state *state)
+{
+    top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;
+    top->method->at(&top->main, clock_at(top, t), state);
 }
 static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const dd span = two_sum(t, -top->scene.start.t);
-    const double goal = span.hi / top->time_unit;
+    const double goal = clock_at(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    top->main.low.t = span.lo / top->time_unit;
+    /* Where a step is less than what a double tells of time, this may lie before the last one. */
+    if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
-        top->method->at(&top->main, goal, state);
+        read_at(top, t, state);
     else if (goal == top->main.clock)
         top->method->read(&top->main, state);
+    else if (goal == top->before_clock)
+        *state = top->before;
     else
         return kr_steps_detour(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
 static kr_status state_at(kr_top *top, double t, kr_state *state)
 {
-    const int adaptive = (top->method->flags & KR_ADAPTIVE) != 0;
+    const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!(fabs(t) < top->horizon)) return isfinite(t) ? KR_ERR_RESOLUTION : KR_ERR_ARGUMENT;
+    if (!(fabs(t) < top->horizon)) return beyond_horizon(top, t);
     /* The next grid point is what is asked for most often: it goes without more questions. */
     if (!adaptive && t == grid(top, top->steps + 1)) {
         status = kr_steps_walk(top, top->steps + 1, state);
@@ -139,17 +162,27 @@ static kr_status state_at(kr_top *top, double t, kr_state *state)
 }
 double kr_top_time(const kr_top *top)
 {
-    return top->method->flags & KR_ADAPTIVE ? top->scene.start.t + top->main.clock * top->time_unit
-                                            : grid(top, top->steps);
+    return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
+                            : grid(top, top->steps);
+}
+/* The last time not behind where main stands. */
+static double time_reached(const kr_top *top)
+{
+    const double at = kr_top_time(top);
+    if (!is_adaptive(top) || !(top->forward * (clock_at(top, at) - top->main.clock) > 0.0))
+        return at;
+    return nextafter(at, top->scene.start.t);
 }
 kr_status kr_top_come_up(kr_top *top, double t)
 {
-    const double at = kr_top_time(top);
+    const double at = time_reached(top);
     kr_state state;
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
+    if (is_adaptive(top) && !(top->forward * (clock_at(top, at) - top->before_clock) > 0.0))
+        return KR_OK;
     top->main.low = (kr_state){0};
-    if (is_deep(top))
-        top->method->at(&top->main, top->main.clock, &state);
+    if (top->method->at)
+        read_at(top, at, &state);
     else
         top->method->read(&top->main, &state);
     if (!to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
@@ -304,7 +337,7 @@ static kr_status adaptive_step(kr_top *top)
 {
     const double end = top->forward * INFINITY, asked = top->asked;
     kr_status status = KR_OK;
-    if (!(top->forward * (kr_top_time(top) - asked) > 0.0))
+    if (!(top->forward * (time_reached(top) - asked) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
     if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_RESOLUTION;
     const kr_status up = kr_top_come_up(top, end);
@@ -314,7 +347,7 @@ static kr_status adaptive_step(kr_top *top)
 kr_status kr_top_step(kr_top *top)
 {
     if (!top) return KR_ERR_ARGUMENT;
-    if (top->method->flags & KR_ADAPTIVE) return adaptive_step(top);
+    if (is_adaptive(top)) return adaptive_step(top);
     const double next = grid(top, top->steps + 1);
     return next == top->asked ? KR_ERR_STEP : kr_top_advance(top, next);
 }

@@ -21,12 +21,12 @@ struct kr_top {
     int64_t kept_steps;   /* done when main was kept */
     int64_t inspect_at;   /* the number of steps at which main is inspected again */
     kr_state before;      /* adaptive: where main's last step began, own units */
-    double before_clock;  /* adaptive: main's clock there */
+    double before_clock;  /* adaptive: main's clock before its last step */
     double asked;         /* the time that was asked for last */
     kr_state now;         /* the state at that time, the user's */
     kr_state low;         /* what the doubles of `now` leave out */
     /* Here a checkpoint ends. */
-    double horizon;   /* the time from which on nothing can be told: kr_scene_horizon */
+    double horizon;   /* the time from which on nothing can be told, or no grid be kept */
     kr_event *events; /* what is watched: the user's memory */
     size_t watched;   /* how many events these are */
     kr_vec3 apex;     /* unit vector towards the centre of mass, working axes; for the events */
@@ -67,6 +67,8 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
+/* Sets the horizon for the scene and the config. */
+void kr_top_set_horizon(kr_top *top);
 /* After a failure on the way to t this makes main's own state the top's, where it is further than
  * what was asked for last, unless it is not finite in the user's units. */
 kr_status kr_top_come_up(kr_top *top, double t);

@@ -43,15 +43,18 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 /* Brings a checked scene into working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
 {
-    const kr_body *b = &scene->body;
-    const kr_working w = kr_body_working(b);
+    const kr_pull pull = kr_scene_pull(scene, scene->body.com);
+    kr_working w = kr_body_working(&scene->body);
     const kr_status status = kr_scene_units(scene, &w, &top->units);
+    kr_body body = scene->body, *b = &body;
+    body.com = pull.com;
+    w.com = q_turn_back(w.axes, body.com);
     const kr_quat q = scene->start.q;
     dd reach = dd_of(kind == KR_LAGRANGE ? w.com.z : 0.0);
     kr_quat tilt;
     if (status != KR_OK) return status;
     top->inertia = v_scale(1.0 / top->units.moment, w.inertia);
-    top->m = v_scale(top->units.time / top->units.moment, scene->start.m);
+    top->m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
     top->axes = q_unit(q_mul(b->axes, w.axes));
     top->q[0] = dd_of(q.w);
     top->q[1] = dd_of(q.x);
@@ -63,11 +66,9 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
         reach = tilt_on(b, &w, &tilt);
         turn_first(top->q, tilt);
     }
-    int power;
-    const double mass = frexp(b->mass, &power), time = top->units.time;
-    const dd lever = dd_times(mass, dd_times(scene->gravity, reach));
-    top->lever =
-        dd_scale(time, dd_scale(time, dd_scale(ldexp(1.0, power) / top->units.moment, lever)));
+    const int power = pull.power - ilogb(top->units.moment) + 2 * ilogb(top->units.time);
+    const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
+    top->lever = dd_make(ldexp(lever.hi, power), ldexp(lever.lo, power));
     return KR_OK;
 }
 #endif

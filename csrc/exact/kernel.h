@@ -185,4 +185,47 @@ INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
+
+/* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
+INLINE int is_within(const kr_exact *e, double span)
+{
+    const double most = 0x1p50;
+    return fabs(span * e->nutation.fast) < most && fabs(span * e->first.fast) < most &&
+           fabs(span * e->second.fast) < most;
+}
+/* Returns the state `span` after the beginning, as one at time t. Each kind of series calls the
+ * kernel with constants, so that the compiler leaves out what that kind does not need. */
+static inline kr_state state_after(const kr_exact *e, double t, dd span)
+{
+    kr_state r;
+    switch (e->curve) {
+    case LAGRANGE:
+        r = kernel(e, 0, 0, t, span);
+        break;
+    case EULER:
+        r = kernel(e, 0, 1, t, span);
+        break;
+    case LAGRANGE_DUAL:
+        r = kernel(e, 1, 0, t, span);
+        break;
+    default:
+        r = kernel(e, 1, 1, t, span);
+        break;
+    }
+    if (e->framed) r.q = framed(e->frame, r.q);
+    return r;
+}
+/* Returns the state at a time that is too late for the kernel: that of the beginning, which has
+ * every integral. There is none at a time that is not finite. */
+static inline kr_state state_beyond(const kr_exact *e, double t)
+{
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
+}
+/* Returns the state at time t. */
+static inline kr_state state_at(const kr_exact *e, double t)
+{
+    const dd span = two_sum(t, -e->begin);
+    return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
+}
 #endif

@@ -123,7 +123,7 @@ static void sharpen(const initial *s, turning *r, int top)
             r->minus3 = dd_div(minus, dd_mul(r->minus1, r->minus2));
     }
     r->span = dd_max(r->span, level);
-    r->g32 = dd_max(r->g32, dd_times(1e-240, r->g31));
+    r->g32 = dd_max(r->g32, dd_times(1e-150, r->g31));
 }
 /* Finds the turning heights, by that cubic in which the two roots that are close lose no digits. */
 static turning turning_heights(const initial *s)
@@ -257,11 +257,11 @@ static void lagrange_start(kr_exact *exact, const initial *s, const turning *r, 
     phase_start(&exact->first, first);
     phase_start(&exact->second, second);
 }
-/* Says whether the axis rests at a pole. An axis that leans and moves by less than 1e-100 counts as
- * one that rests, because its squares would underflow. */
+/* Says whether the axis rests at a pole. An axis that leans and moves by less than 1e-75 counts as
+ * one that rests, because the kernel's fourth powers of sinh would overflow. */
 static int stands(const initial *s)
 {
-    const double least = 1e-200, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
+    const double least = 1e-150, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return wh <= least * (s->w_square.hi + s->g.hi) && fmin(s->plus.hi, s->minus.hi) <= least;
 }
 /* Returns the closed form of a Lagrange top, in its own units. */

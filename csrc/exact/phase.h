@@ -6,29 +6,6 @@
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* Returns the state at time t. Each kind of series calls the kernel with constants, so that the
- * compiler leaves out what that kind does not need. */
-static inline kr_state state_at(const kr_exact *e, double t)
-{
-    const dd span = two_sum(t, -e->begin);
-    kr_state r;
-    switch (e->curve) {
-    case LAGRANGE:
-        r = kernel(e, 0, 0, t, span);
-        break;
-    case EULER:
-        r = kernel(e, 0, 1, t, span);
-        break;
-    case LAGRANGE_DUAL:
-        r = kernel(e, 1, 0, t, span);
-        break;
-    default:
-        r = kernel(e, 1, 1, t, span);
-        break;
-    }
-    if (e->framed) r.q = framed(e->frame, r.q);
-    return r;
-}
 /* Gives real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
  * before q is made a unit quaternion and carried into the frame. */
 static void factors_at(const kr_exact *e, double span, double out[6])

@@ -84,6 +84,22 @@ static void states(const kr_exact *exact, batch *b, int count)
     }
     if (e.framed) frame(&e, b, n);
 }
+/* Replaces the states at times that are too late for the kernel. Most batches have none, which a
+ * loop without a branch finds out. */
+static void replace_beyond(const kr_exact *e, batch *b, int n)
+{
+    const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},
+                 more = rates[0] > rates[1] ? rates[0] : rates[1],
+                 reach = 0x1p49 / (more > rates[2] ? more : rates[2]), begin = e->begin;
+    int late = 0;
+    for (int i = 0; i < n; i++) late |= !(fabs(b->t[i] - begin) < reach);
+    for (int i = 0; late && i < n; i++) {
+        if (is_within(e, b->t[i] - begin)) continue;
+        const kr_state s = state_beyond(e, b->t[i]);
+        b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
+        b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
+    }
+}
 void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_state out[])
 {
     const int streams = is_stream(n, out);
@@ -92,6 +108,7 @@ void KR_NAME(kr_exact_many)(const kr_exact *e, size_t n, const double t[], kr_st
         const int count = n - from < BATCH ? (int)(n - from) : BATCH;
         memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
         states(e, &b, count);
+        replace_beyond(e, &b, count);
         if (streams)
             stream(&b, count, out + from);
         else

@@ -82,8 +82,7 @@ kr_working kr_body_working(const kr_body *b)
     kr_working w = {q_one(), i, b->com, 0};
     int last = odd;
     if (odd >= 0 && equal(at(i, odd), at(i, (odd + 1) % 3), KR_KIND_RTOL) && reach > 0.0) {
-        const kr_vec3 a = v_scale(1.0 / reach, b->com);
-        w.axes = q_tilt(v_scale(1.0 / v_length(a), a));
+        w.axes = q_tilt(v_unit(b->com));
         w.tilted = 1;
     } else {
         if (odd < 0) {

@@ -35,9 +35,8 @@ kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
-    const double reach = v_largest(scene->body.com);
-    const kr_vec3 a = reach > 0.0 ? v_scale(1.0 / reach, scene->body.com) : v3(0.0, 0.0, 1.0);
-    return q_turn(principal(scene, s), v_scale(1.0 / v_length(a), a));
+    const kr_vec3 com = scene->body.com;
+    return q_turn(principal(scene, s), v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0));
 }
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {
@@ -129,8 +128,8 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
     const kr_working w = kr_body_working(&scene->body);
     const kr_quat q = q_mul(principal(scene, s), w.axes);
     const kr_vec3 M = q_turn_back(q, s->m), P = q_vertical(q);
-    const double i1 = w.inertia.x, reach = v_length(w.com);
-    const kr_vec3 axis1 = v_scale(-1.0 / reach, w.com), axis2 = v3(-axis1.y, axis1.x, 0.0);
+    const double i1 = w.inertia.x, reach = v_dot(v_unit(w.com), w.com);
+    const kr_vec3 axis1 = v_scale(-1.0, v_unit(w.com)), axis2 = v3(-axis1.y, axis1.x, 0.0);
     *m = v_scale(1.0 / i1, v3(v_dot(axis1, M), v_dot(axis2, M), M.z));
     *p = v_scale(scene->body.mass * scene->gravity * reach / i1,
                  v3(v_dot(axis1, P), v_dot(axis2, P), P.z));

@@ -20,25 +20,39 @@ kr_status kr_scene_check(const kr_scene *scene)
     return fabs(q_dot(start->q, start->q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
 
-/* The power of two that is x or somewhat more; 1 for zero. */
+/* The power of two that is x or somewhat more, if that is a double; 1 for zero. */
 static double power_of_two(double x)
 {
     int exponent = 0;
     frexp(x, &exponent);
-    return ldexp(1.0, exponent);
+    return ldexp(1.0, exponent < 1024 ? exponent : 1023);
 }
+kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com)
+{
+    int mass, gravity, reach;
+    kr_pull pull = {frexp(scene->body.mass, &mass), frexp(scene->gravity, &gravity), com, 0};
+    frexp(v_largest(com), &reach);
+    pull.com = v3(ldexp(com.x, -reach), ldexp(com.y, -reach), ldexp(com.z, -reach));
+    pull.power = mass + gravity + reach;
+    return pull;
+}
+/* What is less has no reciprocal. */
+static const double least = 0x1p-1020;
+
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const kr_body *body = &scene->body;
-    const double moment = power_of_two(v_largest(working->inertia)),
-                 mass = power_of_two(body->mass);
-    const kr_vec3 lever =
-        v_scale(mass / moment, v_scale(scene->gravity * (body->mass / mass), working->com));
-    const double rate = fmax(v_largest(scene->start.m) / moment, sqrt(v_largest(lever)));
-    if (!isfinite(rate)) return KR_ERR_ARGUMENT;
+    const double moment = power_of_two(v_largest(working->inertia));
+    const kr_pull pull = kr_scene_pull(scene, working->com);
+    const kr_vec3 part = v_scale(pull.gravity * pull.mass, pull.com);
+    const int power = pull.power - ilogb(moment), odd = power & 1;
+    const double swing = ldexp(sqrt(ldexp(v_largest(part), odd)), (power - odd) / 2),
+                 rate = fmax(v_largest(scene->start.m) / moment, swing);
+    if (!isfinite(rate) || moment < least) return KR_ERR_ARGUMENT;
     units->moment = moment;
-    units->time = 1.0 / power_of_two(rate);
-    units->lever = lever;
+    units->time = rate > 0.0 ? 1.0 / power_of_two(fmax(rate, least)) : 1.0;
+    if (!(isfinite(moment / units->time) && moment / units->time >= least)) return KR_ERR_ARGUMENT;
+    const int own = power + 2 * ilogb(units->time);
+    units->lever = v3(ldexp(part.x, own), ldexp(part.y, own), ldexp(part.z, own));
     return KR_OK;
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
@@ -46,7 +60,7 @@ double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_w
     /* In own units no square overflows. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
-                  lever = v_scale(units->time, v_scale(units->time, units->lever));
+                  lever = units->lever;
     return 0x1p53 * units->time / fmax(v_length(m) / moment, sqrt(v_length(lever) / moment));
 }
 double kr_scene_horizon(const kr_scene *scene)

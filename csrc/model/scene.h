@@ -7,8 +7,17 @@
 /* In these units the largest moment and the top's rate are about one. */
 typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
-    kr_vec3 lever;       /* mass gravity com / moment, in working axes [T^-2] */
+    kr_vec3 lever;       /* mass gravity com in these units, along working axes */
 } kr_units;
+/* mass gravity com with its size apart, for the products of these may be beyond all doubles:
+ * mass gravity com 2^power. */
+typedef struct kr_pull {
+    double mass, gravity;
+    kr_vec3 com;
+    int power;
+} kr_pull;
+kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
+
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
 /* Gives kr_scene_horizon where these are known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);

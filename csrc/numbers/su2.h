@@ -36,6 +36,13 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
+/* Returns the unit vector along a, which is not zero. What is hardly larger has no reciprocal. */
+static inline kr_vec3 v_unit(kr_vec3 a)
+{
+    const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
+    const kr_vec3 r = v_scale(1.0 / (up * size), v_scale(up, a));
+    return v_scale(1.0 / v_length(r), r);
+}
 static inline int v_finite(kr_vec3 a) { return isfinite(a.x) && isfinite(a.y) && isfinite(a.z); }
 static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {

@@ -152,10 +152,17 @@ static void enter(kr_stage *stage)
     begin_row(stage);
     record(stage);
 }
+/* A top asks whether to go on. */
+static int is_out_of_breath(void *context)
+{
+    kr_stage *stage = context;
+    stage->breath -= stage->toll;
+    return stage->breath <= 0;
+}
 kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method,
                        int64_t step, double tol, int against)
 {
-    kr_config config = {.tol = tol};
+    kr_config config = {.tol = tol, .poll = is_out_of_breath, .context = stage};
     kr_status status = place(stage, scene, step, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_ARGUMENT;
@@ -179,20 +186,27 @@ kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_st
     return KR_OK;
 }
 
-static void take_step(kr_actor *a)
+/* Returns 0 if the top is left on its way. */
+static int take_step(kr_stage *stage, kr_actor *a)
 {
     const int64_t k = a->steps + 1;
+    stage->toll = a->restarts ? 1 : 256; /* They ask once in so many steps of their own. */
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
     } else {
-        a->status = kr_top_advance(a->top, (double)k * ((double)a->step / KR_STAGE_TICKS));
+        const kr_status status =
+            kr_top_advance(a->top, (double)k * ((double)a->step / KR_STAGE_TICKS));
+        if (status == KR_ERR_INTERRUPTED) return 0;
+        a->status = status;
         a->now = kr_top_state(a->top);
         if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
     }
-    if (a->status != KR_OK) return;
-    a->steps = k;
-    a->trace[k % KR_STAGE_TRACE] = a->now.q;
+    if (a->status == KR_OK) {
+        a->steps = k;
+        a->trace[k % KR_STAGE_TRACE] = a->now.q;
+    }
+    return 1;
 }
 /* Finds the time of the next step, and whose it is; INT64_MAX if no top can go on. */
 static int64_t next_step(kr_stage *stage, kr_actor **next)
@@ -211,9 +225,12 @@ int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most)
 {
     kr_actor *next = NULL;
     int64_t tick = next_step(stage, &next);
+    stage->is_late = 0;
+    stage->breath = KR_STAGE_BREATH + KR_STAGE_BREATHS * (most < INT32_MAX ? most : INT32_MAX);
     while (tick <= target && most-- > 0) {
         const int64_t reached = tick;
-        take_step(next);
+        stage->is_late = !take_step(stage, next);
+        if (stage->is_late) break;
         tick = next_step(stage, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* others step to the same time */
         stage->clock = reached;

@@ -29,7 +29,10 @@ enum {
     KR_STAGE_LOOKS = 64,
     /* and the others so often, for angles cost more than integrals. */
     KR_STAGE_GLANCES = 32,
-    KR_STAGE_TICKS = 1000000 /* ticks to the unit of time */
+    KR_STAGE_TICKS = 1000000, /* ticks to the unit of time */
+    /* In one call the methods take so many steps of their own, and so many more for each step. */
+    KR_STAGE_BREATH = 4096,
+    KR_STAGE_BREATHS = 16
 };
 
 typedef struct kr_actor {
@@ -63,12 +66,14 @@ typedef struct kr_stage {
     int64_t rows;   /* how many rows the record has */
     kr_row row[KR_STAGE_ROWS + 1]; /* the row behind the last has the extremes since then */
     kr_actor actor[KR_STAGE_TOPS];
+    int64_t breath, toll; /* own steps that are left in this call; what asking takes of them */
+    int is_late;          /* whether none were left */
 } kr_stage;
 
 /* Measure k, if it is a quantity; NULL for the frame error. */
 const kr_quantity *kr_stage_quantity(int k);
 
-/* A stage of zeros is empty, and so is one after this. */
+/* A stage of zeros is empty, and so is one after this. While it has tops it stays where it is. */
 void kr_stage_clear(kr_stage *stage);
 /* Adds a top, at the start, and begins the record anew. An adaptive method begins anew after each
  * step, as in the thesis: else its states would not depend on the step. One with dense output only
@@ -80,7 +85,8 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
 kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[],
                              int64_t length, int64_t step, int against);
 /* Takes all tops on to their last step not after `target`, but takes at most so many steps in all.
- * Returns the clock then. */
+ * Returns the clock then. A top so fast that its method would take thousands of steps for one of
+ * these is left on its way, `is_late` says so, and the next call takes it on from there. */
 int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most);
 /* What is measured of top i now. A measure is NaN where it is not to be had: for a top that failed,
  * and the frame error where there is no other top or where it stands at another time. */

@@ -83,6 +83,7 @@ EXPORT(double, kr_page_advance, (double target, int most))
 {
     return (double)kr_stage_advance(&stage, (int64_t)target, most);
 }
+EXPORT(int, kr_page_late, (void)) { return stage.is_late; }
 EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
 EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
 EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }

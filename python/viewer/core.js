@@ -109,6 +109,7 @@ export const stage = {
     check(C.kr_page_add_track(scene, room, states.length / 8, step, against));
   },
   advance: (target, most) => C.kr_page_advance(target, most),
+  late: () => C.kr_page_late() !== 0, // whether a top is too fast to have come to its next step
   common: () => C.kr_page_common(),
   state: (i) => doubles(C.kr_page_state(i), 8), // t, q, m
   velocity: (i) => Array.from(doubles(C.kr_page_velocity(i), 3)),

@@ -217,7 +217,7 @@ export class Page {
       const took = performance.now() - now;
       this.slice = Math.max(LEAST, Math.min(MOST, this.slice * (took < 1 ? 2 : 2 / took)));
       now += took;
-      this.late = now > until && this.clock < enough;
+      this.late = (now > until && this.clock < enough) || stage.late();
     }
     if (this.late) this.target = this.clock; // time itself goes slower
     const stopped = ({ method, step, track }, i) => {

@@ -8,6 +8,8 @@ void call_values(void); /* quantities and other functions of a state */
 void call_closed(void); /* closed forms and the map's */
 void call_stage(void);  /* the stage of the page, and its pictures */
 void call_top(void);    /* one call of one of a few tops */
-void clear_tops(void);  /* frees them all */
+/* Whether its tops may go so far that a call takes hundreds of steps, which most rounds forgo. */
+void go_far(int far);
+void clear_tops(void); /* frees them all */
 void clear_stage(void);
 #endif

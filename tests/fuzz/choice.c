@@ -4,12 +4,35 @@
 #include "../core/random.h"
 #include "choice.h"
 
-void choose_by_seed(uint64_t seed) { random_seed = seed; }
-uint64_t choose(uint64_t n) { return random_bits() % n; }
+static struct {
+    const unsigned char *next;
+    size_t left;
+} given;
+
+void choose_by_seed(uint64_t seed)
+{
+    given.next = NULL;
+    random_seed = seed;
+}
+void choose_by_bytes(size_t size, const unsigned char bytes[])
+{
+    given.next = bytes;
+    given.left = size;
+}
+int choices_end(void) { return given.next && !given.left; }
+/* A choice takes so many bytes at most. */
+static uint64_t bits(int bytes)
+{
+    uint64_t word = 0;
+    if (!given.next) return random_bits();
+    for (; bytes > 0 && given.left; bytes--, given.left--) word = word << 8 | *given.next++;
+    return word;
+}
+uint64_t choose(uint64_t n) { return bits(n <= 256 ? 1 : n <= 65536 ? 2 : 8) % n; }
 int odds(int percent) { return (int)choose(100) < percent; }
 double between(double low, double high)
 {
-    return low + (high - low) * (double)(random_bits() & 0xffffffffu) * 0x1p-32;
+    return low + (high - low) * (double)(bits(4) & 0xffffffffu) * 0x1p-32;
 }
 double spread(double low, double high) { return exp(between(log(low), log(high))); }
 double either_sign(double x) { return choose(2) ? x : -x; }
@@ -40,7 +63,7 @@ double any_double(void)
     default:
         break;
     }
-    word = random_bits();
+    word = bits(8);
     memcpy(&x, &word, sizeof x);
     return x;
 }

@@ -1,9 +1,13 @@
-/* What a fuzzed round does is a sequence of choices, which a generator makes from a seed. */
+/* What a fuzzed round does is a sequence of choices, which a generator makes from a seed, or which
+ * are read from bytes. */
 #ifndef KR_CHOICE_H
 #define KR_CHOICE_H
 #include "kreisel.h"
 
 void choose_by_seed(uint64_t seed);
+/* From these bytes on: when they are used up, each choice is the first of its kind. */
+void choose_by_bytes(size_t size, const unsigned char bytes[]);
+int choices_end(void); /* whether they are used up */
 
 uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */
 int odds(int percent);                   /* 1 so often */

@@ -2,6 +2,7 @@
 #include "claims.h"
 #include <math.h>
 #include <string.h>
+#include "counted.h"
 
 enum { MARK = 0xa5 };
 

@@ -6,17 +6,11 @@
 
 #define CLAIM(what) ((what) ? (void)0 : claim_failed(__FILE__, __LINE__, #what))
 void claim_failed(const char *file, int line, const char *what);
-/* Counts a call that is about to be made, and tells it if the round is one to be told. */
+/* Counts a call that is chosen, and tells it if the round is one to be told. */
 void call(const char *format, ...);
 void tell(const char *format, ...); /* tells without counting */
 
 enum what_went_wrong { NONE, INPUT, FAILURE, MEMORY, INTERRUPT };
-/* A claim that the library is known to owe: where it does not hold, its name is counted and its
- * round ends. What is left out for another reason is counted likewise. All are told at the end. */
-#define OWED(name, what) ((what) ? (void)0 : claim_owed(name))
-void claim_owed(const char *name);
-void leave_out(const char *name);
-
 /* Says to which of these a status belongs; claims that it is one of the list. */
 enum what_went_wrong went_wrong(kr_status status);
 int same_bits(const void *one, const void *other, size_t size);

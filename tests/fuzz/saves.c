@@ -4,6 +4,7 @@
 #include "choice.h"
 #include "claims.h"
 #include "tops.h"
+#include "counted.h"
 
 /* The bytes saved last, and what they are of. */
 static struct {

@@ -4,6 +4,7 @@
 #include "choice.h"
 #include "claims.h"
 #include "tops.h"
+#include "counted.h"
 
 static int any_component(void)
 {

@@ -7,6 +7,7 @@
 #include "numbers/su2.h"
 #include "page/picture.h"
 #include "scenes.h"
+#include "counted.h"
 
 static kr_stage stage;
 
@@ -20,12 +21,6 @@ static void add(void)
     const double tol = spoiled(spread(1e-12, 0.1), 5);
     const int against = (int)choose(10) - 1, tops = stage.tops;
     if (odds(90)) scene.start.t = 0.0;
-    const kr_vec3 i = scene.body.inertia;
-    if ((double)step / KR_STAGE_TICKS > 100.0 * pace_of(&scene) ||
-        fmin(fmin(i.x, i.y), i.z) < 1e-4 * v_largest(i)) {
-        leave_out("the stage does not ask whether to go on");
-        return;
-    }
     tell_scene(&scene);
     call("stage: add %s, step %lld, tol %a, against %d", method ? kr_method_name(method) : "none",
          (long long)step, tol, against);

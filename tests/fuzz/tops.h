@@ -31,8 +31,10 @@ size_t image_of(const kr_top *top, unsigned char *bytes);
 /* Before a call of what moves a top, and after it: claims all that holds of every such call. */
 void begin_call(place *p);
 void end_call(place *p, kr_status status);
-/* A time for such a top to go to; often near, seldom none. */
+/* A time for such a top to go to, as far as the round goes. */
 double any_time(const place *p);
+/* So many steps at most are made once more, to compare what comes of them. */
+int longest(void);
 /* Makes a top alike, which asks nobody and has no limits, and lives until the next is made. */
 kr_top *make_alike(const place *p);
 

@@ -1,0 +1,19 @@
+/* The same rounds, of choices that libFuzzer makes: it looks for bytes that lead where no others
+ * did. */
+#include <stdio.h>
+#include <stdlib.h>
+#include "choice.h"
+#include "rounds.h"
+
+int LLVMFuzzerTestOneInput(const unsigned char *bytes, size_t size);
+int LLVMFuzzerTestOneInput(const unsigned char *bytes, size_t size)
+{
+    choose_by_bytes(size, bytes);
+    const failed_claim *claim = make_round(0);
+    if (!claim) return 0;
+    choose_by_bytes(size, bytes);
+    make_round(1);
+    printf("%s:%d  not so: %s\n", claim->file, claim->line, claim->what);
+    fflush(stdout);
+    abort();
+}
