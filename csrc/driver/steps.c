@@ -164,6 +164,8 @@ kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_sta
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
     if (status != KR_OK) return status;
+    /* An attitude of length 0 would turn nothing, and lead to a state that looks like one. */
+    if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = go_aside(top, from, span);
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;

@@ -339,7 +339,7 @@ static kr_status adaptive_step(kr_top *top)
     kr_status status = KR_OK;
     if (!(top->forward * (time_reached(top) - asked) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
-    if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_RESOLUTION;
+    if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_STEP;
     const kr_status up = kr_top_come_up(top, end);
     if (status == KR_OK) status = up;
     return status == KR_OK && top->asked == asked ? KR_ERR_STEP : status;

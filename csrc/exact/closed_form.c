@@ -19,8 +19,11 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     if (v_largest(scene->damping) > 0.0) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    *exact = top.lever.hi == 0.0 ? euler_closed_form(&top) : lagrange_closed_form(&top);
-    if (!own) to_user(exact, &top, scene->start.t, top.units.time);
+    kr_exact made = top.lever.hi == 0.0 ? euler_closed_form(&top) : lagrange_closed_form(&top);
+    if (!own) to_user(&made, &top, scene->start.t, top.units.time);
+    /* A moment beyond all others may make a rate beyond all numbers. */
+    if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
+    *exact = made;
     return KR_OK;
 }
 /* Says whether the turning points are those of a symmetric body whose apex is its axis. */

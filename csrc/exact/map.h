@@ -209,7 +209,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
-    if (!(fabs(step) > 0x1p-200 * top.units.time && fabs(step) < 0x1p200 * top.units.time))
+    if (!(fabs(step) > 0x1p-200 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
         return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
     if (!own_map(&seen, k, &r)) return KR_ERR_STEP_SIZE;
     if (below) turn_over(&r.curve);
