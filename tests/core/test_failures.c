@@ -181,8 +181,65 @@ static void no_way_aside(const char *name, int limit)
     IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
 }
 
+/* What the method has done counts, whatever came of it. */
+static void costs_stay(void)
+{
+    const kr_config config = {.step = 4.0};
+    const kr_scene s = tilted();
+    kr_top *top = make(&s, kr_method_find("rk4"), config);
+    int64_t last = 0;
+    for (int i = 1; i < 40; i++) {
+        const kr_status status = kr_top_advance(top, i < 39 ? 0.1 * i : 400.0);
+        const int64_t now = kr_top_stats(top).evaluations;
+        IS(now > last && status == (i < 39 ? KR_OK : KR_ERR_NOT_FINITE));
+        last = now;
+    }
+    kr_top_free(top);
+}
+/* An attitude without a length turns nothing: a motion that began at it would look like one. */
+static void from_no_attitude(void)
+{
+    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}},
+                        1.0,
+                        {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}}};
+    const kr_config config = {.step = 1.3e-3};
+    kr_top *top = make(&s, kr_method_find("rk4"), config);
+    kr_status status = KR_OK;
+    int64_t good = 0;
+    while (status == KR_OK && good < 100) status = kr_top_advance(top, 1.3e-3 * (double)++good);
+    IS(status == KR_ERR_NOT_FINITE);
+    kr_top_free(top);
+    for (int64_t k = 0; k < good + 2; k++) {
+        top = make(&s, kr_method_find("rk4"), config);
+        status = kr_top_advance(top, 1.3e-3 * ((double)k + 0.5));
+        IS((status == KR_OK) == (k < good));
+        kr_top_free(top);
+    }
+}
+/* A side step that is refused, because the energy has grown on the way, is a failure. */
+static void refused_aside(void)
+{
+    const kr_scene s = tilted();
+    int failed = 0;
+    for (double step = 0.05; step < 0.4; step += 0.005) {
+        const kr_config config = {.step = step, .tol = 0.45};
+        kr_top *top = NULL;
+        if (kr_top_create(&s, kr_method_find("veselov4"), config, &top) != KR_OK) continue;
+        kr_status status = KR_OK;
+        for (int k = 1; k < 3000 && status == KR_OK; k++)
+            status = kr_top_advance(top, step * (k + 0.999));
+        IS(status == KR_OK || status == KR_ERR_CONVERGENCE || status == KR_ERR_NOT_FINITE);
+        failed += status == KR_ERR_CONVERGENCE;
+        kr_top_free(top);
+    }
+    IS(failed > 0);
+}
+
 int main(void)
 {
+    costs_stay();
+    from_no_attitude();
+    refused_aside();
     wild_steps();
     between_inspections();
     not_back();

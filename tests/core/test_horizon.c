@@ -107,9 +107,60 @@ static void beside_a_piece(double step)
     IS(same(before, begin) && same(behind, end) && !same(begin, end));
     kr_top_free(top);
 }
+/* A grid that is finer than its times are told would have many points at one time. */
+static void fine_grids(void)
+{
+    kr_scene s = tilted();
+    const kr_method *strang = kr_method_find("strang");
+    const kr_config config = {.step = 0x1p-20};
+    kr_top *top = NULL;
+    s.start.t = 0x1p31;
+    IS(kr_top_create(&s, strang, config, &top) == KR_ERR_STEP && !top);
+    s.start.t = 0x1p30 - 0x1p-17;
+    top = make(&s, strang, config);
+    IS(kr_top_advance(top, 0x1p30 - 0x1p-19) == KR_OK);
+    IS(kr_top_advance(top, 0x1p30) == KR_ERR_STEP && kr_top_step(top) == KR_OK);
+    IS(kr_top_step(top) == KR_ERR_STEP && kr_top_state(top).t == 0x1p30 - 0x1p-20);
+    kr_top_free(top);
+}
+static int stop_at_once(void *context) { return (void)context, 1; }
+/* Where a double tells times a quarter of a step apart, a top that was stopped stands in the state
+ * of its time, and the next steps are those of one that was not. */
+static void late_stops(void)
+{
+    kr_scene s = tilted();
+    const kr_config stopped = {.poll = stop_at_once}, free = {0};
+    s.start.m = v_scale(0.5, s.start.m);
+    for (int i = 0; i < TOPS; i++) {
+        s.start.t = -0x1p49 - ldexp(uniform(0.0, 1.0), 47);
+        s.start.q = random_quat();
+        kr_top *top = make(&s, taylor(), stopped);
+        IS(kr_top_advance(top, s.start.t + 500.0) == KR_ERR_INTERRUPTED);
+        const kr_state there = kr_top_state(top);
+        IS(there.t > s.start.t && same(there, state_at(there.t, &s, taylor(), free)));
+        const double later = nextafter(there.t, INFINITY);
+        IS(kr_top_advance(top, there.t) == KR_OK && same(kr_top_state(top), there));
+        IS(kr_top_advance(top, later) == KR_OK);
+        IS(same(kr_top_state(top), state_at(later, &s, taylor(), free)));
+        kr_top_free(top);
+    }
+}
+/* A step that ends beyond the horizon is one that time does not tell. */
+static void steps_out(void)
+{
+    kr_scene s = kr_scene_default();
+    const double horizon = kr_scene_horizon(&s);
+    kr_top *top = make(&s, kr_method_find("exact"), (kr_config){.step = 0.5 * horizon});
+    IS(kr_top_step(top) == KR_OK && kr_top_step(top) == KR_ERR_STEP);
+    IS(kr_top_state(top).t == 0.5 * horizon);
+    kr_top_free(top);
+}
 
 int main(void)
 {
+    fine_grids();
+    late_stops();
+    steps_out();
     beside_a_piece(0.0);
     beside_a_piece(-0.1);
     for (size_t i = 0; i < kr_method_count(); i++)

@@ -231,9 +231,35 @@ static void test_failure(void)
     IS(stage.actor[1].status == KR_ERR_NOT_FINITE && isfinite(stage.actor[1].now.q.w));
     IS(stage.actor[0].status == KR_OK && stage.actor[0].steps == 1000);
 }
+/* A top that is too fast for its step does not keep the caller, and gets there in the end. */
+static void test_breath(void)
+{
+    kr_scene scene = tilted();
+    const char *const methods[] = {"taylor", "extrap"};
+    for (int i = 0; i < 2; i++) {
+        const kr_method *method = kr_method_find(methods[i]);
+        int calls = 0, late = 0;
+        kr_stage_clear(&stage);
+        scene.start.m = v3(0.0, 0.0, 1e12);
+        IS(kr_stage_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
+        IS(kr_stage_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
+        IS(kr_top_stats(stage.actor[0].top).steps <=
+           KR_STAGE_BREATH + 100 * KR_STAGE_BREATHS + 256);
+        kr_stage_clear(&stage);
+        scene.start.m = v3(0.0, 0.0, 1e5);
+        IS(kr_stage_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
+        for (; stage.clock < 1000000 && calls < 1000; calls++) {
+            IS(kr_stage_advance(&stage, 1000000, 1) == (stage.is_late ? 0 : 1000000));
+            late += stage.is_late;
+        }
+        IS(late > 0 && late == calls - 1 && stage.actor[0].steps == 1);
+        IS(same(stage.actor[0].now, state_at(1.0, &scene, method, (kr_config){0})));
+    }
+}
 
 int main(void)
 {
+    test_breath();
     test_states();
     test_restarts();
     test_any_division_is_the_same();

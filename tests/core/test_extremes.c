@@ -1,0 +1,160 @@
+/* Numbers at the ends of what a double holds: they are served as others are, up to the power of two
+ * between them, or refused with a word. */
+#include <float.h>
+#include "random.h"
+#include "tops.h"
+
+static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
+
+/* A lever of any length has the direction of its like. */
+static void levers(void)
+{
+    const kr_scene s = tilted();
+    const kr_vec3 want = kr_state_apex(&s, &s.start);
+    for (int i = 0; i < 5; i++) {
+        kr_scene other = s;
+        other.body.com = v_scale(many_units[i], s.body.com);
+        IS(off(kr_state_apex(&other, &s.start), want) <= 1e-15);
+    }
+    kr_scene top = s;
+    top.body = (kr_body){1.0, {2.0, 2.0, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}};
+    kr_scene small = top;
+    small.body.com = v_scale(0x1p-600, top.body.com);
+    small.gravity = 0x1p600;
+    const double K = kr_state_kowalewski(&top, &s.start);
+    NEAR(kr_state_kowalewski(&small, &s.start) / K, 1.0, 1e-15);
+}
+/* A gravity so weak and a lever so short, or so strong and so long, that no double has their
+ * product: the heavy mass makes up for it. */
+static void products(void)
+{
+    const kr_scene s = tilted();
+    const char *const methods[] = {"strang", "taylor", "exact"};
+    for (int i = 0; i < 3; i++) {
+        const kr_config config = {.step = 0x1p-6};
+        const kr_state want = state_at(3.0, &s, kr_method_find(methods[i]), config);
+        for (int k = -1; k < 2; k += 2) {
+            kr_scene other = s;
+            other.gravity = ldexp(s.gravity, -500 * k);
+            other.body.com = v_scale(ldexp(1.0, -600 * k), s.body.com);
+            other.body.mass = ldexp(s.body.mass, 1000 * k);
+            other.body.inertia = v_scale(ldexp(1.0, -100 * k), s.body.inertia);
+            other.start.m = v_scale(ldexp(1.0, -100 * k), s.start.m);
+            const kr_state got = state_at(3.0, &other, kr_method_find(methods[i]), config);
+            IS(memcmp(&got.q, &want.q, sizeof got.q) == 0);
+        }
+    }
+    const kr_config deep = {.digits = 30};
+    kr_scene light = s, weak = s;
+    light.body.com = v_scale(0x1p-700, s.body.com), weak.body.com = v_scale(0x1p-400, s.body.com);
+    light.gravity = ldexp(s.gravity, -300), weak.gravity = ldexp(s.gravity, -600);
+    light.body.mass = ldexp(s.body.mass, 1000), weak.body.mass = ldexp(s.body.mass, 1000);
+    IS(same(state_at(3.0, &light, taylor(), deep), state_at(3.0, &weak, taylor(), deep)));
+    IS(distance(state_at(3.0, &light, taylor(), deep), state_at(3.0, &s, taylor(), deep)) <= 1e-15);
+}
+/* The same motion, slower or faster by any power of two that time may have. */
+static void paces(void)
+{
+    const kr_scene s = tilted();
+    for (int power = -480; power <= 900; power += 60) {
+        kr_scene slow = s;
+        kr_exact exact, want;
+        slow.gravity = ldexp(s.gravity, -2 * (power < 500 ? power : 500));
+        slow.body.mass = ldexp(s.body.mass, power < 500 ? 0 : -2 * (power - 500));
+        slow.start.m = v_scale(ldexp(1.0, -power), s.start.m);
+        IS(kr_exact_plan(&slow, &exact) == KR_OK && kr_exact_plan(&s, &want) == KR_OK);
+        const kr_state got = kr_exact_state(&exact, ldexp(7.0, power));
+        IS(kr_attitude_error(got.q, kr_exact_state(&want, 7.0).q) == 0.0);
+    }
+}
+static kr_exact closed(const kr_scene *s)
+{
+    kr_exact exact = {0};
+    IS(kr_exact_plan(s, &exact) == KR_OK);
+    NEAR(kr_attitude_error(kr_exact_state(&exact, s->start.t).q, s->start.q), 0.0, 1e-14);
+    return exact;
+}
+static int is_state(kr_state s) { return fabs(q_dot(s.q, s.q) - 1.0) < 1e-14 && v_finite(s.m); }
+static int is_none(kr_state s)
+{
+    const double sum = fabs(s.q.w) + fabs(s.q.x) + fabs(s.q.y) + fabs(s.q.z);
+    return isnan(sum) && isnan(s.m.x) && isnan(s.m.y) && isnan(s.m.z);
+}
+/* There is a state at every time, the same alone and in company; none where there is no time. */
+static void late(const kr_scene *s)
+{
+    const kr_exact exact = closed(s);
+    double t[] = {1.0, 1e14, -1e17, 1e22, -1e100, DBL_MAX, -DBL_MAX, INFINITY, -INFINITY, NAN};
+    kr_state out[10];
+    kr_exact_states(&exact, 10, t, out);
+    for (int i = 0; i < 10; i++) {
+        const kr_state alone = kr_exact_state(&exact, t[i]);
+        IS(isnan(t[i]) ? isnan(alone.t) : alone.t == t[i]);
+        IS(isfinite(t[i]) ? is_state(alone) && same(alone, out[i]) : is_none(alone));
+        IS(isfinite(t[i]) || is_none(out[i]));
+    }
+}
+static void all_late(void)
+{
+    kr_scene s = tilted(), free = tilted();
+    free.body = general_body();
+    free.gravity = 0.0;
+    late(&s);
+    late(&free);
+    s.gravity = 0.0;
+    late(&s);
+    s.start.m = v3(0, 0, 0);
+    late(&s);
+}
+/* What is next to nothing beside the rest counts as nothing: no square tells of it. */
+static void next_to_nothing(void)
+{
+    kr_scene free = {
+        {1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}}, 0.0, {0.0, {1, 0, 0, 0}, {0, 0, 0}}};
+    for (int power = -40; power > -1070; power -= 29) {
+        kr_scene s = tilted();
+        const double little = ldexp(1.0, power);
+        s.start.q = q_unit(q4(1.0, v3(little, 0.0, 0.0)));
+        s.start.m = v3(0.0, little, 1.0); /* slower than what would make it sleep */
+        const kr_exact exact = closed(&s);
+        for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&exact, t)));
+        free.start.m = v3(little, 1.0, -little);
+        const kr_exact about = closed(&free);
+        for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&about, t)));
+    }
+}
+/* Rates and units that no double has are refused, and so are steps of the map that no unit fits. */
+static void refusals(void)
+{
+    kr_scene s = tilted();
+    kr_exact exact;
+    kr_exact_map map;
+    kr_top *top = NULL;
+    IS(kr_exact_map_plan(&s, 0x1p-300, &map) == KR_ERR_ARGUMENT);
+    IS(kr_exact_map_plan(&s, 0x1p100, &map) == KR_ERR_ARGUMENT);
+    kr_scene thin = s;
+    thin.body.com = v3(0, 0, 0);
+    thin.body.inertia = v3(1.0, 1.0, 0x1p-1050);
+    IS(kr_exact_plan(&thin, &exact) == KR_ERR_ARGUMENT);
+    s.body.inertia = v_scale(0x1p-1050, s.body.inertia);
+    s.start.m = v_scale(0x1p-1050, s.start.m);
+    s.gravity = 0.0;
+    IS(kr_body_check(&s.body) == KR_OK && kr_exact_plan(&s, &exact) == KR_ERR_ARGUMENT);
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        const kr_status status =
+            kr_top_create(&s, kr_method_at(i), (kr_config){.step = 0.01}, &top);
+        IS(status == KR_ERR_ARGUMENT || status == KR_ERR_METHOD);
+    }
+    IS(top == NULL && kr_scene_horizon(&s) == 0.0);
+}
+
+int main(void)
+{
+    levers();
+    products();
+    paces();
+    all_late();
+    next_to_nothing();
+    refusals();
+    return check_result();
+}
