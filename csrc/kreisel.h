@@ -258,7 +258,8 @@ KR_API double kr_scene_horizon(const kr_scene *scene);
  * nor on how the way there was divided. */
 typedef struct kr_config {
     /* An adaptive method takes it for its first step, and chooses that itself where it is 0. A
-     * negative one leads back in time [T]. */
+     * negative one leads back in time. The points of a grid have to be told apart: from 2^50 steps
+     * before and after 0 on they are not (KR_ERR_STEP) [T]. */
     double step;
     double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
     /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps,
@@ -376,7 +377,8 @@ typedef struct kr_exact {
     kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
-/* From kr_scene_horizon on it is still a state with every integral, but of any attitude. */
+/* From kr_scene_horizon on it is still a state with every integral, but of any attitude. What leans
+ * and moves by less than 1e-75 counts as upright, and as turning about a principal axis. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -396,7 +398,9 @@ KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The k-th state of bobenko_suris, at start.t + k step, at once, k of either sign; the map's own
  * period, precession and spin are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer
- * than k'^2 = 1e-26 to a separatrix of the map at this step. */
+ * than k'^2 = 1e-26 to a separatrix of the map at this step, and KR_ERR_ARGUMENT
+ * for steps that are not within 2^-100 and 2^40 of the time in which the top
+ * turns by a radian. From some 2^50 turns on the state is one of any attitude. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;

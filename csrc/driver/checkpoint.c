@@ -146,7 +146,9 @@ static int is_sound(const kr_top *top, const kr_top *image, const unsigned char 
 {
     const int64_t most = (int64_t)1 << 53;
     if (image->forward != top->forward || kr_scene_check(&image->scene) != KR_OK) return 0;
+    if (!(fabs(image->scene.start.t) < kr_top_horizon(top, &image->scene))) return 0;
     if (image->kept_steps < 0 || image->steps < image->kept_steps || image->steps > most) return 0;
+    if (image->steps > image->kept_steps + KR_CHECK) return 0; /* which recovery makes once more */
     if (!is_motion_of(top, &image->main, work)) return 0;
     return motions(top) < 2 || is_motion_of(top, &image->kept, work + work_size(top));
 }
@@ -189,7 +191,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     take_pointers(&image.kept, &top->kept);
     take_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED);
-    kr_top_set_horizon(top);
+    top->horizon = kr_top_horizon(top, &top->scene);
     load_events(top, image.steps, from + bare_size(top), 1);
     memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));

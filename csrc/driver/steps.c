@@ -1,13 +1,10 @@
-/* The driver's lower half: main's steps, and its last good state. Every CHECK steps a fixed-step
+/* The driver's lower half: main's steps, and its last good state. Every KR_CHECK steps a fixed-step
  * motion is inspected and kept: a state that is not finite stays so, hence one inspection in many
  * steps misses nothing, and a motion that failed is repeated from where it was kept to find its
  * last good state. An adaptive motion is inspected in every step; a dense one by its method. */
 #include "top.h"
 
-enum {
-    CHECK = 256,
-    ASIDE = 1024 /* steps that a side motion takes at most inside a single one of main's */
-};
+enum { ASIDE = 1024 /* steps that a side motion takes at most inside a single one of main's */ };
 
 /* Whether this state of main's, in own units, is a good one in the user's too. */
 static int is_good_state(const kr_top *top, const kr_state *state)
@@ -33,7 +30,7 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 }
 static void set_inspection(kr_top *top)
 {
-    const int64_t limit = top->config.max_steps, next = top->kept_steps + CHECK;
+    const int64_t limit = top->config.max_steps, next = top->kept_steps + KR_CHECK;
     top->inspect_at = limit > 0 && limit < next ? limit : next;
 }
 void kr_steps_keep(kr_top *top)

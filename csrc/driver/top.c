@@ -24,10 +24,10 @@ static kr_working working_axes(const kr_top *top)
 }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
 /* Beyond 2^50 steps from 0 two points of a grid, with the roundings of either, may be one double. */
-void kr_top_set_horizon(kr_top *top)
+double kr_top_horizon(const kr_top *top, const kr_scene *scene)
 {
-    const double scene = kr_scene_horizon(&top->scene), grid = 0x1p50 * fabs(top->config.step);
-    top->horizon = is_adaptive(top) ? scene : fmin(scene, grid);
+    const double horizon = kr_scene_horizon(scene), grid = 0x1p50 * fabs(top->config.step);
+    return is_adaptive(top) ? horizon : fmin(horizon, grid);
 }
 static kr_status beyond_horizon(const kr_top *top, double t)
 {
@@ -42,7 +42,7 @@ static kr_status choose_units(kr_top *top)
     if (status != KR_OK) return status;
     if (!(fabs(top->scene.start.t) < kr_units_horizon(&own, &top->scene, &working)))
         return KR_ERR_RESOLUTION;
-    kr_top_set_horizon(top);
+    top->horizon = kr_top_horizon(top, &top->scene);
     if (!(fabs(top->scene.start.t) < top->horizon)) return KR_ERR_STEP;
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;

@@ -4,6 +4,8 @@
 #define KR_TOP_H
 #include "method.h"
 
+enum { KR_CHECK = 256 /* steps after which a motion is inspected and kept */ };
+
 struct kr_top {
     /* Here a checkpoint begins. */
     kr_scene scene; /* the user's, with the start that was last set */
@@ -67,8 +69,8 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Sets the horizon for the scene and the config. */
-void kr_top_set_horizon(kr_top *top);
+/* The horizon of such a top with this scene. */
+double kr_top_horizon(const kr_top *top, const kr_scene *scene);
 /* After a failure on the way to t this makes main's own state the top's, where it is further than
  * what was asked for last, unless it is not finite in the user's units. */
 kr_status kr_top_come_up(kr_top *top, double t);

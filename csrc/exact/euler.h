@@ -88,7 +88,8 @@ static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd sq
     int k = 2, still = 0;
     for (int i = 0; i < 3; i++) still += fabs(m[i].hi) <= least;
     for (int i = 0; i < 3; i++)
-        if (still >= 2 ? fabs(m[i].hi) > least : inertia[(i + 1) % 3] == inertia[(i + 2) % 3]) k = i;
+        if (still >= 2 ? fabs(m[i].hi) > least : inertia[(i + 1) % 3] == inertia[(i + 2) % 3])
+            k = i;
     const dd across = dd_of(still >= 2 ? inertia[k] : inertia[(k + 1) % 3]);
     if (still < 2 && inertia[(k + 1) % 3] != inertia[(k + 2) % 3]) return 0;
     const dd half_turn = dd_half(dd_div(size, across));

@@ -185,7 +185,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     curve->second = phase_of(second);
     set_phases(curve, &k, &r, most, top->q);
     set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
-    return isfinite(curve->momentum + curve->first.start + curve->second.start);
+    return is_within(curve, 1.0) &&
+           isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
 /* Sets the map up for a user's scene. A step so large that 1 + b s < 0 is one of the top seen from
  * below, whose first link is then made instead. */
@@ -209,7 +210,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
-    if (!(fabs(step) > 0x1p-200 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
+    if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
         return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
     if (!own_map(&seen, k, &r)) return KR_ERR_STEP_SIZE;
     if (below) turn_over(&r.curve);
@@ -221,16 +222,18 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     *map = r;
     return KR_OK;
 }
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. */
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
+ * of the start where k is too large for the kernel. */
 static kr_state map_state(const kr_exact_map *map, int64_t k)
 {
     const kr_exact *curve = &map->curve;
-    const double at = (double)k, half = at - 0.5, scale = curve->momentum / pole_at(map, half);
+    const double at = is_within(curve, (double)k) ? (double)k : 0.0, half = at - 0.5,
+                 scale = curve->momentum / pole_at(map, half);
     double f[6], h[6];
     factors_at(curve, at, f);
     factors_at(curve, half, h);
     const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
-    const kr_state r = {curve->begin + at * map->step,
+    const kr_state r = {curve->begin + (double)k * map->step,
                         curve->framed ? framed(curve->frame, q) : q,
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;

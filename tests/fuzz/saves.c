@@ -112,6 +112,62 @@ void call_damage(place *p)
     free(bytes);
     end_call(p, status);
 }
+/* Makes the sum of a checkpoint right, as checkpoint.c has it. */
+static void put_sum(unsigned char *bytes, size_t size)
+{
+    enum { SUM = 96, SUMMED = 104 };
+    uint64_t sum = 0xcbf29ce484222325, word;
+    for (size_t i = SUMMED; i + sizeof word <= size; i += sizeof word) {
+        memcpy(&word, bytes + i, sizeof word);
+        sum = (sum ^ word) * 0x100000001b3;
+        sum ^= sum >> 29;
+    }
+    memcpy(bytes + SUM, &sum, sizeof sum);
+}
+/* Some words behind the header become other numbers. */
+static void forge(unsigned char *bytes, size_t size)
+{
+    enum { SUMMED = 104 };
+    for (int i = 1 + (int)choose(3); i > 0; i--) {
+        const size_t at = SUMMED + (size_t)choose((size - SUMMED) / 4) * 4;
+        const double number = any_double();
+        const int32_t whole = odds(50) ? (int32_t)choose(64) - 16 : (int32_t)choose(UINT32_MAX);
+        if (odds(50) && at + sizeof number <= size)
+            memcpy(bytes + at, &number, sizeof number);
+        else
+            memcpy(bytes + at, &whole, sizeof whole);
+    }
+    put_sum(bytes, size);
+}
+/* What is forged is refused, or is a top like any other: it may be anywhere, but its calls end, and
+ * it reads no memory that is not its own. */
+void call_forge(place *p)
+{
+    static unsigned char bytes[MOST_IMAGE];
+    double t[2] = {any_time(p), any_time(p)};
+    kr_state out[2];
+    kr_hit hit;
+    begin_call(p);
+    const size_t size = image_of(p->top, bytes);
+    forge(bytes, size);
+    call("load what is forged");
+    p->imaged = 1;
+    image_of(p->top, p->was_image);
+    const kr_status status = kr_top_load(p->top, size, bytes);
+    CLAIM(status == KR_OK || status == KR_ERR_CHECKPOINT);
+    if (status != KR_OK) {
+        end_call(p, status);
+        return;
+    }
+    p->forged = 1;
+    went_wrong(kr_top_advance(p->top, t[0]));
+    went_wrong(kr_top_step(p->top));
+    went_wrong(kr_top_seek(p->top, t[1], &hit));
+    went_wrong(kr_top_record(p->top, 2, t, out, NULL));
+    CLAIM(p->polls <= p->patience + 4);
+    kr_top_free(p->top);
+    p->top = NULL;
+}
 /* Goes to t, gives the state there, and what came of it. */
 static kr_status go(kr_top *top, double t, kr_state *state)
 {

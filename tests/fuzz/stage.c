@@ -30,6 +30,24 @@ static void add(void)
     if (status != KR_OK) return;
     CLAIM(kr_scene_check(&scene) == KR_OK && stage.actor[tops].status == KR_OK);
 }
+/* A track: states that were computed elsewhere. */
+static void add_track(void)
+{
+    static kr_state track[64];
+    kr_scene scene = any_scene();
+    const int tops = stage.tops, against = (int)choose(10) - 1;
+    const int64_t length = odds(90) ? (int64_t)choose(65) : (int64_t)choose(UINT64_MAX) - INT32_MAX,
+                  step = odds(90) ? 1 + (int64_t)choose(60000) : (int64_t)choose(UINT64_MAX);
+    if (odds(90)) scene.start.t = 0.0;
+    for (int i = 0; i < 64 && tops == 0; i++) track[i] = (kr_state){i, any_attitude(), {1, 2, i}};
+    call("stage: add a track of %lld, step %lld, against %d", (long long)length, (long long)step,
+         against);
+    const kr_status status = kr_stage_add_track(&stage, &scene, odds(98) ? track : NULL,
+                                                length > 64 ? 64 : length, step, against);
+    went_wrong(status);
+    CLAIM(stage.tops == tops + (status == KR_OK));
+    if (status == KR_OK) CLAIM(length > 0 && kr_scene_check(&scene) == KR_OK);
+}
 static void measure(void)
 {
     double measures[KR_STAGE_MEASURES + 1];
@@ -44,7 +62,7 @@ static void advance(void)
 {
     const int64_t clock = stage.clock,
                   target = clock + (int64_t)choose(odds(90) ? 3000000 : UINT64_MAX / 4),
-                  most = (int64_t)choose(40);
+                  most = (int64_t)choose(12);
     call("stage: advance to %lld, %lld steps at most", (long long)target, (long long)most);
     const int64_t got = kr_stage_advance(&stage, target, most);
     CLAIM(got == stage.clock && got >= clock && got <= target);
@@ -73,7 +91,7 @@ static void picture(void)
 }
 void call_stage(void)
 {
-    switch (choose(8)) {
+    switch (choose(9)) {
     case 0:
         call("stage: clear");
         kr_stage_clear(&stage);
@@ -83,9 +101,12 @@ void call_stage(void)
         add();
         break;
     case 3:
-        measure();
+        add_track();
         break;
     case 4:
+        measure();
+        break;
+    case 5:
         picture();
         break;
     default:

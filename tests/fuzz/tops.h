@@ -15,6 +15,7 @@ typedef struct place {
     const kr_method *method;
     kr_config config;
     int polls, patience; /* asked so often in this call; says stop when asked for the last time */
+    int forged;          /* its numbers are made up */
     int landed;          /* it stands at a time that was asked for, not where a step ended */
     kr_state was;        /* before the call that is made now */
     kr_stats was_stats;
@@ -48,6 +49,7 @@ void call_seek(place *p);
 void call_save(place *p);   /* keeps its bytes for later loads */
 void call_load(place *p);   /* the bytes kept last, of this top or another */
 void call_damage(place *p); /* bytes that are not as they were */
+void call_forge(place *p);  /* bytes that are not as they were, with a sum that is right */
 void call_repeat(place *p); /* the same way again, from a checkpoint */
 void forget_saved(void);
 #endif

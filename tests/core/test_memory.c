@@ -1,0 +1,66 @@
+/* Allocations that fail, one after the other: the linker has calloc lead here. */
+#include <stdlib.h>
+#include "method.h"
+#include "page/stage.h"
+#include "tops.h"
+
+void *__real_calloc(size_t n, size_t size);
+void *__wrap_calloc(size_t n, size_t size);
+static int left = -1; /* so many succeed; all, if negative */
+static int asked;
+
+void *__wrap_calloc(size_t n, size_t size)
+{
+    asked++;
+    return left >= 0 && left-- == 0 ? NULL : __real_calloc(n, size);
+}
+static kr_scene scene_for(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
+    return s;
+}
+/* A top takes memory once, when it is made; without it there is none, and nothing is written. The
+ * methods of GSL take more, of which each may fail: here, aside, and when the top begins anew. */
+static void runs_out(const kr_method *method)
+{
+    const kr_scene s = scene_for(method);
+    const kr_config config = {.step = 0.01};
+    kr_top *const mark = (kr_top *)(void *)&left, *top = mark;
+    const int own = strncmp(method->name, "gsl_", 4) != 0;
+    int needed = 0;
+    for (left = 0; kr_top_create(&s, method, config, &top) == KR_ERR_MEMORY; left = ++needed)
+        IS(top == mark && needed < 9);
+    IS(own ? needed == 1 : needed > 1);
+    asked = 0;
+    for (int i = 0; i < 9; i++) {
+        left = i;
+        const kr_status status = kr_top_advance(top, 0.1 * i + 0.105);
+        IS(status == KR_OK || (!own && status == KR_ERR_MEMORY));
+        left = i;
+        const kr_status again = i == 4 ? kr_top_reset(top, &s.start) : KR_OK;
+        IS(again == KR_OK || (!own && again == KR_ERR_MEMORY));
+    }
+    IS(!own || asked == 0);
+    left = -1;
+    IS(kr_top_advance(top, 2.0) == KR_OK);
+    kr_top_free(top);
+}
+static void stage_refuses(void)
+{
+    static kr_stage stage;
+    const kr_scene s = tilted();
+    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, -1) == KR_OK);
+    left = 0;
+    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_ERR_MEMORY && stage.tops == 1);
+    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_OK && stage.tops == 2);
+    IS(kr_stage_advance(&stage, 100000, 100) == 100000);
+    kr_stage_clear(&stage);
+}
+
+int main(void)
+{
+    for (size_t i = 0; i < kr_method_count(); i++) runs_out(kr_method_at(i));
+    stage_refuses();
+    return check_result();
+}

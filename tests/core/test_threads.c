@@ -1,0 +1,77 @@
+/* Many threads, each with tops of its own of every method: all get the same bits. It is built once
+ * more for the compiler's race detector, where that is to be had. */
+#include <pthread.h>
+#include "random.h"
+#include "tops.h"
+
+enum { THREADS = 4, TIMES = 8, METHODS = 32, STATES = METHODS * (TIMES + 3) + TIMES + 2 };
+static const kr_term height = {1.0, 0, 0};
+
+static kr_scene scene_for(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
+    return s;
+}
+static kr_top *top_of(const kr_method *method, kr_config config)
+{
+    const kr_scene s = scene_for(method);
+    kr_top *top = NULL;
+    return kr_top_create(&s, method, config, &top) == KR_OK ? top : NULL;
+}
+/* Moves a top about, and to an event where it knows any. */
+static void use_top(const kr_method *method, kr_state out[TIMES + 3])
+{
+    static const double t[TIMES] = {0.1, 0.25, 0.3, 0.55, 0.6, 0.7, 0.95, 1.5};
+    static unsigned char nothing[8];
+    const kr_config config = {.step = 0.05};
+    unsigned char saved[40000];
+    kr_term terms[] = {height, {-0.5, KR_ONE, KR_ONE}};
+    terms[0].of = kr_component_find("apex_z");
+    kr_event event = {.terms = terms, .count = 2};
+    kr_top *top = top_of(method, config), *other = top_of(method, config);
+    kr_hit hit;
+    if (!top || !other) return;
+    kr_top_record(top, TIMES, t, out, NULL);
+    if (kr_top_watch(top, 1, &event) == KR_OK) kr_top_seek(top, 9.0, &hit);
+    out[TIMES] = kr_top_state(top);
+    const size_t size = kr_top_save_size(top);
+    if (size <= sizeof saved && kr_top_save(top, size, saved) == KR_OK)
+        kr_top_load(other, size, saved);
+    kr_top_load(other, sizeof nothing, nothing);
+    kr_top_step(other);
+    out[TIMES + 1] = kr_top_state(other);
+    kr_top_reset(other, &out[TIMES]);
+    kr_top_advance(other, out[TIMES].t + 0.2);
+    out[TIMES + 2] = kr_top_state(other);
+    kr_top_free(top);
+    kr_top_free(other);
+}
+static void *use_all(void *memory)
+{
+    static const double t[TIMES] = {-3.0, -1.0, 0.0, 1.0, 10.0, 100.0, 1000.0, 1e6};
+    kr_state *out = memory;
+    const kr_scene s = tilted();
+    kr_exact exact;
+    kr_exact_map map;
+    memset(out, 0, STATES * sizeof *out);
+    for (size_t i = 0; i < kr_method_count(); i++) use_top(kr_method_at(i), out + i * (TIMES + 3));
+    out += METHODS * (TIMES + 3);
+    if (kr_exact_plan(&s, &exact) == KR_OK) kr_exact_states(&exact, TIMES, t, out);
+    if (kr_exact_map_plan(&s, 0.05, &map) == KR_OK) out[TIMES] = kr_exact_map_state(&map, 1000);
+    kr_quantity_values(kr_quantity_find("energy"), &s, 1, &s.start, &out[TIMES + 1].t);
+    return NULL;
+}
+
+int main(void)
+{
+    static kr_state alone[STATES], out[THREADS][STATES];
+    pthread_t thread[THREADS];
+    IS(kr_method_count() <= METHODS);
+    for (int i = 0; i < THREADS; i++) IS(!pthread_create(&thread[i], NULL, use_all, out[i]));
+    for (int i = 0; i < THREADS; i++) IS(!pthread_join(thread[i], NULL));
+    use_all(alone);
+    for (int i = 0; i < THREADS; i++) IS(memcmp(out[i], alone, sizeof alone) == 0);
+    for (size_t i = 0; i < kr_method_count(); i++) IS(alone[i * (TIMES + 3) + TIMES + 2].t > 0.2);
+    return check_result();
+}
