@@ -109,8 +109,10 @@ static void all_late(void)
 /* What is next to nothing beside the rest counts as nothing: no square tells of it. */
 static void next_to_nothing(void)
 {
-    kr_scene free = {
-        {1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}}, 0.0, {0.0, {1, 0, 0, 0}, {0, 0, 0}}};
+    kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}},
+                     0.0,
+                     {0.0, {1, 0, 0, 0}, {0, 0, 0}},
+                     {0, 0, 0}};
     for (int power = -40; power > -1070; power -= 29) {
         kr_scene s = tilted();
         const double little = ldexp(1.0, power);

@@ -201,7 +201,8 @@ static void from_no_attitude(void)
 {
     const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}},
                         1.0,
-                        {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}}};
+                        {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}},
+                        {0, 0, 0}};
     const kr_config config = {.step = 1.3e-3};
     kr_top *top = make(&s, kr_method_find("rk4"), config);
     kr_status status = KR_OK;

@@ -42,6 +42,7 @@ void tell_scene(const kr_scene *scene)
     tell("body %a, {%a, %a, %a}, {%a, %a, %a}, {%a, %a, %a, %a}", b->mass, b->inertia.x,
          b->inertia.y, b->inertia.z, b->com.x, b->com.y, b->com.z, b->axes.w, b->axes.x, b->axes.y,
          b->axes.z);
+    tell("damping %a, %a, %a", scene->damping.x, scene->damping.y, scene->damping.z);
     tell("gravity %a, start %a, {%a, %a, %a, %a}, {%a, %a, %a}", scene->gravity, s->t, s->q.w,
          s->q.x, s->q.y, s->q.z, s->m.x, s->m.y, s->m.z);
 }

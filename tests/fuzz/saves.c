@@ -64,6 +64,7 @@ static int is_alike(const place *p)
     const kr_config *one = &p->config, *other = &saved.config;
     return p->method == saved.method &&
            same_bits(&p->scene.body, &saved.scene.body, sizeof(kr_body)) &&
+           same_bits(&p->scene.damping, &saved.scene.damping, sizeof(kr_vec3)) &&
            p->scene.gravity == saved.scene.gravity && one->step == other->step &&
            one->tol == other->tol && one->digits == other->digits &&
            one->leave_heading == other->leave_heading &&

@@ -57,6 +57,13 @@ static kr_vec3 any_momentum(const kr_scene *scene)
         return v_scale(odds(20) ? size : 3.0, vector_between(-1, 1));
     }
 }
+/* Along some axes, from hardly any to so much that the top does not swing. */
+static kr_vec3 any_damping(const kr_scene *scene)
+{
+    const double size = spread(1e-8, 30.0) * v_largest(scene->body.inertia);
+    return v3(choose(2) ? size : 0.0, choose(2) ? size : 0.0,
+              choose(2) ? size * between(0.0, 1.0) : 0.0);
+}
 static double any_beginning(void)
 {
     return odds(60) ? 0.0 : odds(70) ? between(-9.0, 9.0) : either_sign(spread(1e3, 1e18));
@@ -71,6 +78,7 @@ static void change_units(kr_scene *scene)
     scene->body.com = v_scale(length, scene->body.com);
     scene->gravity *= length / time / time;
     scene->start.m = v_scale(moment / time, scene->start.m);
+    scene->damping = v_scale(moment / time, scene->damping);
     scene->start.t *= time;
 }
 /* Puts any double into the place of one number of the scene. */
@@ -79,7 +87,8 @@ static void spoil(kr_scene *scene)
     double *const place[] = {&scene->body.mass,  &scene->body.inertia.x, &scene->body.inertia.z,
                              &scene->body.com.x, &scene->body.com.z,     &scene->body.axes.w,
                              &scene->gravity,    &scene->start.t,        &scene->start.q.w,
-                             &scene->start.q.z,  &scene->start.m.x,      &scene->start.m.z};
+                             &scene->start.q.z,  &scene->start.m.x,      &scene->start.m.z,
+                             &scene->damping.x,  &scene->damping.z};
     *place[choose(sizeof place / sizeof *place)] = any_double();
 }
 kr_scene any_scene(void)
@@ -90,6 +99,7 @@ kr_scene any_scene(void)
     scene.start.q = any_attitude();
     scene.start.m = any_momentum(&scene);
     scene.start.t = any_beginning();
+    if (odds(10)) scene.damping = any_damping(&scene);
     if (odds(15)) change_units(&scene);
     if (odds(12)) spoil(&scene);
     return scene;
