@@ -185,8 +185,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     curve->second = phase_of(second);
     set_phases(curve, &k, &r, most, top->q);
     set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
-    return is_within(curve, 1.0) &&
-           isfinite(curve->momentum + curve->first.start + curve->second.start);
+    return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
 /* Sets the map up for a user's scene. A step so large that 1 + b s < 0 is one of the top seen from
  * below, whose first link is then made instead. */
@@ -212,7 +211,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
         return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
-    if (!own_map(&seen, k, &r)) return KR_ERR_STEP_SIZE;
+    if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) turn_over(&r.curve);
     to_user(&r.curve, &top, scene->start.t, 1.0);
     r.curve.period *= fabs(step);

@@ -106,6 +106,18 @@ static void all_late(void)
     s.start.m = v3(0, 0, 0);
     late(&s);
 }
+/* The map's states, too, however often it is applied. */
+static void often(void)
+{
+    const int64_t many[] = {-1, 1000, INT64_C(1) << 52, INT64_MIN, INT64_MAX};
+    kr_scene s = tilted();
+    kr_exact_map map;
+    for (int i = 0; i < 60; i += 10) {
+        s.body.inertia.z = ldexp(1.0, -i);
+        IS(kr_exact_map_plan(&s, 0.1, &map) == KR_OK);
+        for (int k = 0; k < 5; k++) IS(is_state(kr_exact_map_state(&map, many[k])));
+    }
+}
 /* What is next to nothing beside the rest counts as nothing: no square tells of it. */
 static void next_to_nothing(void)
 {
@@ -138,6 +150,10 @@ static void refusals(void)
     thin.body.com = v3(0, 0, 0);
     thin.body.inertia = v3(1.0, 1.0, 0x1p-1050);
     IS(kr_exact_plan(&thin, &exact) == KR_ERR_ARGUMENT);
+    IS(kr_exact_map_plan(&thin, 0.1, &map) == KR_ERR_STEP_SIZE);
+    thin.start.m = v3(0, 0, 1.0); /* sleeping */
+    thin.start.q = q_one();
+    IS(kr_exact_map_plan(&thin, 0.1, &map) == KR_ERR_STEP_SIZE);
     s.body.inertia = v_scale(0x1p-1050, s.body.inertia);
     s.start.m = v_scale(0x1p-1050, s.start.m);
     s.gravity = 0.0;
@@ -156,6 +172,7 @@ int main(void)
     products();
     paces();
     all_late();
+    often();
     next_to_nothing();
     refusals();
     return check_result();
