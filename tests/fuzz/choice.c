@@ -11,22 +11,22 @@ static struct {
 
 void choose_by_seed(uint64_t seed)
 {
-    given.next = NULL;
+    given.left = 0;
     random_seed = seed;
+}
+/* A choice takes so many bytes at most. */
+static uint64_t bits(int bytes)
+{
+    uint64_t word = 0;
+    if (!given.left) return random_bits();
+    for (; bytes > 0 && given.left; bytes--, given.left--) word = word << 8 | *given.next++;
+    return word;
 }
 void choose_by_bytes(size_t size, const unsigned char bytes[])
 {
     given.next = bytes;
     given.left = size;
-}
-int choices_end(void) { return given.next && !given.left; }
-/* A choice takes so many bytes at most. */
-static uint64_t bits(int bytes)
-{
-    uint64_t word = 0;
-    if (!given.next) return random_bits();
-    for (; bytes > 0 && given.left; bytes--, given.left--) word = word << 8 | *given.next++;
-    return word;
+    random_seed = bits(8);
 }
 uint64_t choose(uint64_t n) { return bits(n <= 256 ? 1 : n <= 65536 ? 2 : 8) % n; }
 int odds(int percent) { return (int)choose(100) < percent; }

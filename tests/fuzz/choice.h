@@ -5,9 +5,8 @@
 #include "kreisel.h"
 
 void choose_by_seed(uint64_t seed);
-/* From these bytes on: when they are used up, each choice is the first of its kind. */
+/* By these bytes, and when they are used up by a seed, which the first eight of them are. */
 void choose_by_bytes(size_t size, const unsigned char bytes[]);
-int choices_end(void); /* whether they are used up */
 
 uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */
 int odds(int percent);                   /* 1 so often */
