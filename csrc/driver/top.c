@@ -23,11 +23,15 @@ static kr_working working_axes(const kr_top *top)
     return is_deep(top) ? principal : kr_body_working(body);
 }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
-/* Beyond 2^50 steps from 0 two points of a grid, with the roundings of either, may be one double. */
+/* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
+ * one double. */
+static double nearer_horizon(const kr_top *top, double horizon)
+{
+    return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
+}
 double kr_top_horizon(const kr_top *top, const kr_scene *scene)
 {
-    const double horizon = kr_scene_horizon(scene), grid = 0x1p50 * fabs(top->config.step);
-    return is_adaptive(top) ? horizon : fmin(horizon, grid);
+    return nearer_horizon(top, kr_scene_horizon(scene));
 }
 static kr_status beyond_horizon(const kr_top *top, double t)
 {
@@ -40,10 +44,10 @@ static kr_status choose_units(kr_top *top)
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
-    if (!(fabs(top->scene.start.t) < kr_units_horizon(&own, &top->scene, &working)))
-        return KR_ERR_RESOLUTION;
-    top->horizon = kr_top_horizon(top, &top->scene);
-    if (!(fabs(top->scene.start.t) < top->horizon)) return KR_ERR_STEP;
+    const double start = fabs(top->scene.start.t),
+                 horizon = kr_units_horizon(&own, &top->scene, &working);
+    top->horizon = nearer_horizon(top, horizon);
+    if (!(start < top->horizon)) return start < horizon ? KR_ERR_STEP : KR_ERR_RESOLUTION;
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
