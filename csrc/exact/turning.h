@@ -74,8 +74,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     const int falls = s->climb.hi < 0.0;
     *low = turn * (falls || here.hi <= 0.0 ? here.hi : dd_sub(dd_of(0.5), here).hi);
     *high = turn * (!falls || rise.hi <= 0.0 ? rise.hi : dd_add(dd_of(0.25), here).hi);
-    if (kp <= 1e-119) *high = INFINITY;
-    if (kp <= 1e-119 && !falls && here.hi > 0.0) *low = INFINITY;
+    if (kp <= 1e-74) *high = INFINITY;
+    if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
 /* Sets what does not depend on where the axis is; as seen with gravity downwards, in own units. */
 static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)

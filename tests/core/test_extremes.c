@@ -17,7 +17,7 @@ static void levers(void)
         IS(off(kr_state_apex(&other, &s.start), want) <= 1e-15);
     }
     kr_scene top = s;
-    top.body = (kr_body){1.0, {2.0, 2.0, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}};
+    top.body = (kr_body){1.0, {2.0, 2.0, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0};
     kr_scene small = top;
     small.body.com = v_scale(0x1p-600, top.body.com);
     small.gravity = 0x1p600;
@@ -121,7 +121,7 @@ static void often(void)
 /* What is next to nothing beside the rest counts as nothing: no square tells of it. */
 static void next_to_nothing(void)
 {
-    kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}},
+    kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}, 0.0},
                      0.0,
                      {0.0, {1, 0, 0, 0}, {0, 0, 0}},
                      {0, 0, 0}};

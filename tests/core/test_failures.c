@@ -199,7 +199,7 @@ static void costs_stay(void)
 /* An attitude without a length turns nothing: a motion that began at it would look like one. */
 static void from_no_attitude(void)
 {
-    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}},
+    const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0},
                         1.0,
                         {0.0, {1, 0, 0, 0}, {0.0, 0.0, 17.5}},
                         {0, 0, 0}};
