@@ -398,9 +398,10 @@ KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The k-th state of bobenko_suris, at start.t + k step, at once, k of either sign; the map's own
  * period, precession and spin are in `curve`. For Lagrange tops; KR_ERR_STEP_SIZE for starts nearer
- * than k'^2 = 1e-26 to a separatrix of the map at this step, and KR_ERR_ARGUMENT for steps that are
- * not within 2^-100 and 2^40 of the time in which the top turns by a radian. From some 2^50 turns
- * on the state is one of any attitude. */
+ * than k'^2 = 1e-26 to a separatrix of the map at this step, or where a tiny step leaves
+ * double-double too few digits, and KR_ERR_ARGUMENT for steps that are not within 2^-100 and 2^40
+ * of the time in which the top turns by a radian. From some 2^50 turns on the state is one of any
+ * attitude. */
 typedef struct kr_exact_map {
     kr_exact curve;
     double step;

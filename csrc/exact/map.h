@@ -187,6 +187,28 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
+ * of the start where k is too large for the kernel. */
+static kr_state map_state(const kr_exact_map *map, int64_t k)
+{
+    const kr_exact *curve = &map->curve;
+    const double at = is_within(curve, (double)k) ? (double)k : 0.0, half = at - 0.5,
+                 scale = curve->momentum / pole_at(map, half);
+    double f[6], h[6];
+    factors_at(curve, at, f);
+    factors_at(curve, half, h);
+    const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
+    const kr_state r = {curve->begin + (double)k * map->step,
+                        curve->framed ? framed(curve->frame, q) : q,
+                        {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
+    return r;
+}
+/* Says whether the map begins where it should. At steps of 1e-8 and less it may lie so near a pole
+ * that double-double does not tell the link's heights from it. */
+static int begins_at(const kr_exact_map *map, kr_quat start)
+{
+    return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
+}
 /* Sets the map up for a user's scene. A step so large that 1 + b s < 0 is one of the top seen from
  * below, whose first link is then made instead. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
@@ -218,23 +240,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     r.curve.precession /= step;
     r.curve.spin /= step;
     r.step = step;
+    if (!begins_at(&r, scene->start.q)) return KR_ERR_STEP_SIZE;
     *map = r;
     return KR_OK;
-}
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
- * of the start where k is too large for the kernel. */
-static kr_state map_state(const kr_exact_map *map, int64_t k)
-{
-    const kr_exact *curve = &map->curve;
-    const double at = is_within(curve, (double)k) ? (double)k : 0.0, half = at - 0.5,
-                 scale = curve->momentum / pole_at(map, half);
-    double f[6], h[6];
-    factors_at(curve, at, f);
-    factors_at(curve, half, h);
-    const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
-    const kr_state r = {curve->begin + (double)k * map->step,
-                        curve->framed ? framed(curve->frame, q) : q,
-                        {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
-    return r;
 }
 #endif

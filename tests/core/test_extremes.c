@@ -118,6 +118,21 @@ static void often(void)
         for (int k = 0; k < 5; k++) IS(is_state(kr_exact_map_state(&map, many[k])));
     }
 }
+/* At tiny steps the map begins where it should, or is refused. */
+static void tiny_steps(void)
+{
+    int made = 0;
+    for (int i = 0; i < 4000; i++) {
+        kr_scene s = kr_scene_default();
+        kr_exact_map map;
+        s.start.q = q_exp(v3(exp(uniform(-40.0, 0.0)), 0.0, 0.0));
+        s.start.m = v_scale(exp(uniform(-60.0, 3.0)), random_vec(3.0));
+        if (kr_exact_map_plan(&s, ldexp(1.0, -20 - i % 80), &map) != KR_OK) continue;
+        NEAR(kr_attitude_error(kr_exact_map_state(&map, 0).q, s.start.q), 0.0, 1e-9);
+        made++;
+    }
+    IS(made > 2000);
+}
 /* What is next to nothing beside the rest counts as nothing: no square tells of it. */
 static void next_to_nothing(void)
 {
@@ -173,6 +188,7 @@ int main(void)
     paces();
     all_late();
     often();
+    tiny_steps();
     next_to_nothing();
     refusals();
     return check_result();
