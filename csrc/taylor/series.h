@@ -164,6 +164,16 @@ INLINE double step_size(const kr_series *s, int order, double log2_tol)
     return rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b));
 }
 
+/* Returns the step at whose end products of the middle coefficients of a head are as large as this.
+ * The first coefficient of the tail is a sum of such products, and rounded as they are. It may be
+ * far smaller: where the motion is a sum of few exponentials they cancel, and the last term allows
+ * a step at which the tail, which is in doubles, has lost what the head has kept. */
+INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
+{
+    const double a = log2_radius(s, head / 2), b = log2_radius(s, head / 2 + 1);
+    return rough_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
+}
+
 INLINE void turn_known(kr_series *s, parts *of, int from, form what)
 {
     for (int n = 0; n <= from; n++) {

@@ -32,7 +32,7 @@ const kr_isa *kr_taylor_isa(int i)
  * that validation/bench/kernels.py depth has measured. */
 static double log2_tolerance(const kr_motion *motion)
 {
-    if (motion->digits > 20) return -100.0;
+    if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
