@@ -268,7 +268,10 @@ typedef struct kr_config {
      * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    int digits; /* for KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol */
+    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. With 30 a tol
+     * of at most 2^-100 makes the steps shorter: it gives no more digits, but other roundings, which
+     * tell how many are right. */
+    int digits;
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */
     int leave_heading;

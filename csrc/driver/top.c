@@ -164,7 +164,6 @@ static int digits_of(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
     if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_DIGITS)) return -1;
-    /* A tolerance below that of 30 digits gives no more of them, but other roundings. */
     if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }

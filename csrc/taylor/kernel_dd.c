@@ -22,9 +22,9 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
 {
     begin_at_end(s);
     expand(s, 0, head, WHOLE);
+    const double by_tail = step_to_tail(s, head, log2_tol + log2_less);
     tail->expand(s);
-    const double by_last = step_size(s, last, log2_tol),
-                 by_tail = step_to_tail(s, head, log2_tol + log2_less);
+    const double by_last = step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
