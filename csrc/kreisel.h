@@ -134,8 +134,13 @@ typedef enum kr_kind {
 } kr_kind;
 /* clang-format on */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* What the library takes for equal when it asks itself for the kind. */
-#define KR_KIND_RTOL 1e-12
+/* What the library takes for equal when it asks itself for the kind, relative: as much as roundings
+ * in the description of a body make, 32 units of the last place. A body further off is of no kind,
+ * however little, for in time that little tells. */
+#define KR_KIND_RTOL 7.2e-15
+/* How far from a unit quaternion, a symmetric tensor, and bodies that can be, what is given may
+ * lie. */
+#define KR_INPUT_RTOL 1e-12
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* The cuboid of chapter 6 of the thesis (Bodack 2008). */

@@ -40,6 +40,7 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+INPUT_RTOL: float
 KIND_RTOL: float
 
 def method_applies(method: str, body: bytes) -> bool: ...

@@ -138,6 +138,13 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
+def told(scene: Scene) -> str:
+    """The body of a scene by its kind, in words."""
+    damped, near = "damped " if scene._is_damped else "", scene.body._nearly
+    which = f", which is {near}" if near else ""
+    return f"this {damped}body of kind {scene.body.kind!r}{which}"
+
+
 def fitting(name: object, scene: Scene) -> Method:
     """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
     the scene."""
@@ -151,9 +158,8 @@ def fitting(name: object, scene: Scene) -> Method:
     if not method.suits(scene):
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
-        kind = "damped body" if scene._is_damped else "body"
         raise ValueError(
-            f"the method {name!r} does not apply to this {kind} of kind {scene.body.kind!r}: "
+            f"the method {name!r} does not apply to {told(scene)}: "
             f"it is for {tops}; these apply: {others}"
         )
     return method
