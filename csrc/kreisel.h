@@ -357,9 +357,10 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top
- * and of any body on which no torque acts (KR_ERR_METHOD for others). It is a value, made once; to
- * read it needs no memory and cannot fail: a time that is not finite gives a state of NaN. What
- * follows `spin` is its own. */
+ * and of any body on which no torque acts (KR_ERR_METHOD for others, and for a heavy top whose axis
+ * neither stands nor leans or moves by 1e-70 at least). It is a value, made once; to read it needs
+ * no memory and cannot fail: a time that is not finite gives a state of NaN. What follows `spin` is
+ * its own. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];

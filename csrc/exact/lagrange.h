@@ -257,11 +257,11 @@ static void lagrange_start(kr_exact *exact, const initial *s, const turning *r, 
     phase_start(&exact->first, first);
     phase_start(&exact->second, second);
 }
-/* Says whether the axis rests at a pole. An axis that leans and moves by less than 1e-100 counts as
- * one that rests, because its squares would underflow. */
+/* Says whether the axis rests at a pole. Where it leans or moves, it does so by more than what
+ * kr_exact_resolves asks for. */
 static int stands(const initial *s)
 {
-    const double least = 1e-200, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
+    const double least = 1e-150, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return wh <= least * (s->w_square.hi + s->g.hi) && fmin(s->plus.hi, s->minus.hi) <= least;
 }
 /* Returns the closed form of a Lagrange top, in its own units. */

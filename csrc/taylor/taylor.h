@@ -44,6 +44,8 @@ typedef struct kr_series {
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
     double drag[4];              /* -Dx / Ax; and cyclic */
     double t, end, at, damped;
+    double fall; /* the least time in which it can fall to e times its lean */
+    double unused[7];
 } kr_series;
 
 /* One order on one instruction set. */

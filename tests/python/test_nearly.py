@@ -115,3 +115,33 @@ def test_without_gravity_no_centre_of_mass_matters(words):
         ends.append(path.q[-1])
         assert path.error < 2e-12
     assert kr.attitude_error(*ends) < 2e-12
+
+
+@pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
+@pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
+def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
+    """After a time that goes as the logarithm of its lean; which squares of it do not tell."""
+    push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
+    body = kr.Body.symmetric(1, 1, 0.5, 1)
+    scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0))
+    with pytest.raises(ValueError, match="leans or moves by less than 1e-70"):
+        kr.exact(scene)
+    with pytest.raises(ValueError, match="'exact' does not apply: no closed form tells when"):
+        kr.solve(scene, 1, "exact")
+    falls = -np.log(size)
+    path = kr.solve(scene, [falls - 5, falls + 1.5])
+    assert path.method == "taylor" and "leans" in path.plan.why
+    assert path.nutation[0] < 0.2 and path.nutation[1] > 1
+    assert path.error < 1e-9
+    assert kr.solve(scene.replace(gravity=0), 1).method == "exact"
+
+
+def test_a_top_that_leans_by_little_or_stands_has_a_closed_form():
+    body, falls = kr.Body.symmetric(1, 1, 0.5, 1), -np.log(1e-69)
+    little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0))
+    path = kr.solve(little, [falls - 5, falls + 1])
+    assert path.method == "exact" and kr.exact(little).period > falls
+    assert path.error < 1e-8
+    for upright in ((1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)):
+        stands = kr.Scene(body, momentum=(0, 0, 0.5), attitude=upright)
+        assert kr.exact(stands).period == np.inf and kr.exact(stands)(1e3).nutation[0] in (0, np.pi)
