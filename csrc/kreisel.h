@@ -103,7 +103,11 @@ typedef struct kr_scene {
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* A symmetric body with the axis T: its moments across and along it, and com's height on it. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. */
+/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY where the
+ * tensor is not diagonal and its least moment less than KR_TENSOR_LEAST of the largest, as with a
+ * fixed point far off the axes of a small body: the tensor's roundings are as large as a millionth
+ * of it, or larger. */
+#define KR_TENSOR_LEAST 2e-10
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Any body by its tensor of inertia about the centre of mass; pivot is the fixed point. */

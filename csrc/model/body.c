@@ -195,6 +195,14 @@ static void rejoin(kr_body *b)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
+/* Says whether the tensor's roundings, which are as its largest moment, leave but a few digits of
+ * the least. */
+static int is_lost_in_rounding(const kr_body *b)
+{
+    return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
+           KR_TENSOR_LEAST * v_largest(b->inertia);
+}
+
 kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                       double rounded, kr_body *out)
 {
@@ -219,6 +227,7 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
         take_axes(&b, nearest(b.axes), a, com);
         take_axes(&b, least_turn(&b, com), a, com);
         rejoin(&b);
+        if (is_lost_in_rounding(&b)) return KR_ERR_BODY;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
                        ldexp(b.inertia.z, exponent));
     }

@@ -19,6 +19,7 @@ from ..quaternion import turn, unit
 from .inertia import (
     about_fixed_point,
     described,
+    lost,
     moments_of,
     of_a_shift,
     slack,
@@ -49,8 +50,9 @@ class Body(Shaped):
     made_up  True: mass and com are made up, as where only mass * gravity * |com| counts
 
     Its principal moments must be positive, none larger than the other two together (with a
-    relative slack of 1e-12: plates and rods are bodies). Raises TypeError for what is not a number
-    and ValueError for what is not a body. Warns (UserWarning) where no body has this inertia about
+    relative slack of 1e-12: plates and rods are bodies). A matrix that is not diagonal must have a
+    least moment above 2e-10 of the largest, whose roundings would leave six digits of it or less.
+    Raises TypeError for what is not a number and ValueError for what is not a body. Warns (UserWarning) where no body has this inertia about
     the fixed point, unless made_up; from then on it counts as made up.
 
     >>> import kreisel as kr
@@ -92,7 +94,7 @@ class Body(Shaped):
             kept["mass"], tensor, kept["com"], kept["rounded"]
         )
         if status != "OK":
-            raise refusal(status, violation(tensor, kept["rounded"]))
+            raise lost(tensor) or refusal(status, violation(tensor, kept["rounded"]))
         if made_up is not False:
             boolean("made_up", made_up)
         elif not can_be:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import INPUT_RTOL
+from .._core import INPUT_RTOL, TENSOR_LEAST
 from .._ground.arguments import Array, Vector, array, number, positive, shown, vector
 
 _WHAT = "3 moments or a symmetric 3x3 matrix"
@@ -40,6 +40,19 @@ def moments_of(tensor: Array) -> list[float]:
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
+
+
+def lost(tensor: Array) -> ValueError | None:
+    """The exception for a matrix whose roundings are as large as its least moment, or nearly."""
+    least, _, largest = sorted(moments_of(tensor))
+    diagonal = (tensor == np.diag(tensor.diagonal())).all()
+    if diagonal or abs(least) >= TENSOR_LEAST * largest:
+        return None
+    return ValueError(
+        f"the least principal moment, about {least:.1g}, is lost in the roundings of a matrix "
+        f"whose largest is {largest:.6g}: such a body must be described along its principal axes "
+        "at the fixed point, by three moments"
+    )
 
 
 def violation(tensor: Array, rounded: float) -> str:
