@@ -103,10 +103,8 @@ typedef struct kr_scene {
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* A symmetric body with the axis T: its moments across and along it, and com's height on it. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY where the
- * tensor is not diagonal and its least moment less than KR_TENSOR_LEAST of the largest, as with a
- * fixed point far off the axes of a small body: the tensor's roundings are as large as a millionth
- * of it, or larger. */
+/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY for one that
+ * is not diagonal and whose least moment, below this part of the largest, is lost in roundings. */
 #define KR_TENSOR_LEAST 2e-10
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
@@ -138,13 +136,10 @@ typedef enum kr_kind {
 } kr_kind;
 /* clang-format on */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* What the library takes for equal when it asks itself for the kind, relative: as much as roundings
- * in the description of a body make, 32 units of the last place. A body further off is of no kind,
- * however little, for in time that little tells. */
+/* What the library takes for equal when it asks itself for the kind: 32 units of the last place, as
+ * much as roundings in a description make. */
 #define KR_KIND_RTOL 7.2e-15
-/* How far from a unit quaternion, a symmetric tensor, and bodies that can be, what is given may
- * lie. */
-#define KR_INPUT_RTOL 1e-12
+#define KR_INPUT_RTOL 1e-12 /* slack for unit quaternions, symmetric tensors, physical moments */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* The cuboid of chapter 6 of the thesis (Bodack 2008). */
@@ -277,9 +272,8 @@ typedef struct kr_config {
      * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. With 30 a tol
-     * of at most 2^-100 makes the steps shorter: it gives no more digits, but other roundings, which
-     * tell how many are right. */
+    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. Beside 30 a tol
+     * of at most 2^-100 shortens the steps: other roundings, which tell how many digits are right. */
     int digits;
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */

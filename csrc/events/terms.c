@@ -227,7 +227,8 @@ static double most_of(const kr_top *top, int number)
     kr_vec3 most = root, along = top->apex;
     if (number == KR_ONE) return 1.0;
     if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A));
-    if (component.quantity == KR_QUANTITY_body_momentum) most = v_times(A, root);
+    if (component.quantity == KR_QUANTITY_body_momentum)
+        most = v_times(A, root);
     else if (component.quantity != KR_QUANTITY_body_velocity &&
              component.quantity != KR_QUANTITY_spin)
         return 1.0;

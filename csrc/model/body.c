@@ -162,8 +162,8 @@ static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 static int leads_to_com(const kr_body *b, int odd)
 {
     const double lone = at(b->inertia, odd), pair = at(b->inertia, (odd + 1) % 3);
-    const double reach = v_largest(b->com), across = fmax(fabs(at(b->com, (odd + 1) % 3)),
-                                                          fabs(at(b->com, (odd + 2) % 3)));
+    const double reach = v_largest(b->com),
+                 across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
 /* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as

@@ -1,5 +1,5 @@
-"""Bodies that are nearly of a kind: roundings in a description leave a body of its kind, and what is
-more than roundings is never left out."""
+"""Bodies that are nearly of a kind: roundings in a description leave a body of its kind, and what
+is more than roundings is never left out."""
 
 import kreisel as kr
 import numpy as np

@@ -3,8 +3,8 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from tops import TILT
 from kreisel import quaternion
+from tops import TILT
 
 FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
 SCENE = kr.scenes.thesis.replace(attitude=TILT)

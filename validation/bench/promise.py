@@ -3,10 +3,9 @@ validation.bench.promise
 
 On random tops of several families, to random times up to 100 and back, for targets from 1e-3 to
 1e-10, the true attitude error on [0, t] is held against the target, by heyoka in 128 bit from the
-doubles of the scene; and the evaluations of the torque against those of the
-cheapest step of the chosen method that would have met the target. Trial runs count. A refusal counts
-as one that need not be where the roundings of a run in doubles, by the Taylor series, come to less
-than a third of the target.
+doubles of the scene; and the evaluations of the torque against those of the cheapest step of the
+chosen method that would have met the target. Trial runs count. A refusal is needless where the
+roundings of a run in doubles, by the Taylor series, come to less than a third of the target.
 """
 
 import argparse

@@ -64,9 +64,10 @@ class Scene:
               along the principal axes, or one number for all three [M L^2 T^-1]
 
     It keeps momentum and attitude, whatever it was made from, and rounds them: of a needle that is
-    given by its velocity about its own axis, by I1 / I3 roundings of that velocity. Raises TypeError for what is not a
-    number, ValueError for what is not finite, of the wrong shape, or no unit quaternion (its
-    squared norm may be off by 1e-12; numbers in single precision are made unit in double).
+    given by its velocity about its own axis, by I1 / I3 roundings of that velocity. Raises
+    TypeError for what is not a number, ValueError for what is not finite, of the wrong shape, or no
+    unit quaternion (its squared norm may be off by 1e-12; numbers in single precision are made unit
+    in double).
     """
 
     body: Body

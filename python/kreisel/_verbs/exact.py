@@ -272,9 +272,7 @@ def exact(
 def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    return ValueError(
-        f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}"
-    )
+    return ValueError(f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
 def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:

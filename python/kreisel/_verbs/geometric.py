@@ -52,7 +52,9 @@ _EACH_RADIAN = 4  # while the top turns by one where these are more,
 _MOST_LOOKS = 1 << 13  # but no more, nor at more of the times that were asked for
 _REGULAR = 30.0  # times the angle turned: by no more a regular motion magnifies a small change
 _BUDGET = 64  # times the steps first thought of may be taken in all
-_STALLS = 3  # so often a finer run may be no better by half; then half the step makes other roundings
+_STALLS = (
+    3  # so often a finer run may be no better by half; then half the step makes other roundings
+)
 
 
 class _Search:
