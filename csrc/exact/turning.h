@@ -106,7 +106,8 @@ static kr_turning turning_downwards(const exact_top *top)
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
     r.course = courses[free ? CIRCLE : heavy_course(&s, &heights, r.least, r.greatest)];
-    if (r.greatest - r.least > KR_INPUT_RTOL) turning_times(&s, &heights, &r.t_greatest, &r.t_least);
+    if (r.greatest - r.least > KR_INPUT_RTOL)
+        turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
 static void exchange(double *a, double *b)

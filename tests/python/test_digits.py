@@ -58,14 +58,14 @@ def off(path):
 def free_tops():
     random = np.random.default_rng(2)
     yield kr.Scene(
-        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1)),
+        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), made_up=True),
         momentum=(0, 0, 1),
         attitude=(0.8, 0.6, 0, 0),
         gravity=0,
     )
     for upright in (True, False) * 6:
         yield kr.Scene(
-            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1)),
+            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), made_up=True),
             momentum=random.normal(size=3) * ((0, 0, 1) if upright else (1, 1, 1)),
             attitude=unit(random.normal(size=4)),
             gravity=0,

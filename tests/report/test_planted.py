@@ -16,7 +16,7 @@ REST = {"momentum": (0.0, 0.0, 0.0)}
 
 
 def nearly():
-    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0))
+    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), made_up=True)
 
 
 FAMILIES = {

@@ -180,9 +180,13 @@ def nearly_of_a_kind(rng):
     off = (first, 0.0), (0.0, second), (first, second)
     apart, beside = off[rng.integers(3)]
     if rng.random() < 0.3:
-        body = kr.Body(1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)))
+        body = kr.Body(
+            1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)), made_up=True
+        )
     else:
-        body = kr.Body(1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0))
+        body = kr.Body(
+            1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0), made_up=True
+        )
     q = rng.normal(size=4) * (1.0, *(10 ** rng.uniform(-8, 0, 2)), 1.0)
     gravity = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))
     momentum = rng.normal(size=3) * 10 ** rng.uniform(-1, 1)

@@ -52,8 +52,9 @@ class Body(Shaped):
     Its principal moments must be positive, none larger than the other two together (with a
     relative slack of 1e-12: plates and rods are bodies). A matrix that is not diagonal must have a
     least moment above 2e-10 of the largest, whose roundings would leave six digits of it or less.
-    Raises TypeError for what is not a number and ValueError for what is not a body. Warns (UserWarning) where no body has this inertia about
-    the fixed point, unless made_up; from then on it counts as made up.
+    Raises TypeError for what is not a number and ValueError for what is not a body. Warns
+    (UserWarning) where no body has this inertia about the fixed point, unless made_up; from then on
+    it counts as made up.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
