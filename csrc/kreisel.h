@@ -103,7 +103,9 @@ typedef struct kr_scene {
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* A symmetric body with the axis T: its moments across and along it, and com's height on it. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. */
+/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY for one that
+ * is not diagonal and whose least moment, below this part of the largest, is lost in roundings. */
+#define KR_TENSOR_LEAST 2e-10
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Any body by its tensor of inertia about the centre of mass; pivot is the fixed point. */
@@ -134,8 +136,10 @@ typedef enum kr_kind {
 } kr_kind;
 /* clang-format on */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* What the library takes for equal when it asks itself for the kind. */
-#define KR_KIND_RTOL 1e-12
+/* What the library takes for equal when it asks itself for the kind: 32 units of the last place, as
+ * much as roundings in a description make. */
+#define KR_KIND_RTOL 7.2e-15
+#define KR_INPUT_RTOL 1e-12 /* slack for unit quaternions, symmetric tensors, physical moments */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* The cuboid of chapter 6 of the thesis (Bodack 2008). */
@@ -269,7 +273,9 @@ typedef struct kr_config {
      * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    int digits; /* for KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol */
+    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. Beside 30 a tol
+     * of at most 2^-100 shortens the steps: other roundings, which tell how many digits are right. */
+    int digits;
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */
     int leave_heading;
@@ -350,9 +356,10 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top
- * and of any body on which no torque acts (KR_ERR_METHOD for others). It is a value, made once; to
- * read it needs no memory and cannot fail: a time that is not finite gives a state of NaN. What
- * follows `spin` is its own. */
+ * and of any body on which no torque acts (KR_ERR_METHOD for others, and for a heavy top whose axis
+ * neither stands nor leans or moves by 1e-70 at least). It is a value, made once; to read it needs
+ * no memory and cannot fail: a time that is not finite gives a state of NaN. What follows `spin` is
+ * its own. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];

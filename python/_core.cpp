@@ -159,6 +159,8 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("kinds") = kind_names();
     m.attr("flags") = flag_table();
     m.attr("KIND_RTOL") = KR_KIND_RTOL;
+    m.attr("TENSOR_LEAST") = KR_TENSOR_LEAST;
+    m.attr("INPUT_RTOL") = KR_INPUT_RTOL;
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);
     m.def("body_from_tensor", body_from_tensor, "mass"_a, "inertia"_a, "com"_a, "rounded"_a);

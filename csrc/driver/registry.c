@@ -1,5 +1,6 @@
 /* The table of methods, made of methods.def, and the bodies that each takes. */
 #include "method.h"
+#include "exact/dispatch.h"
 #include "model/body.h"
 
 static const kr_method *const methods[] = {
@@ -41,6 +42,8 @@ int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || kr_scene_check(scene) != KR_OK) return 0;
     if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_DAMPED)) return 0;
-    return (method->flags & KR_INTEGRABLE && scene->gravity == 0.0) ||
-           kr_method_applies(method, &scene->body);
+    if (method->flags & KR_INTEGRABLE)
+        return (scene->gravity == 0.0 || kr_method_applies(method, &scene->body)) &&
+               kr_exact_resolves(scene);
+    return kr_method_applies(method, &scene->body);
 }

@@ -200,9 +200,8 @@ kr_status kr_top_come_up(kr_top *top, double t)
 static int digits_of(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
-    if (config->digits < 0 || config->digits > 30 || config->tol > 0.0 ||
-        !(method->flags & KR_DIGITS))
-        return -1;
+    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_DIGITS)) return -1;
+    if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
 /* The doubles that the work of all motions takes. */

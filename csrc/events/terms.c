@@ -216,10 +216,32 @@ static void add(const view *v, double factor, int number, double *c)
         adds[component.quantity](v, factor, component.axis, c);
 }
 
+/* Gives how much of its unit a component may be at most, by the energy: the unit is that of a turn
+ * about the axis of the least moment, and thin bodies turn about the others far more slowly. */
+static double most_of(const kr_top *top, int number)
+{
+    const kr_vec3 A = top->main.inertia;
+    const double least = fmin(A.x, fmin(A.y, A.z));
+    const kr_vec3 root = v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
+    const kr_component component = kr_component_of(number);
+    kr_vec3 most = root, along = top->apex;
+    if (number == KR_ONE) return 1.0;
+    if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A));
+    if (component.quantity == KR_QUANTITY_body_momentum)
+        most = v_times(A, root);
+    else if (component.quantity != KR_QUANTITY_body_velocity &&
+             component.quantity != KR_QUANTITY_spin)
+        return 1.0;
+    if (component.quantity != KR_QUANTITY_spin)
+        along = q_turn_back(top->axes, unit_vector(component.axis));
+    return fmin(1.0, v_dot(most, v3(fabs(along.x), fabs(along.y), fabs(along.z))));
+}
 double kr_terms_size(const kr_top *top, const kr_piece *piece, size_t n, const kr_term terms[])
 {
     double size = 0.0;
-    for (size_t i = 0; i < n; i++) size += fabs(factor_of(top, piece->rate, &terms[i]));
+    for (size_t i = 0; i < n; i++)
+        size += fabs(factor_of(top, piece->rate, &terms[i])) * most_of(top, terms[i].of) *
+                most_of(top, terms[i].times);
     return size;
 }
 /* Adds the terms from `t` on, which share their first component and have others that vary. */

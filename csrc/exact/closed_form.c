@@ -16,7 +16,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     const kr_kind kind =
         scene->gravity == 0.0 ? KR_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
     if (kind != KR_EULER && kind != KR_LAGRANGE) return KR_ERR_METHOD;
-    if (v_largest(scene->damping) > 0.0) return KR_ERR_METHOD;
+    if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
     kr_exact made = top.lever.hi == 0.0 ? euler_closed_form(&top) : lagrange_closed_form(&top);

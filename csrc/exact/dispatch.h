@@ -36,4 +36,8 @@ typedef struct kr_exact_isa {
 const kr_exact_isa *kr_exact_isa_at(int i);
 /* Sets the closed form up in working axes and own units from time 0, for the method `exact`. */
 kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact);
+/* Whether the closed form of a checked scene tells how the axis leans and moves at the start. From
+ * an upright start that is unstable the motion falls after a time that goes as the logarithm of the
+ * lean, whose fourth power underflows below 1e-77. */
+int kr_exact_resolves(const kr_scene *scene);
 #endif

@@ -4,6 +4,19 @@
  * the Lagrange top, Jacobi (1849) for the free body. It keeps every integral. */
 #include "dispatch.h"
 #include "method.h"
+#include "model/scene.h"
+
+int kr_exact_resolves(const kr_scene *scene)
+{
+    const kr_working w = kr_body_working(&scene->body);
+    const kr_quat q = q_mul(scene->start.q, q_mul(scene->body.axes, w.axes));
+    const double lean = fmin(fmax(fabs(q.x), fabs(q.y)), fmax(fabs(q.w), fabs(q.z))),
+                 push = fmax(fabs(scene->start.m.x), fabs(scene->start.m.y));
+    kr_units units;
+    if ((lean == 0.0 && push == 0.0) || scene->gravity == 0.0 || v_largest(w.com) == 0.0) return 1;
+    if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* it is refused for that */
+    return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
+}
 
 static const kr_exact *exact_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
 

@@ -257,8 +257,8 @@ static void lagrange_start(kr_exact *exact, const initial *s, const turning *r, 
     phase_start(&exact->first, first);
     phase_start(&exact->second, second);
 }
-/* Says whether the axis rests at a pole. An axis that leans and moves by less than 1e-75 counts as
- * one that rests, because the kernel's fourth powers of sinh would overflow. */
+/* Says whether the axis rests at a pole. Where it leans or moves, it does so by more than what
+ * kr_exact_resolves asks for. */
 static int stands(const initial *s)
 {
     const double least = 1e-150, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

@@ -9,7 +9,7 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* What is equal to KR_KIND_RTOL, of an angle in rad or of a precession or momentum in its terms, is
+/* What is equal to KR_INPUT_RTOL, of an angle in rad or of a precession or momentum in its terms, is
  * equal here. */
 enum course {
     RESTING,    /* nothing pulls, and the apex rests */
@@ -47,7 +47,7 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 /* Says how the axis of a heavy top moves, seen with gravity downwards, between these nutations. */
 static enum course heavy_course(const initial *s, const turning *r, double least, double greatest)
 {
-    const double pi = 3.14159265358979323846, tol = KR_KIND_RTOL,
+    const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
                  size = tol * sqrt(s->w_square.hi + s->g.hi);
     if (greatest - least <= tol)
         return greatest <= tol ? SLEEPING : pi - least <= tol ? HANGING : STEADY;
@@ -62,7 +62,7 @@ static enum course free_course(const initial *s)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
-    return across.hi <= KR_KIND_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
+    return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
 /* Gives the first times from 0 on at which the axis is lowest and highest. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
@@ -106,7 +106,8 @@ static kr_turning turning_downwards(const exact_top *top)
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
     r.course = courses[free ? CIRCLE : heavy_course(&s, &heights, r.least, r.greatest)];
-    if (r.greatest - r.least > KR_KIND_RTOL) turning_times(&s, &heights, &r.t_greatest, &r.t_least);
+    if (r.greatest - r.least > KR_INPUT_RTOL)
+        turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
 static void exchange(double *a, double *b)

@@ -2,9 +2,10 @@
  * corrected (model/resummed.h). For a step h it goes by e, with u = a.e3:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
  * It is explicit and integrable, with one kick a step. It keeps <m,p>, <m,a> and a modified energy
- * (kr_state_modified_energy4). A step h is refused where h^2 times 2 |E|, E without the turn about
- * the axis, or times mass gravity |com|, both in units of I1, is above 1: there the rates, which
- * are those of the start state, need not exist, or are those of no small kick. */
+ * (kr_state_modified_energy4). Its step e goes by the orbit: it keeps the symplectic form along an
+ * orbit only, and else up to O(h^7) a step. A step h is refused where h^2 times 2 |E|, E without
+ * the turn about the axis, or times mass gravity |com|, both in units of I1, is above 1: there the
+ * rates, which are those of the start state, need not exist, or are those of no small kick. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
@@ -66,7 +67,7 @@ const kr_method kr_method_bobenko_suris4 = {
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "after Bobenko and Suris 1999",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
+    .flags = KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
     .work = sizeof(path) / sizeof(double),
     .reset = reset,
     .step = step,

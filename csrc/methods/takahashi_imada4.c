@@ -1,7 +1,8 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
  * kick a step. The drift has to be of order 4 too: it is exact for symmetric bodies (splitting.h),
  * and else Suzuki's composition of the turns about N and T, which needs no kick. The method keeps
- * <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded O(h^4). A step that may turn the
+ * <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded O(h^4). It is symplectic before its
+ * processor, which changes the form in what is read by a bounded O(h^7). A step that may turn the
  * top by more than 2.5 rad is refused, but for Lagrange tops, whose drift may have any length. */
 #include "compose.h"
 #include "modified_kick.h"

@@ -42,7 +42,7 @@ static void read(const kr_motion *motion, kr_state *s)
 const kr_method kr_method_veselov2 = {
     .name = "veselov2",
     .text = "kick, discrete Moser-Veselov drift, kick",
-    .conserves = "<m,p>; on Lagrange tops <m,a>; on free tops the energy",
+    .conserves = "<m,p>; to its tolerance a step, on Lagrange tops <m,a>, on free tops the energy",
     .reference = "Moser and Veselov 1991",
     .order = 2,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,

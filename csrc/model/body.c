@@ -6,7 +6,7 @@
 /* Up to `rounded`, or to the slack of an inequality between doubles. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
-    const double one = 1.0 + fmax(rounded, KR_KIND_RTOL);
+    const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
     return i.x > 0.0 && i.y > 0.0 && i.z > 0.0 && i.x <= (i.y + i.z) * one &&
            i.y <= (i.z + i.x) * one && i.z <= (i.x + i.y) * one;
 }
@@ -14,7 +14,7 @@ kr_status kr_body_check(const kr_body *b)
 {
     if (!b || !isfinite(b->mass) || !(b->mass > 0.0) || !v_finite(b->com) || !v_finite(b->inertia))
         return KR_ERR_ARGUMENT;
-    if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_KIND_RTOL)) return KR_ERR_ARGUMENT;
+    if (!(fabs(q_dot(b->axes, b->axes) - 1.0) <= KR_INPUT_RTOL)) return KR_ERR_ARGUMENT;
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
@@ -58,6 +58,11 @@ static int odd_axis(const kr_body *b, double rtol)
     }
     return axis;
 }
+static int is_spherical(const kr_body *b)
+{
+    const kr_vec3 i = b->inertia;
+    return equal(i.x, i.y, KR_KIND_RTOL) && equal(i.y, i.z, KR_KIND_RTOL);
+}
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
@@ -81,8 +86,11 @@ kr_working kr_body_working(const kr_body *b)
     const int odd = odd_axis(b, KR_KIND_RTOL);
     kr_working w = {q_one(), i, b->com, 0};
     int last = odd;
-    if (odd >= 0 && equal(at(i, odd), at(i, (odd + 1) % 3), KR_KIND_RTOL) && reach > 0.0) {
+    if (is_spherical(b) && reach > 0.0) {
+        /* The axes turn, the moments stay: so these must be one number. */
+        const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
         w.axes = q_tilt(v_unit(b->com));
+        w.inertia = v3(mean, mean, mean);
         w.tilted = 1;
     } else {
         if (odd < 0) {
@@ -148,20 +156,50 @@ static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, column(axes, 1), column(axes, 1)),
                     tensor_element(j, column(axes, 2), column(axes, 2)));
 }
-/* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as
- * small as it can be. */
-static kr_quat least_turn(const kr_body *b)
+/* A tensor's roundings turn its axes, the further the less its moments differ. This says whether
+ * they explain how far beside the odd axis the centre of mass lies. */
+static int leads_to_com(const kr_body *b, int odd)
 {
-    const kr_quat axes = b->axes;
+    const double lone = at(b->inertia, odd), pair = at(b->inertia, (odd + 1) % 3);
+    const double reach = v_largest(b->com),
+                 across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
+    return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
+}
+/* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as
+ * small as it can be. The third leads through the centre of mass where it may. */
+static kr_quat least_turn(const kr_body *b, kr_vec3 com)
+{
     const int odd = odd_axis(b, KR_KIND_RTOL);
-    if (odd < 0) return axes;
-    if (equal(b->inertia.x, b->inertia.y, KR_KIND_RTOL) &&
-        equal(b->inertia.y, b->inertia.z, KR_KIND_RTOL))
-        return q_one();
-    const kr_vec3 a = column(axes, odd);
-    const kr_kind kind = kr_body_kind(b, KR_KIND_RTOL);
-    if (kind == KR_LAGRANGE || kind == KR_EULER) return q_tilt(a.z < 0.0 ? v_scale(-1.0, a) : a);
+    const double reach = v_largest(com);
+    if (odd < 0) return b->axes;
+    if (is_spherical(b)) return q_one();
+    kr_vec3 a = column(b->axes, odd);
+    if (leads_to_com(b, odd)) {
+        if (reach > 0.0) a = v_scale(1.0 / reach, com);
+        return q_tilt(v_scale((a.z < 0.0 ? -1.0 : 1.0) / v_length(a), a));
+    }
     return q_mul(q_mul(cycles[odd], q_tilt(q_turn_back(cycles[odd], a))), q_conj(cycles[odd]));
+}
+/* Makes one what only the tensor's roundings have parted: moments, and the odd axis with the centre
+ * of mass. */
+static void rejoin(kr_body *b)
+{
+    const int odd = odd_axis(b, KR_KIND_RTOL);
+    const kr_vec3 i = b->inertia, a = b->com;
+    if (odd < 0) return;
+    const double x = at(i, (odd + 1) % 3), y = at(i, (odd + 2) % 3), z = at(i, odd),
+                 pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
+    b->inertia = v3(odd == 0 ? lone : pair, odd == 1 ? lone : pair, odd == 2 ? lone : pair);
+    if (kr_body_kind(b, KR_KIND_RTOL) == KR_LAGRANGE && lone != pair)
+        b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
+}
+
+/* Says whether the tensor's roundings, which are as its largest moment, leave but a few digits of
+ * the least. */
+static int is_lost_in_rounding(const kr_body *b)
+{
+    return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
+           KR_TENSOR_LEAST * v_largest(b->inertia);
 }
 
 kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
@@ -177,7 +215,7 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
     frexp(size, &exponent);
     for (int i = 0; i < 9; i++) {
         const double element = inertia[i], mirrored = inertia[3 * (i % 3) + i / 3];
-        if (fabs(element - mirrored) > KR_KIND_RTOL * size) return KR_ERR_ARGUMENT;
+        if (fabs(element - mirrored) > KR_INPUT_RTOL * size) return KR_ERR_ARGUMENT;
         d[i / 3][i % 3] = a[i] = ldexp(0.5 * element + 0.5 * mirrored, -exponent);
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
@@ -186,7 +224,9 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         take_axes(&b, nearest(b.axes), a, com);
-        take_axes(&b, least_turn(&b), a, com);
+        take_axes(&b, least_turn(&b, com), a, com);
+        rejoin(&b);
+        if (is_lost_in_rounding(&b)) return KR_ERR_BODY;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
                        ldexp(b.inertia.z, exponent));
     }

@@ -17,7 +17,7 @@ kr_status kr_scene_check(const kr_scene *scene)
         return KR_ERR_ARGUMENT;
     if (!v_finite(damping) || !(fmin(damping.x, fmin(damping.y, damping.z)) >= 0.0))
         return KR_ERR_ARGUMENT;
-    return fabs(q_dot(start->q, start->q) - 1.0) <= KR_KIND_RTOL ? KR_OK : KR_ERR_ATTITUDE;
+    return fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
 
 /* The power of two that is x or somewhat more, if that is a double; 1 for zero. */

@@ -17,13 +17,15 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
 /* Computes the next piece. */
-INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail, double log2_tol,
-                          double direction)
+INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
+                          double log2_tol, double direction)
 {
     begin_at_end(s);
     expand(s, 0, head, WHOLE);
+    const double by_tail = step_to_tail(s, head, log2_tol + log2_less);
     tail->expand(s);
-    s->end = s->t + direction * step_size(s, last, log2_tol);
+    const double by_last = step_size(s, last, log2_tol);
+    s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
@@ -32,8 +34,8 @@ INLINE void advance_mixed(kr_series *s, int head, int last, const kr_tail *tail,
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \
-        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n], log2_tol,     \
-                      direction);                                                                  \
+        advance_mixed(s, KR_HEAD_##n, KR_LAST_##n, KR_LESS_##n, &KR_NAME(kr_tail)[KR_DIGITS_##n],  \
+                      log2_tol, direction);                                                        \
     }                                                                                              \
     static void look_##n(kr_series *s)                                                             \
     {                                                                                              \

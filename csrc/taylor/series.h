@@ -157,11 +157,25 @@ INLINE double log2_radius(const kr_series *s, int n)
 }
 /* Returns the step at whose end the last term is as large as the tolerance. Two terms tell the
  * radius (Jorba and Zou 2005), because every other term of an even or odd series vanishes. They are
- * those before the last, so that the step is known as soon as the last term is. */
+ * those before the last, so that the step is known as soon as the last term is. From a start so near
+ * an unstable equilibrium that all terms lie below the tolerance they tell nothing: no step is so
+ * long that a falling top's next terms may be larger than the last. */
 INLINE double step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
-    return rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b));
+    const double step = rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b)),
+                 longest = order / 6.0 * s->fall;
+    return step < longest ? step : longest;
+}
+
+/* Returns the step at whose end products of the middle coefficients of a head are as large as this.
+ * The first coefficient of the tail is a sum of such products, and rounded as they are. It may be
+ * far smaller: where the motion is a sum of few exponentials they cancel, and the last term allows
+ * a step at which the tail, which is in doubles, has lost what the head has kept. */
+INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
+{
+    const double a = log2_radius(s, head / 2), b = log2_radius(s, head / 2 + 1);
+    return rough_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
 INLINE void turn_known(kr_series *s, parts *of, int from, form what)

@@ -32,7 +32,7 @@ const kr_isa *kr_taylor_isa(int i)
  * that validation/bench/kernels.py depth has measured. */
 static double log2_tolerance(const kr_motion *motion)
 {
-    if (motion->digits > 20) return -100.0;
+    if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
@@ -94,7 +94,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets k, up, down and drag of the series, whose vectors c and D are those of its own unit of
+/* Sets k, up, down, drag and fall of the series, whose vectors c and D are those of its own unit of
  * time. */
 static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
@@ -108,6 +108,8 @@ static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
     set_vector(s[0].drag, s[1].drag, over(v_dd(drag, none), A));
     s[0].damped = v_largest(drag);
+    const double rates = v_largest(vdd_high(over(up, A))) + v_largest(vdd_high(over(down, A)));
+    s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
 /* Returns the attitude. Without the heading, the shortest turn that lifts P to the vertical stands
  * for all that do. P is of unit length but for the tolerance, so two terms of 1 / |P| do, which

@@ -17,14 +17,18 @@
 #include "numbers/isa.h"
 
 /* For 20 and for 30 digits, HEAD is the last term in double-double, because all later ones are so
- * small that doubles do, and LAST is the last of all. validation/bench/kernels.py depth has
- * measured them; it compiles others. */
+ * small that doubles do, LAST is the last of all, and LESS, in powers of two, how far above the
+ * tolerance of a step the products may lie whose sums are in doubles: at most as far as doubles
+ * resolve, and a few powers more where the tolerance is below what the digits need.
+ * validation/bench/kernels.py depth has measured them; it compiles others. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
 #  define KR_HEAD_30 20
 #  define KR_LAST_30 36
 #endif
+#define KR_LESS_20 58.0
+#define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* A piece of path, from the time t to `end`. It is fastest on a multiple of 64 bytes. In
@@ -40,6 +44,8 @@ typedef struct kr_series {
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
     double drag[4];              /* -Dx / Ax; and cyclic */
     double t, end, at, damped;
+    double fall; /* the least time in which it can fall to e times its lean */
+    double unused[7];
 } kr_series;
 
 /* One order on one instruction set. */

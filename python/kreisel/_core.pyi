@@ -40,7 +40,9 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+INPUT_RTOL: float
 KIND_RTOL: float
+TENSOR_LEAST: float
 
 def method_applies(method: str, body: bytes) -> bool: ...
 def method_suits(method: str, scene: bytes) -> bool: ...

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._core import KIND_RTOL
+from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
 from ._ground.arguments import Array, Quaternion, Vector, array, row, shown
 
@@ -90,7 +90,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
         w, x, y, z = row(name, given, 4, "4 numbers (w, x, y, z)")
         q = w, x, y, z
     norm = math.hypot(*q)
-    if abs(sum(c * c for c in q) - 1.0) <= KIND_RTOL:
+    if abs(sum(c * c for c in q) - 1.0) <= INPUT_RTOL:
         return q
     dtype = np.asarray(given).dtype
     if dtype.kind == "f" and dtype.itemsize < 8 and abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps:

@@ -142,15 +142,37 @@ static void words(void)
 {
     const kr_scene s = heavy();
     kr_top *top = NULL;
-    static const kr_config wrong[] = {{.digits = -1}, {.digits = 31}, {.digits = 20, .tol = 1e-9}};
+    static const kr_config wrong[] = {{.digits = -1},
+                                      {.digits = 31},
+                                      {.digits = 20, .tol = 1e-9},
+                                      {.digits = 20, .tol = 0x1p-101},
+                                      {.digits = 30, .tol = 0x1p-99}};
     const kr_config fine = {.digits = 20};
-    for (int i = 0; i < 3; i++) IS(kr_top_create(&s, taylor(), wrong[i], &top) == KR_ERR_ARGUMENT);
+    for (int i = 0; i < 5; i++) IS(kr_top_create(&s, taylor(), wrong[i], &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, kr_method_find("extrap"), fine, &top) == KR_ERR_ARGUMENT && top == NULL);
     const int pairs[][2] = {{0, 16}, {1, 16}, {17, 20}, {21, 30}};
     for (int i = 0; i < 4; i++) {
         const deep a = run_to(&s, pairs[i][0], 3), b = run_to(&s, pairs[i][1], 3);
         IS(memcmp(&a, &b, sizeof a) == 0);
     }
+}
+/* A tolerance below that of 30 digits makes shorter steps, whose roundings are others. */
+static void shorter_steps(void)
+{
+    const kr_scene s = heavy();
+    const kr_config configs[] = {{.digits = 30}, {.digits = 30, .tol = 0x1p-108}};
+    const double t = 5.0;
+    int64_t steps[2];
+    deep ends[2];
+    for (int i = 0; i < 2; i++) {
+        kr_top *top = make(&s, taylor(), configs[i]);
+        IS(kr_top_record_low(top, 1, &t, &ends[i].high, &ends[i].low, NULL) == KR_OK);
+        steps[i] = kr_top_stats(top).steps;
+        kr_top_free(top);
+    }
+    IS(steps[1] > steps[0]);
+    IS(apart(ends[0], ends[1]) > 0.0);
+    NEAR(apart(ends[0], ends[1]), 0.0, 1e-28);
 }
 
 int main(void)
@@ -162,5 +184,6 @@ int main(void)
     scaling();
     stepping();
     words();
+    shorter_steps();
     return check_result();
 }

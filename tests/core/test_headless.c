@@ -116,7 +116,8 @@ static void refusals(void)
  * bits as each other. */
 static void kernels(void)
 {
-    const kr_series start = {.k = {0, -.28, .84, -.73},
+    const kr_series start = {.fall = INFINITY,
+                             .k = {0, -.28, .84, -.73},
                              .up = {0, -.02, .68, -.01},
                              .down = {0, .06, .01, -.64},
                              .end_x = {0, 0, 0, 0, 0, -.96, 0, -.28},

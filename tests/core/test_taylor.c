@@ -16,8 +16,10 @@ static double energy(const kr_scene *s, kr_state a)
 
 static kr_series example(void)
 {
-    kr_series s = {
-        .k = {0, -.28, .84, -.73}, .up = {0, -.02, .68, -.01}, .down = {0, .06, .01, -.64}};
+    kr_series s = {.k = {0, -.28, .84, -.73},
+                   .up = {0, -.02, .68, -.01},
+                   .down = {0, .06, .01, -.64},
+                   .fall = INFINITY};
     const double x[8] = {.6, 0, .8, 0, 0, -.96, 0, -.28}, w[4] = {0, .8, .4, .1};
     memcpy(s.end_x, x, sizeof x);
     memcpy(s.end_w, w, sizeof w);

@@ -364,3 +364,18 @@ def test_one_event_is_a_list_of_one():
 def test_an_event_cannot_be_changed():
     with pytest.raises(AttributeError):
         events.nutation().direction = 1
+
+
+@pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
+def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
+    """The noise of a function is that of its own terms, not of a turn about the thin axis."""
+    body = kr.Body.symmetric(1, 1, least, 1, made_up=True)
+    scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
+    twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
+    looked = events.kinetic(0.1), events.extremum(twice)
+    path = kr.solve(scene, 40, "taylor", events=looked)
+    kinetic = kr.solve(scene, np.linspace(0, 40, 4001)).kinetic
+    passed, turned = (
+        int(np.count_nonzero(np.diff(np.sign(g)))) for g in (kinetic - 0.1, np.diff(kinetic))
+    )
+    assert list(np.bincount(path.events.which, minlength=2)) == [passed, turned] and turned > 20

@@ -63,7 +63,10 @@ def test_the_way_back_leads_to_the_start(name, body):
     assert np.abs(back.m[-1] - there.m[0]).max() < 1e-11
 
 
-@pytest.mark.parametrize("name, body", cases(adaptive=False, symplectic=True))
+ORBITAL = "bobenko_suris4", "lagrange"  # it keeps a modified energy, if not the symplectic form
+
+
+@pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
     """The error of a symplectic method stays within a bound of h^order and has no slope.
 
@@ -130,7 +133,7 @@ CONSERVED = {  # what the words of the table promise: the quantities that stay, 
     "two rational integrals": {},
     "<m,p>": VERTICAL,
     "<m,p>; on Lagrange tops <m,a>": AXIAL,
-    "<m,p>; on Lagrange tops <m,a>; on free tops the energy": {
+    "<m,p>; to its tolerance a step, on Lagrange tops <m,a>, on free tops the energy": {
         **AXIAL,
         "free": ["vertical_momentum", "energy"],
     },

@@ -219,3 +219,21 @@ def test_named_scenes_show_what_they_say():
     for name in ("kowalewski", "goryachev_chaplygin"):
         assert path[name].scene.body.kind == name and np.ptp(getattr(path[name], name)) < 1e-7
     assert kr.scenes.name_of(path["cusps"].scene) == "cusps" and kr.scenes.name_of(GENERAL) == ""
+
+
+def test_a_least_moment_that_roundings_swallow_is_refused():
+    """With the fixed point far off the axes of a body its least moment is a small difference of
+    large numbers."""
+    half, mass = (0.6, 0.8, 1.0), 8 * 0.48
+    for far in (1.0, 1e2, 3e3):
+        pivot = far * np.array((0.3, -0.4, 0.5))
+        body = kr.Body.cuboid(half=half, pivot=pivot)
+        about = np.diag([mass / 3 * (1.0 + 0.64), mass / 3 * 1.36, mass / 3 * 1.0])
+        along = pivot / np.linalg.norm(pivot)
+        # to first order in the rest, the least moment is that about the line to the centre
+        assert min(body.moments) == pytest.approx(along @ about @ along, rel=1e-6 + 0.5 / far**2)
+    for far in (1e6, 3e7, 1e8):
+        with pytest.raises(ValueError, match=r"the least principal moment, about .* is lost in"):
+            kr.Body.cuboid(half=half, pivot=far * np.array((0.3, -0.4, 0.5)))
+        straight = kr.Body.cuboid(half=half, pivot=(0, 0, -far))
+        assert min(straight.moments) == pytest.approx(mass / 3, rel=1e-15)

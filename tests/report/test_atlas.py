@@ -63,26 +63,37 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
 
 
 @pytest.mark.parametrize(
-    "error, shown, small, expected",
+    "error, shown, per_turn, expected",
     [
-        (1e-13, 0.0, True, "right"),
-        (1e-3, 4e-4, True, "degraded"),
-        (1.0, 0.4, True, "lost"),
-        (3.0, 0.05, True, "lost"),  # two runs so far apart are both not to be believed
-        (1e-3, 1e-4, True, "silent"),
-        (1.0, 1e-9, True, "silent"),
-        (1.0, 1e-9, False, "lost"),  # fewer than 16 steps a turn: known beforehand
-        (5e-12, 0.0, True, "degraded"),  # accumulated rounding
-        (float("nan"), 0.0, False, "silent"),
+        (1e-13, 0.0, 64, "right"),
+        (1e-3, 4e-4, 64, "degraded"),
+        (1.0, 0.4, 64, "lost"),
+        (3.0, 0.15, 64, "lost"),  # two runs so far apart are both not to be believed
+        (3.0, 0.05, 64, "silent"),
+        (1e-3, 1e-4, 64, "silent"),
+        (1.0, 1e-9, 64, "silent"),
+        (1.0, 1e-9, 8, "silent"),  # a step too large makes more of a difference than this
+        (1e-3, 1e-4, 8, "degraded"),
+        (1.0, 1e-9, 2, "lost"),  # two steps a turn: known beforehand
+        (5e-12, 1e-12, 64, "degraded"),  # accumulated rounding
+        (5e-12, 0.0, 64, "silent"),  # is not the same in both runs
+        (float("nan"), 0.0, 2, "silent"),
     ],
 )
-def test_verdicts(error, shown, small, expected):
-    assert judge.verdict(error, 1e-12, judge.sign(error, shown, small, 1e-11)) == expected
+def test_verdicts(error, shown, per_turn, expected):
+    shown_by = judge.sign(error, shown, per_turn, (1e-12, 1e-11, 0.0))
+    assert judge.verdict(error, 1e-12, shown_by) == expected
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
     """On the unstable axis to the last bit, one rounding of the data is as good as any attitude."""
-    assert judge.verdict(1.0, 10.0, judge.sign(1.0, 0.0, True, 10.0)) == "lost"
+    shown_by = judge.sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
+    assert shown_by == "rounding" and judge.verdict(1.0, 10.0, shown_by) == "lost"
+
+
+def test_a_tolerance_allows_what_was_asked_for():
+    for error, expected in ((9e-9, "tolerance"), (2e-8, None)):
+        assert judge.sign(error, 0.0, np.inf, (1e-12, 1e-11, 1e-8)) == expected
 
 
 def test_what_the_second_run_shows_is_the_error():

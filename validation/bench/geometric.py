@@ -249,13 +249,14 @@ def left_out(extent):
 def promised(extent):
     """Tries `error=` on scenes of a fresh seed, here that of the day."""
     scenes = extent.scenes
-    kept, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
+    kept, needless, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
     say(
         f"{scenes} scenes: per cent with an error of at most the target",
         100 * kept,
         100,
         most=False,
     )
+    say(f"{scenes} scenes: per cent refused needlessly", 100 * needless, 3)
     say(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)
 
 

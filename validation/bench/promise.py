@@ -3,8 +3,9 @@ validation.bench.promise
 
 On random tops of several families, to random times up to 100 and back, for targets from 1e-3 to
 1e-10, the true attitude error on [0, t] is held against the target, by heyoka in 128 bit from the
-doubles of the scene; and the evaluations of the torque against those of the
-cheapest step of the chosen method that would have met the target. Trial runs count.
+doubles of the scene; and the evaluations of the torque against those of the cheapest step of the
+chosen method that would have met the target. Trial runs count. A refusal is needless where the
+roundings of a run in doubles, by the Taylor series, come to less than a third of the target.
 """
 
 import argparse
@@ -172,6 +173,26 @@ def fast(rng):
     return scene.replace(momentum=tuple(rng.uniform(10.0, 100.0) * m for m in scene.momentum))
 
 
+def nearly_of_a_kind(rng):
+    """Takes a Lagrange top whose moments, centre of mass or both are beside what they should be by
+    1e-16 to 1e-11, or a body as nearly spherical, and starts it anyhow or close to upright."""
+    first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
+    off = (first, 0.0), (0.0, second), (first, second)
+    apart, beside = off[rng.integers(3)]
+    if rng.random() < 0.3:
+        body = kr.Body(
+            1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)), made_up=True
+        )
+    else:
+        body = kr.Body(
+            1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0), made_up=True
+        )
+    q = rng.normal(size=4) * (1.0, *(10 ** rng.uniform(-8, 0, 2)), 1.0)
+    gravity = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))
+    momentum = rng.normal(size=3) * 10 ** rng.uniform(-1, 1)
+    return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q), gravity=gravity)
+
+
 FAMILIES = (
     ordinary,
     at_rest,
@@ -182,6 +203,7 @@ FAMILIES = (
     near_a_rod,
     lively,
     fast,
+    nearly_of_a_kind,
 )
 
 
@@ -193,6 +215,7 @@ class Case:
     family: str
     plan: kr.Plan | None = None
     refused: str = ""
+    needless: bool = False  # refused, and roundings do not explain it
     error: float = 0.0  # true
     price: float = 0.0  # of the cheapest run that would have met the target; with the trials
     alone: float = 0.0  # without them
@@ -218,12 +241,19 @@ def cheapest(case, times, truth, steps):
     return n
 
 
+def rounded_off(case, times):
+    """Gives how far the roundings of a run in doubles lead astray."""
+    one, other = (kr.solve(case.scene, times, "taylor", digits=digits).q for digits in (16, 20))
+    return max(map(attitude_error, one, other))
+
+
 def judge(case, truth_of):
     times = np.linspace(0.0, case.t, SAMPLES + 1)
     try:
         path = kr.solve(case.scene, case.t, method="geometric", error=case.target)
     except ValueError as error:
         case.refused = str(error)
+        case.needless = 3.0 * rounded_off(case, times) < case.target
         return case
     case.plan, case.said = path.plan, path.error
     truth = truth_of(case.scene, times)
@@ -247,7 +277,8 @@ def line(name, cases):
     )
     worst, behind = over.max(initial=0.0), said.max(initial=0.0)
     print(
-        f"  {name:18}{len(cases):6}{len(cases) - len(done):8}{np.sum(over > 1.0):6}{worst:10.3g}"
+        f"  {name:18}{len(cases):6}{len(cases) - len(done):8}"
+        f"{sum(case.needless for case in cases):9}{np.sum(over > 1.0):6}{worst:10.3g}"
         f"{behind:12.3g}{price:8.2f}{alone:8.2f}"
     )
     return int(np.sum(over > 1.0)), price
@@ -255,13 +286,15 @@ def line(name, cases):
 
 def summary(cases):
     """Prints a line for each family and one for all; gives the part that is kept, and the price."""
-    print("  family             tried refused  over  worst/target true/said price  alone")
+    print("  family             tried refused needless  over  worst/target true/said price  alone")
     for family in dict.fromkeys(case.family for case in cases):
         line(family, [case for case in cases if case.family == family])
     over, price = line("all", cases)
     done = sum(not case.refused for case in cases)
-    print("        bounds: none over the target, price at most 3")
-    return 1.0 - over / max(done, 1), price
+    needless = sum(case.needless for case in cases) / max(len(cases), 1)
+    print(f"        needlessly refused: {needless:.1%}")
+    print("        bounds: none over the target, 3 % refused needlessly, price at most 3")
+    return 1.0 - over / max(done, 1), needless, price
 
 
 def judged(scenes, seed, verbose=False):
@@ -289,8 +322,8 @@ def main(argv=None):
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--verbose", action="store_true", help="a line for each scene")
     options = parser.parse_args(argv)
-    kept, price = judged(options.scenes, options.seed, options.verbose)
-    return 0 if kept == 1.0 and price <= 3.0 else 1
+    kept, needless, price = judged(options.scenes, options.seed, options.verbose)
+    return 0 if kept == 1.0 and needless <= 0.03 and price <= 3.0 else 1
 
 
 if __name__ == "__main__":

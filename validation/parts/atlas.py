@@ -202,7 +202,8 @@ def of_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
         f"Of those that are not right the finer run shows it in {n['second run']}, the step "
-        f"beforehand in {n['large step']}, and {n['rounding']} are accumulated rounding."
+        f"beforehand in {n['large step']}; {n['tolerance']} lie within what the tolerance asked "
+        f"for, and {n['rounding']} are accumulated rounding."
     )
 
 

@@ -5,13 +5,15 @@ a method of order p is what it claims to be, its error is about d 2^p / (2^p - 1
 between the two runs; that of an adaptive one is about d. The words of a verdict stand in VERDICTS.
 """
 
-from math import isfinite, log2, pi, sqrt
+from math import inf, isfinite, log2, pi, sqrt
 
 from ..truth import reference
 
 LOST = 0.1  # [rad]
 FACTOR = 3.0  # times what the second run shows, an error may be
+PART = 30.0  # times what the second run shows, an error may be that has another sign besides
 RESOLVED = 16  # steps a turn from which a step is said to resolve the motion
+COARSE = 4  # steps a turn below which it is plain that a step does not
 PROMISED = 10.0  # times what the tolerance at every step explains, an adaptive method may err
 RIGHT, DEGRADED, SILENT = "right", "degraded", "silent"
 VERDICTS = {
@@ -27,9 +29,11 @@ CAME_TO_THE_END = (RIGHT, DEGRADED, "lost", SILENT)
 SIGNS = {
     "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order "
     "says, or by so much that it is plain that neither is right",
-    "large step": f"fewer than {RESOLVED} steps a turn, which can be known beforehand",
-    "rounding": "no more than one rounding at every evaluation of the torque, all in the same "
-    "direction",
+    "large step": f"fewer than {COARSE} steps a turn, which can be known beforehand; or fewer than "
+    f"{RESOLVED}, and the finer run differs by a {PART:g}th of the error at least",
+    "tolerance": "no more than the tolerance asked for, missed at every step by as much",
+    "rounding": "no more than the data's rounding; or than one at every evaluation of the torque, "
+    f"all in the same direction, and the finer run differs by a {PART:g}th of the error at least",
 }
 BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
 ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
@@ -74,15 +78,20 @@ def estimate(second_run, order):
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
-def sign(error, shown, small, most):
+def sign(error, shown, per_turn, explained):
     """Says what tells somebody without a truth that an attitude is off by `error`; None: nothing
-    does. `shown` is the estimate; `small`, whether the step resolves the motion; `most`, what
-    rounding explains."""
-    if shown >= min(error, LOST) / FACTOR:
+    does. `shown` is the estimate; `per_turn`, how many steps a turn were taken, infinite where a
+    tolerance chose them; `explained`, the angles that rounding and a tolerance explain. What both
+    runs are off by alike has no sign, however large the step."""
+    random, aligned, tolerated = explained
+    seen = shown >= error / PART
+    if shown >= min(error / FACTOR, LOST):
         return "second run"
-    if not small:
+    if per_turn < COARSE or (per_turn < RESOLVED * (1 - 1e-9) and seen):
         return "large step"
-    return "rounding" if error <= most else None
+    if error <= tolerated:
+        return "tolerance"
+    return "rounding" if error <= random or (error <= aligned and seen) else None
 
 
 def verdict(error, rounding, shown_by):
@@ -115,8 +124,10 @@ def judge(cell, finer, problem, true, who):
     rounding, most = roundings(problem, true, cell)
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
-    small = not order or 2 * pi / (problem.rate * cell["step"]) > RESOLVED * (1 - 1e-9)
-    shown_by = sign(error, shown, small, most)
+    per_turn = 2 * pi / (problem.rate * cell["step"]) if order else inf
+    small = per_turn > RESOLVED * (1 - 1e-9)
+    tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
+    shown_by = sign(error, shown, per_turn, (rounding, most, tolerated))
     said = verdict(error, rounding, shown_by)
     cell = cell | {
         "shown": shown,

@@ -51,7 +51,7 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """Equally stiff in all directions of bending, up to 1e-12 relative: the rod of a Lagrange
+        """Equally stiff in all directions of bending, up to 7e-15 relative: the rod of a Lagrange
         top."""
         one, two, _ = self.stiffness
         return abs(one - two) <= KIND_RTOL * max(one, two)

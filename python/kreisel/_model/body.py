@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL, body_from_tensor, body_kind
+from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
 from .._ground.arguments import Array, Quaternion, Vector, boolean, number, positive, vector
 from .._ground.refusals import refusal, unchangeable, warn
 from ..quaternion import turn, unit
 from .inertia import (
     about_fixed_point,
     described,
+    lost,
     moments_of,
     of_a_shift,
     slack,
@@ -49,9 +50,11 @@ class Body(Shaped):
     made_up  True: mass and com are made up, as where only mass * gravity * |com| counts
 
     Its principal moments must be positive, none larger than the other two together (with a
-    relative slack of 1e-12: plates and rods are bodies). Raises TypeError for what is not a number
-    and ValueError for what is not a body. Warns (UserWarning) where no body has this inertia about
-    the fixed point, unless made_up; from then on it counts as made up.
+    relative slack of 1e-12: plates and rods are bodies). A matrix that is not diagonal must have a
+    least moment above 2e-10 of the largest, whose roundings would leave six digits of it or less.
+    Raises TypeError for what is not a number and ValueError for what is not a body. Warns
+    (UserWarning) where no body has this inertia about the fixed point, unless made_up; from then on
+    it counts as made up.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -92,7 +95,7 @@ class Body(Shaped):
             kept["mass"], tensor, kept["com"], kept["rounded"]
         )
         if status != "OK":
-            raise refusal(status, violation(tensor, kept["rounded"]))
+            raise lost(tensor) or refusal(status, violation(tensor, kept["rounded"]))
         if made_up is not False:
             boolean("made_up", made_up)
         elif not can_be:
@@ -242,13 +245,25 @@ class Body(Shaped):
 
     @property
     def kind(self) -> str:
-        """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general', up to 1e-12
-        relative."""
+        """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general', up to 7e-15
+        relative: as far as roundings part moments and axes. What is further off is of no kind."""
         return body_kind(self._block, KIND_RTOL)
 
     @property
+    def _nearly(self) -> str:
+        """Which kind it is up to 1e-8 relative, and how nearly, in words; empty where it is that
+        kind, or none is so near."""
+        near = KIND_RTOL
+        while near < 1e-8:
+            near *= 2.0
+            kind = body_kind(self._block, near)
+            if kind != self.kind:
+                return f"{kind!r} only up to {near:.1g} relative"
+        return ""
+
+    @property
     def is_symmetric(self) -> bool:
-        """Whether two of the principal moments are equal, up to 1e-12 relative."""
+        """Whether two of the principal moments are equal, up to 7e-15 relative."""
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 
@@ -283,7 +298,7 @@ def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
     made_up = any(part.made_up for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, Line) for part in parts):
         least, _, largest = sorted(moments_of(tensor))
-        if least <= KIND_RTOL * largest:
+        if least <= INPUT_RTOL * largest:
             return Line(mass, tensor, com, made_up=made_up)
     rounded = max((part.rounded for part in parts), default=0.0)
     return Body(mass, tensor, com, rounded=rounded, made_up=made_up)

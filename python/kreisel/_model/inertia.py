@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL
+from .._core import INPUT_RTOL, TENSOR_LEAST
 from .._ground.arguments import Array, Vector, array, number, positive, shown, vector
 
 _WHAT = "3 moments or a symmetric 3x3 matrix"
@@ -20,7 +20,7 @@ def tensor_of(name: str, value: object) -> Array:
         return np.diag(given)
     with np.errstate(over="ignore"):
         skew = np.abs(given - given.T).max()
-    if skew > KIND_RTOL * np.abs(given).max():
+    if skew > INPUT_RTOL * np.abs(given).max():
         raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
     return given
 
@@ -42,6 +42,19 @@ def moments_of(tensor: Array) -> list[float]:
     return moments
 
 
+def lost(tensor: Array) -> ValueError | None:
+    """The exception for a matrix whose roundings are as large as its least moment, or nearly."""
+    least, _, largest = sorted(moments_of(tensor))
+    diagonal = (tensor == np.diag(tensor.diagonal())).all()
+    if diagonal or abs(least) >= TENSOR_LEAST * largest:
+        return None
+    return ValueError(
+        f"the least principal moment, about {least:.1g}, is lost in the roundings of a matrix "
+        f"whose largest is {largest:.6g}: such a body must be described along its principal axes "
+        "at the fixed point, by three moments"
+    )
+
+
 def violation(tensor: Array, rounded: float) -> str:
     """Which of the principal moments is not what it must be."""
     moments = moments_of(tensor)
@@ -50,7 +63,7 @@ def violation(tensor: Array, rounded: float) -> str:
         return f"{least!r} is not positive in {moments}"
     over = largest / (least + middle) - 1.0
     said = f", with rounded={rounded!r}" if rounded else ""
-    hint = f"; rounded={1.1 * over:.2g} would let it pass" if KIND_RTOL < over < 0.01 else ""
+    hint = f"; rounded={1.1 * over:.2g} would let it pass" if INPUT_RTOL < over < 0.01 else ""
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
 
 

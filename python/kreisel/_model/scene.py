@@ -63,9 +63,11 @@ class Scene:
     damping   of a linear drag: the torque is -damping times the angular velocity, axis by axis
               along the principal axes, or one number for all three [M L^2 T^-1]
 
-    It keeps momentum and attitude, whatever it was made from. Raises TypeError for what is not a
-    number, ValueError for what is not finite, of the wrong shape, or no unit quaternion (its
-    squared norm may be off by 1e-12; numbers in single precision are made unit in double).
+    It keeps momentum and attitude, whatever it was made from, and rounds them: of a needle that is
+    given by its velocity about its own axis, by I1 / I3 roundings of that velocity. Raises
+    TypeError for what is not a number, ValueError for what is not finite, of the wrong shape, or no
+    unit quaternion (its squared norm may be off by 1e-12; numbers in single precision are made unit
+    in double).
     """
 
     body: Body

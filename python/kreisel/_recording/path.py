@@ -28,6 +28,7 @@ from .reference import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
+    SHORTER_STEPS,
     apart,
     closed_form_holds,
     roundings,
@@ -124,8 +125,8 @@ class Path(Tables):
         """The largest attitude error of the states [rad]: as solve estimated it where it was given
         an error; else as a second run tells, computed when first asked for: the closed form where
         it holds to the bit and is far nearer than that, or the Taylor series with 20 digits (30 for
-        a path of 20). Of a path of 30 it is a guess: how far 20 go astray, less as much as their
-        tolerance is wider, or what the roundings of 30 digits come to where this is more."""
+        a path of 20). Of a path of 30 it is a guess: how far its roundings go astray, as shorter
+        steps show, or how far one rounding of the start does where this is more."""
         if self._choice or not len(self):
             return self._choice.error if self._choice else 0.0
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
@@ -133,10 +134,11 @@ class Path(Tables):
             known = roundings(self.scene, CLOSED_FORM, self.t)
             if error >= ROUNDINGS * known:
                 return error
-        error = self._apart(LONGEST_SERIES if self.digits == 20 else LONGER_SERIES)
+        second = {20: LONGEST_SERIES, 30: SHORTER_STEPS}.get(self.digits or 0, LONGER_SERIES)
+        error = self._apart(second)
         if self.digits != 30:
             return error
-        return max(error * 2.0**-34, 2.0 * ROUNDING * roundings(self.scene, SERIES, self.t))
+        return max(error, ROUNDING * roundings(self.scene, SERIES, self.t))
 
     def _apart(self, second: Request) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference

@@ -25,6 +25,7 @@ CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
 SERIES = Request(methods[ELSE], asked=ELSE)
 LONGER_SERIES = Request(methods[ELSE], digits=20, asked=ELSE)
 LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
+SHORTER_STEPS = Request(methods[ELSE], tol=2.0**-108, digits=30, asked=ELSE)  # other roundings
 
 ROUNDING = 2.0**-53
 NUDGE = 2.0**-36  # by which the start is moved to see how far the attitude moves

@@ -138,6 +138,25 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
+def told(scene: Scene) -> str:
+    """The body of a scene by its kind, in words."""
+    damped, near = "damped " if scene._is_damped else "", scene.body._nearly
+    which = f", which is {near}" if near else ""
+    return f"this {damped}body of kind {scene.body.kind!r}{which}"
+
+
+def no_closed_form(scene: Scene) -> str:
+    """Why there is none, in words."""
+    if scene._is_damped:
+        return f"no closed form is known for {told(scene)} with damping"
+    if not methods[EXACT].applies_to(scene.body):
+        return f"no closed form is known for {told(scene)} under gravity"
+    return (
+        "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
+        "the start, and yet does not stand"
+    )
+
+
 def fitting(name: object, scene: Scene) -> Method:
     """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
     the scene."""
@@ -149,11 +168,12 @@ def fitting(name: object, scene: Scene) -> Method:
     if method is None:
         raise ValueError(unknown(name))
     if not method.suits(scene):
+        if method.applies_to(scene.body) and not scene._is_damped:
+            raise ValueError(f"the method {name!r} does not apply: {no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
-        kind = "damped body" if scene._is_damped else "body"
         raise ValueError(
-            f"the method {name!r} does not apply to this {kind} of kind {scene.body.kind!r}: "
+            f"the method {name!r} does not apply to {told(scene)}: "
             f"it is for {tops}; these apply: {others}"
         )
     return method

@@ -11,7 +11,7 @@ from .._core import start, values
 from .._ground.arguments import Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
-from .methods import ELSE, EXACT
+from .methods import ELSE, EXACT, no_closed_form, told
 from .quantities import TURNING, doubles
 from .request import Request, checked_every, request
 from .times import PIECE, listed
@@ -183,12 +183,9 @@ def _why(scene: Scene, done: Request, choice: Choice | None) -> str:
         return "asked for by name"
     if done.digits is not None:
         return f"asked for {done.digits} digits"
-    kind = f"this body of kind {scene.body.kind!r}"
-    if done.method.exact:
-        return f"{kind} has a closed form" + ("" if scene.gravity else " without gravity")
-    return f"no closed form is known for {kind} " + (
-        "with damping" if scene._is_damped else "under gravity"
-    )
+    if not done.method.exact:
+        return no_closed_form(scene)
+    return f"{told(scene)} has a closed form" + ("" if scene.gravity else " without gravity")
 
 
 def _form(done: Request) -> str:

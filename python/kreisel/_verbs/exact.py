@@ -25,7 +25,7 @@ from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Scene
 from .._model.turning import Turnings, turnings
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting, methods
+from .._request.methods import EXACT, fitting, methods, no_closed_form
 from .._request.times import refuse_endless
 
 _MAP: Final = "bobenko_suris"
@@ -272,11 +272,7 @@ def exact(
 def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    under = "with damping" if scene._is_damped else "under gravity"
-    return ValueError(
-        f"{where}no closed form is known for this body of kind {scene.body.kind!r} {under}: "
-        f"it is for {methods[EXACT].tops}"
-    )
+    return ValueError(f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
 def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:

@@ -52,7 +52,9 @@ _EACH_RADIAN = 4  # while the top turns by one where these are more,
 _MOST_LOOKS = 1 << 13  # but no more, nor at more of the times that were asked for
 _REGULAR = 30.0  # times the angle turned: by no more a regular motion magnifies a small change
 _BUDGET = 64  # times the steps first thought of may be taken in all
-_STALLS = 2  # so often a finer run may be no better by half
+_STALLS = (
+    3  # so often a finer run may be no better by half; then half the step makes other roundings
+)
 
 
 class _Search:
@@ -169,8 +171,9 @@ def best(
         if run and run[1] <= _ENOUGH * target:
             return _path(search, *run, steps)
         error = run[1] if run else math.inf
-        stalls += 0.5 * least < error < _UNLIKE
-        least, steps = min(least, error), search.finer(steps, error)
+        stalled = 0.5 * least < error < _UNLIKE
+        stalls += stalled
+        least, steps = min(least, error), 2 * steps if stalled else search.finer(steps, error)
     raise search.refusal(
         f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
     )

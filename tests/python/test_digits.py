@@ -1,0 +1,98 @@
+"""How many digits are right where a motion is a sum of few exponentials, and the last terms of its
+series say little of the others: against elementary solutions."""
+
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+import pytest
+from tops import unit
+
+TIMES = (1.5, 8.0)
+
+
+def exact(numbers):
+    return [mp.mpf(float(x)) for x in numbers]
+
+
+def product(p, q):
+    w, x, y, z = p
+    a, b, c, d = q
+    return [
+        w * a - x * b - y * c - z * d,
+        w * b + x * a + y * d - z * c,
+        w * c - x * d + y * a + z * b,
+        w * d + x * c - y * b + z * a,
+    ]
+
+
+def turn(vector, angle):
+    """The quaternion of a turn by this angle times the vector's length."""
+    size = mp.sqrt(sum(x * x for x in vector))
+    sine = mp.sin(size * angle / 2) / size if size else mp.mpf(0)
+    return [mp.cos(size * angle / 2), *(x * sine for x in vector)]
+
+
+def free_symmetric(scene, t):
+    """A free body with two equal moments turns about its momentum and about its axis."""
+    q, m = exact(scene.attitude), exact(scene.momentum)
+    norm = mp.sqrt(sum(x * x for x in q))
+    q = [x / norm for x in q]
+    one, _, lone = exact(scene.body.moments)
+    axis = product(product(q, [0, 0, 0, 1]), [q[0], -q[1], -q[2], -q[3]])[1:]
+    axial = sum(x * y for x, y in zip(m, axis, strict=True))
+    spin = [mp.mpf(0), mp.mpf(0), axial * (1 / lone - 1 / one)]
+    return product(product(turn([x / one for x in m], t), q), turn(spin, t))
+
+
+def off(path):
+    """The largest angle to the elementary solution [rad]."""
+    worst = mp.mpf(0)
+    for t, high, low in zip(path.t, path.q, path.q_low, strict=True):
+        q = [a + b for a, b in zip(exact(high), exact(low), strict=True)]
+        w, x, y, z = free_symmetric(path.scene, mp.mpf(float(t)))
+        vector = product([w, -x, -y, -z], q)[1:]
+        worst = max(worst, 2 * mp.sqrt(sum(x * x for x in vector)))
+    return float(worst)
+
+
+def free_tops():
+    random = np.random.default_rng(2)
+    yield kr.Scene(
+        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), made_up=True),
+        momentum=(0, 0, 1),
+        attitude=(0.8, 0.6, 0, 0),
+        gravity=0,
+    )
+    for upright in (True, False) * 6:
+        yield kr.Scene(
+            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), made_up=True),
+            momentum=random.normal(size=3) * ((0, 0, 1) if upright else (1, 1, 1)),
+            attitude=unit(random.normal(size=4)),
+            gravity=0,
+        )
+
+
+@pytest.mark.parametrize("digits, bound", [(20, 1e-19), (30, 1e-29)])
+@pytest.mark.parametrize("end", [1.0, -1.0])
+def test_a_sum_of_few_exponentials_has_all_its_digits(digits, bound, end):
+    with mp.workdps(60):
+        for scene in free_tops():
+            path = kr.solve(scene, [end * t for t in TIMES], "taylor", digits=digits)
+            assert off(path) < bound, scene
+
+
+def test_a_steady_precession_has_all_its_digits():
+    scene = kr.scenes.steady_precession
+    paths = [kr.solve(scene, 20, "taylor", digits=digits) for digits in (20, 30)]
+    low, high = ((path.m[-1, 2] - scene.momentum[2]) + path.m_low[-1, 2] for path in paths)
+    assert abs(low) < 1e-18 and abs(high) < 1e-28
+    assert paths[0].error < 1e-18
+
+
+def test_a_path_of_thirty_digits_knows_how_many_are_right():
+    """By luck the roundings of a run may come to less or more than the typical."""
+    with mp.workdps(60):
+        paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
+        ratios = sorted(path.error / off(path) for path in paths)
+    assert ratios[0] > 0.03 and ratios[-1] < 30
+    assert 1 / 3 < ratios[len(ratios) // 2] < 3

@@ -1,0 +1,147 @@
+"""Bodies that are nearly of a kind: roundings in a description leave a body of its kind, and what
+is more than roundings is never left out."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from tops import TILT, matrix, unit
+
+EPS = 2.0**-52
+NEARLY = {  # lagrange, but for these parts of a whole
+    "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), made_up=True),
+    "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), made_up=True),
+    "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), made_up=True),
+}
+
+
+def turned(moments, com, random):
+    """A body described in axes that are turned anyhow, with the roundings of that."""
+    turn = matrix(unit(random.normal(size=4)))
+    tensor = turn @ np.diag(moments) @ turn.T
+    return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, made_up=True)
+
+
+@pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
+def test_a_turned_lagrange_top_is_one(size):
+    """The less its moments differ, the further roundings turn its axis."""
+    random = np.random.default_rng(3)
+    for sign in (1, -1) * 100:
+        body = turned((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
+        assert body.kind == "lagrange" and body.is_symmetric
+        assert kr.methods["bobenko_suris4"].applies_to(body)
+        assert np.linalg.norm(body.principal_com) == pytest.approx(0.7, rel=4 * EPS)
+
+
+def test_other_turned_kinds_are_theirs():
+    random = np.random.default_rng(4)
+    for _ in range(200):
+        assert turned((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
+        assert turned((2, 2, 1), (0.3, 0, 0), random).kind == "kowalewski"
+        assert turned((4, 4, 1), (0.3, 0, 0), random).kind == "goryachev_chaplygin"
+        assert turned((1, 2, 1.5), (0, 0, 0), random).kind == "euler"
+
+
+def test_rings_of_points_are_lagrange_tops():
+    random = np.random.default_rng(5)
+    for points in range(3, 9):
+        turn, angles = matrix(unit(random.normal(size=4))), 2 * np.pi * np.arange(points) / points
+        mass, tensor, com = 0.0, np.zeros((3, 3)), np.zeros(3)
+        for _ in range(3):
+            each, radius, height = np.exp(random.normal(size=3))
+            ring = radius * np.cos(angles), radius * np.sin(angles), np.full(points, height)
+            for place in np.stack(ring, -1) @ turn.T:
+                mass, com = mass + each, com + each * place
+                tensor += each * (place @ place * np.eye(3) - np.outer(place, place))
+        assert kr.Body(mass, tensor, com / mass).kind == "lagrange"
+
+
+def test_a_tensor_is_changed_by_roundings_only():
+    random = np.random.default_rng(6)
+    for off in 10 ** random.uniform(-14, -10, 300):
+        turn, com = matrix(unit(random.normal(size=4))), random.normal(size=3)
+        tensor = turn @ np.diag((1, 1 + off, random.uniform(0.3, 1.8))) @ turn.T
+        tensor = 0.5 * (tensor + tensor.T)
+        body = kr.Body(1, tensor, com, made_up=True)
+        axes = matrix(body.axes)
+        again = axes @ np.diag(body.moments) @ axes.T
+        assert np.abs(again - tensor).max() < 20 * EPS * np.abs(tensor).max()
+        assert np.abs(axes @ body.principal_com - com).max() < 40 * EPS * np.abs(com).max()
+
+
+@pytest.mark.parametrize("what", NEARLY)
+@pytest.mark.parametrize("off", [4e-14, 9e-13, 2e-10])
+def test_what_is_more_than_roundings_is_no_kind(what, off):
+    scene = kr.Scene(NEARLY[what](off), momentum=(0, 0.3, 1), attitude=TILT)
+    assert scene.body.kind == "general"
+    assert kr.solve(scene, 1).method == "taylor"
+    assert "'lagrange' only up to" in kr.plan(scene).why
+    for asked in (
+        lambda: kr.exact(scene),
+        lambda: kr.exact([scene]),
+        lambda: kr.solve(scene, 1, "exact"),
+        lambda: kr.solve(scene, 1, "bobenko_suris4", step=0.01),
+        lambda: kr.exact(scene, map="bobenko_suris", step=0.01),
+    ):
+        with pytest.raises(ValueError, match="'lagrange' only up to"):
+            asked()
+
+
+@pytest.mark.parametrize("what", NEARLY)
+def test_what_is_roundings_is_the_kind(what):
+    scene = kr.Scene(NEARLY[what](8 * EPS), momentum=(0, 0.3, 1), attitude=TILT)
+    assert scene.body.kind == "lagrange" and kr.solve(scene, 1).method == "exact"
+    paths = [kr.solve(scene, 10), kr.solve(scene, 10, "kahan_li8", step=0.01)]
+    true = kr.solve(scene, 10, digits=30)
+    for path in paths:
+        error = kr.attitude_error(path.q[-1], true.q[-1])
+        assert error < 2e-13 and path.error == pytest.approx(error, rel=0.5, abs=3e-16)
+
+
+def test_a_top_that_falls_by_what_its_body_lacks_falls():
+    scene = kr.Scene(kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), made_up=True), momentum=(0, 0, 1))
+    path, true = kr.solve(scene, 35), kr.solve(scene, 35, digits=30)
+    assert kr.attitude_error(path.q[-1], true.q[-1]) < 1e-9
+    assert true.apex[-1, 2] < 0.9
+
+
+@pytest.mark.parametrize("words", [{}, {"method": "strang", "step": 0.001}])
+def test_without_gravity_no_centre_of_mass_matters(words):
+    """A body that is nearly spherical has its own axes all the same."""
+    moments, ends = (1, 1 + 0.8e-12, 1 - 0.15e-12), []
+    for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
+        body = kr.Body(1, moments, com, made_up=True)
+        scene = kr.Scene(body, momentum=(0.3, -0.9, 1.1), attitude=TILT, gravity=0)
+        path = kr.solve(scene, 1000, **words)
+        ends.append(path.q[-1])
+        assert path.error < 2e-12
+    assert kr.attitude_error(*ends) < 2e-12
+
+
+@pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
+@pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
+def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
+    """After a time that goes as the logarithm of its lean; which squares of it do not tell."""
+    push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
+    body = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+    scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0))
+    with pytest.raises(ValueError, match="leans or moves by less than 1e-70"):
+        kr.exact(scene)
+    with pytest.raises(ValueError, match="'exact' does not apply: no closed form tells when"):
+        kr.solve(scene, 1, "exact")
+    falls = -np.log(size)
+    path = kr.solve(scene, [falls - 5, falls + 1.5])
+    assert path.method == "taylor" and "leans" in path.plan.why
+    assert path.nutation[0] < 0.2 and path.nutation[1] > 1
+    assert path.error < 1e-9
+    assert kr.solve(scene.replace(gravity=0), 1).method == "exact"
+
+
+def test_a_top_that_leans_by_little_or_stands_has_a_closed_form():
+    body, falls = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True), -np.log(1e-69)
+    little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0))
+    path = kr.solve(little, [falls - 5, falls + 1])
+    assert path.method == "exact" and kr.exact(little).period > falls
+    assert path.error < 1e-8
+    for upright in ((1, 0, 0, 0), (0, 1, 0, 0), (0.6, 0, 0, 0.8)):
+        stands = kr.Scene(body, momentum=(0, 0, 0.5), attitude=upright)
+        assert kr.exact(stands).period == np.inf and kr.exact(stands)(1e3).nutation[0] in (0, np.pi)

@@ -1,0 +1,72 @@
+"""Which methods keep the symplectic form of the phase space, by differences."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel import quaternion
+from tops import TILT
+
+FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
+SCENE = kr.scenes.thesis.replace(attitude=TILT)
+BODIES = {
+    "lagrange": SCENE,
+    "general": SCENE.replace(body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), made_up=True)),
+    "free": kr.scenes.dzhanibekov,
+}
+NUDGE = 2e-5
+CASES = [
+    (name, body)
+    for name in FIXED
+    for body, scene in BODIES.items()
+    if kr.methods[name].suits(scene)
+]
+
+
+def moved(scene, name, step, turned, pushed):
+    """The end of a step from a start that is turned by a small vector in space, and pushed."""
+    angle = np.linalg.norm(turned)
+    small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
+    attitude = quaternion.multiply(small, scene.attitude)
+    start = scene.replace(attitude=attitude, momentum=np.array(scene.momentum) + pushed)
+    path = kr.solve(start, step, name, step=step)
+    return path.q[-1], path.m[-1]
+
+
+def form(m):
+    """<dm, turn'> - <dm', turn> + <m, turn x turn'> of (turn, dm), both seen from space."""
+    eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
+    return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
+
+
+def defect(scene, name, step):
+    """By how much a step changes the form, in units of the moments and the step."""
+    q, m = moved(scene, name, step, np.zeros(3), np.zeros(3))
+    columns = []
+    for nudge in NUDGE * np.eye(6):
+        column = np.zeros(6)
+        for weight in (8, -8, -1, 1):  # at one nudge and two, of either sign
+            sign = np.sign(weight) * (1 if abs(weight) == 8 else -2)
+            p, n = moved(scene, name, step, sign * nudge[:3], sign * nudge[3:])
+            turn = np.array(quaternion.multiply(p, quaternion.conjugate(tuple(q.tolist()))))
+            vector = 2 * np.sign(turn[0]) * turn[1:]
+            column += weight * np.concatenate([vector * (1 + vector @ vector / 24), n - m])
+        columns.append(column / (12 * NUDGE))
+    slope = np.array(columns).T
+    return np.abs(slope.T @ form(m) @ slope - form(scene.momentum)).max()
+
+
+@pytest.mark.parametrize("name, body", CASES)
+def test_a_symplectic_method_keeps_the_form(name, body):
+    scene, step = BODIES[body], 0.2
+    change = defect(scene, name, step)
+    if kr.methods[name].symplectic:
+        assert change < 2e-9 * max(1, *scene.momentum)
+    else:
+        assert change > 1e-8 or not np.isfinite(change)
+
+
+def test_bobenko_suris4_keeps_the_form_along_orbits_only():
+    """Its step goes by the orbit: up to the seventh order."""
+    changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
+    assert not kr.methods["bobenko_suris4"].symplectic
+    assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

@@ -1,0 +1,151 @@
+"""Errors planted into sound runs of every method: which of them the atlas calls silent, family by
+family. What both runs are off by alike, nothing tells."""
+
+from dataclasses import replace
+from functools import cache
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.parts import cells, judge
+from validation.parts.cases import Case, at, general, lagrange
+
+SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
+REST = {"momentum": (0.0, 0.0, 0.0)}
+
+
+def nearly():
+    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), made_up=True)
+
+
+FAMILIES = {
+    "at rest": Case("planted", "at rest", at(lagrange, 2.5, **REST), turns=4),
+    "nearly of a kind": Case("planted", "nearly", at(nearly, **SPUN), turns=6),
+    "8 steps a turn": Case("planted", "8", at(general, **SPUN), 4, 8),
+    "2 steps a turn": Case("planted", "2", at(general, **SPUN), 4, 2),
+}
+ALL = [*FAMILIES, "led on by reset"]
+
+
+def offset(angle):
+    """Turned about e3 by this, but for the start."""
+    turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
+
+    def planted(q, true):
+        return np.array([q[0], *(kr.quaternion.multiply(turn, p) for p in q[1:])])
+
+    return planted
+
+
+def reversed_heading(q, true):
+    return np.array(q) * np.where(np.arange(len(q))[:, None], (1.0, 1.0, -1.0, -1.0), 1.0)
+
+
+def tenfold(q, true):
+    """The error, ten times as large, of what is off by little."""
+    sign = np.sign(np.sum(q * true, axis=1))[:, None]
+    far = sign * true + 10.0 * (q - sign * true)
+    return far / np.linalg.norm(far, axis=1)[:, None]
+
+
+FAULTS = {
+    "sound": lambda q, true: q,
+    "1e-9": offset(1e-9),
+    "1e-3": offset(1e-3),
+    "1": offset(1.0),
+    "reversed": reversed_heading,
+    "tenfold": tenfold,
+}
+SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
+
+
+def with_faults(led_on):
+    """Gives every method of kreisel with each fault, all for one truth."""
+
+    def run_of(who):
+        def run(problem, scene, times, setting):
+            half = len(times) // 2
+            if not led_on:
+                return who.run(problem, scene, times, setting)
+            q, m, *counts = who.run(problem, scene, times[: half + 1], setting)
+            rest = kr.solve(scene, times[half], who.name, **setting).end
+            more, on, *_ = who.run(problem, rest, times[half:] - times[half], setting)
+            return np.array([*q, *more[1:]]), np.array([*m, *on[1:]]), *counts
+
+        return run
+
+    def planting(who, fault):
+        def run(problem, scene, times, setting):
+            q, *rest = run_of(who)(problem, scene, times, setting)
+            true = problem.principal(kr.solve(scene, times, "taylor", digits=20).q)
+            return fault(np.array(q), np.array(true)), *rest
+
+        return run
+
+    def everybody(scene, radians):
+        return [
+            replace(who, name=f"{name}/{who.name}", run=planting(who, fault))
+            for who in cells.everybody(scene, radians)
+            if who.name in kr.methods
+            for name, fault in FAULTS.items()
+        ]
+
+    return everybody
+
+
+@cache
+def found(family):
+    """The cells of a family: {fault: {method: cell}}, of methods whose run came to an end."""
+    led_on = family not in FAMILIES
+    case = Case("planted", "led on", at(general, **SPUN), 4) if led_on else FAMILIES[family]
+    by_fault = {name: {} for name in FAULTS}
+    for cell in cells.examine(case, with_faults(led_on)):
+        fault, method = cell["method"].split("/")
+        if "attitude_error" in cell:
+            by_fault[fault][method] = cell
+    assert len(by_fault["sound"]) >= (5 if family == "2 steps a turn" else 10)
+    return by_fault
+
+
+def silent(cell):
+    return cell["verdict"] == judge.SILENT
+
+
+@pytest.mark.parametrize("family", ALL)
+def test_sound_runs_are_not_silent(family):
+    assert not [name for name, cell in found(family)["sound"].items() if silent(cell)]
+
+
+@pytest.mark.parametrize("fault", SIZES)
+@pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
+def test_what_both_runs_are_off_by_is_silent(family, fault):
+    """In every method whose own error is far less than the fault, and its second run with it;
+    unless so much was asked for by the tolerance."""
+    sound, faulty = found(family)["sound"], found(family)[fault]
+    clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
+    assert clean or (family, fault) == ("8 steps a turn", "1e-9")
+    for name in clean:
+        cell = faulty[name]
+        if cell["attitude_error"] < SIZES[fault] / 3:  # a turned top may look like itself
+            continue
+        asked_for = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
+        assert silent(cell) or (asked_for and cell["shown_by"] == "tolerance"), name
+
+
+@pytest.mark.parametrize("family", ALL)
+def test_what_grows_with_the_error_is_never_silent(family):
+    sound, faulty = found(family)["sound"], found(family)["tenfold"]
+    for name, cell in sound.items():
+        if cell["shown"] < 0.01 and cell["verdict"] != judge.RIGHT:
+            assert not silent(faulty[name]), name
+
+
+def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
+    """There a fault may hide, and only there."""
+    by_fault = found("2 steps a turn")
+    for fault in ("1e-3", "1"):
+        for cell in by_fault[fault].values():
+            assert silent(cell) == (cell["shown_by"] is None)
+            if cell["step"]:
+                assert cell["shown_by"] in ("second run", "large step")
