@@ -1,0 +1,1 @@
+"""What the tests hold: small changes of the source, each of which some test must notice."""
