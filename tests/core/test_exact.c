@@ -121,6 +121,23 @@ static void free_bodies(void)
     }
     NEAR(worst, 0.0, 3e-14);
 }
+/* A free body that turns exactly about one of three different principal axes goes on so. */
+static void about_a_principal_axis(void)
+{
+    const double moment[3] = {2.0, 3.0, 4.5};
+    for (int i = 0; i < 6; i++) {
+        const double size = i % 2 ? -1.7 : 1.7, part[3] = {i / 2 == 0, i / 2 == 1, i / 2 == 2};
+        const kr_vec3 axis = v3(part[0], part[1], part[2]);
+        kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v_scale(size, axis));
+        s.body.inertia = v3(moment[0], moment[1], moment[2]);
+        const kr_exact closed = closed_form(&s);
+        for (double t = -7.0; t < 1e4; t += 1234.5) {
+            const kr_quat turned = q_exp(v_scale(size / moment[i / 2] * t, axis));
+            NEAR(kr_attitude_error(kr_exact_state(&closed, t).q, turned), 0.0, 2e-12);
+        }
+        IS(closed.period == INFINITY);
+    }
+}
 /* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
  * about m, and what rests stays. */
 static void stillness(void)
@@ -288,6 +305,7 @@ int main(void)
     truths();
     integrals();
     free_bodies();
+    about_a_principal_axis();
     stillness();
     scaling();
     frames();

@@ -26,7 +26,8 @@ BINARY = {
 WRONG_WAY = {"<": ">", ">": "<", "<=": ">=", ">=": "<="}
 NO_STATEMENT = re.compile(
     r"\.|(?:return|break|continue|goto|case|default|static|const|typedef|struct|enum|union|extern"
-    r"|else|for|if|while|do|switch|\}|#|\(void\))|[A-Za-z_]\w*(?:\s+\*?|\s*\*+)[A-Za-z_]\w*\s*[\[;,=(]"
+    r"|else|for|if|while|do|switch|\}|#|\(void\))"
+    r"|[A-Za-z_]\w*(?:\s+\*?|\s*\*+)[A-Za-z_]\w*\s*[\[;,=(]"
 )
 
 
