@@ -1,12 +1,12 @@
-"""The mutants of validation/mutate: what is changed, and what its trials make of a small tree."""
+"""The mutants of validation/trust: what is changed, and what its trials make of a small tree."""
 
 import pytest
 from toolbox import need
 
-from validation.mutate import __main__ as front
-from validation.mutate import of_c, of_python
-from validation.mutate.ledger import Ledger
-from validation.mutate.mutant import Mutant, equivalents, sampled, why_equivalent
+from validation.trust import mutate as front
+from validation.trust import of_c, of_python
+from validation.trust.ledger import Ledger
+from validation.trust.mutant import Mutant, equivalents, sampled, why_equivalent
 
 HEADER = "int larger(int a, int b);\nint half(int a);\n"
 SOURCE = """#include "sums.h"
@@ -123,7 +123,10 @@ def test_the_ledger_outlives_a_cut_line(tmp_path):
     Ledger(tmp_path / "l").add(mutant, "killed", "test", 1.0)
     with (tmp_path / "l").open("a") as file:
         file.write('{"name": "cu')
-    assert Ledger(tmp_path / "l").word(mutant) == "killed"
+    other = Mutant("f.c", "a + b", 2, 3, "*")
+    Ledger(tmp_path / "l").add(other, "survived")
+    ledger = Ledger(tmp_path / "l")
+    assert (ledger.word(mutant), ledger.word(other)) == ("killed", "survived")
 
 
 def test_equivalents_have_reasons_and_are_of_this_tree():

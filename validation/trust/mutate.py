@@ -1,5 +1,5 @@
 """Do the tests notice? Small changes of the source, drawn by a seed, each tried by them: python -m
-validation.mutate core|package
+validation.trust.mutate core|package
 
 A trial that was ended goes on where it was; --again tries what has survived once more.
 """
@@ -21,7 +21,7 @@ SIDES = {"core": core, "package": package}
 
 
 def command_line():
-    parser = argparse.ArgumentParser(prog="python -m validation.mutate", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m validation.trust.mutate", description=__doc__)
     parser.add_argument("side", choices=SIDES)
     parser.add_argument("--points", type=int, default=150, help="how many mutants")
     parser.add_argument("--seed", type=int, default=20261122)

@@ -16,8 +16,10 @@ class Ledger:
     def __init__(self, file):
         self.file = file
         file.parent.mkdir(parents=True, exist_ok=True)
-        lines = file.read_text().splitlines() if file.exists() else []
-        self.rows = {row["name"]: row for row in map(read, lines) if row}
+        text = file.read_text() if file.exists() else ""
+        if text and not text.endswith("\n"):
+            file.write_text(text + "\n")  # the next is not part of what was cut
+        self.rows = {row["name"]: row for row in map(read, text.splitlines()) if row}
 
     def add(self, mutant, word, by="", seconds=0.0):
         row = {"name": mutant.name, "word": word, "by": by, "seconds": round(seconds, 1)}

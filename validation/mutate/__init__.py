@@ -1,1 +1,0 @@
-"""What the tests hold: small changes of the source, each of which some test must notice."""
