@@ -226,7 +226,7 @@ def test_files(page, browser, tmp_path):
     page.evaluate("history.replaceState(null, '', '#')")
     other.goto("about:blank")
     other.goto(link)
-    wait_for(other, "window.kreisel")
+    wait_for(other, "!!window.kreisel")
     assert scene(other) == given and other.troubles == []
     other.context.close()
 
