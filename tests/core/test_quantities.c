@@ -247,6 +247,16 @@ static void components(void)
     IS(!kr_component_turns(kr_component_find("body_vertical_x")) && !kr_component_turns(KR_ONE));
 }
 
+/* A body that is held at its centre of mass has an apex too: its third axis. */
+static void apex_without_a_lever(void)
+{
+    kr_scene s = random_scene();
+    kr_vec3 frame[3];
+    s.body.com = v3(0.0, 0.0, 0.0);
+    kr_state_frame(&s, &s.start, frame);
+    NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
+    NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
+}
 /* Of no step the modified energies are the energy, whatever the units; they leave it by step and
  * by step^2. */
 static void modified_energies(void)
@@ -274,6 +284,7 @@ int main(void)
     rates();
     poles();
     components();
+    apex_without_a_lever();
     modified_energies();
     return check_result();
 }

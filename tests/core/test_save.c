@@ -60,6 +60,28 @@ static void goes_on(const kr_method *method, double sign, int digits, int leave_
     kr_top_free(one);
 }
 
+/* What fails after a checkpoint goes back to what was kept before it. */
+static void fails_after(void)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = kr_scene_default();
+    const kr_method *rk4 = kr_method_find("rk4");
+    const kr_config config = {.step = 1.0};
+    kr_state elsewhere = s.start;
+    kr_top *never = make(&s, rk4, config), *top = make(&s, rk4, config),
+           *other = make(&s, rk4, config);
+    IS(kr_top_advance(never, 1e4) == KR_ERR_NOT_FINITE);
+    const kr_state last = kr_top_state(never);
+    IS(last.t > 8.0 && kr_top_advance(top, last.t - 1.0) == KR_OK);
+    save(top, saved);
+    elsewhere.m = v_scale(0.5, elsewhere.m);
+    IS(kr_top_reset(other, &elsewhere) == KR_OK && kr_top_advance(other, 4.0) == KR_OK);
+    load(other, saved);
+    IS(kr_top_advance(other, 1e4) == KR_ERR_NOT_FINITE && same(kr_top_state(other), last));
+    kr_top_free(never);
+    kr_top_free(top);
+    kr_top_free(other);
+}
 static void after_a_limit(void)
 {
     static unsigned char saved[MOST];
@@ -273,6 +295,7 @@ int main(void)
     for (int digits = 16; digits <= 30; digits += 7)
         goes_on(kr_method_find("taylor"), 1.0, digits, 0);
     goes_on(kr_method_find("taylor"), -1.0, 0, 1);
+    fails_after();
     after_a_limit();
     after_an_interruption();
     after_a_failure();
