@@ -17,6 +17,8 @@ from .tree import copied, environment
 ROOT = Path(__file__).parents[2]
 WITHOUT_BROWSER = ("tests/python", "tests/report/test_truths.py", "tests/report/test_errata.py")
 
+FUZZ = ("1", "10000")  # the seed, and how many rounds
+
 
 def command_line():
     parser = argparse.ArgumentParser(
@@ -44,7 +46,9 @@ def core(tests):
     build(tree, objects)
     (extension,) = objects.glob("_core*.so")
     shutil.copy(extension, tree / "python/kreisel")
-    tell("ctest", "--test-dir", objects, "--output-on-failure", stdout=subprocess.DEVNULL)
+    quiet = {"stdout": subprocess.DEVNULL}
+    tell("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
+    tell(objects / "fuzz", *FUZZ, **quiet)  # of all its rounds so many as take a minute here
     how = {"cwd": tree, "env": environment(tree)}
     words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     tell(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
