@@ -3,6 +3,7 @@
 import dataclasses
 import subprocess
 import sys
+from pathlib import Path
 
 import kreisel as kr
 import pytest
@@ -42,9 +43,9 @@ def test_a_report_is_made_by_the_tree_in_which_it_is_asked_for(tmp_path):
     folder.mkdir()
     (folder / "__init__.py").write_text("")
     (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
-    command = "from kreisel.__main__ import main\nmain()"
+    kreisel = Path(sys.executable).parent / "kreisel"  # whose folder is first in sys.path
     done = subprocess.run(
-        [sys.executable, "-c", command, "report", "--quick"],
+        [kreisel, "report", "--quick"],
         capture_output=True,
         text=True,
         cwd=tmp_path,

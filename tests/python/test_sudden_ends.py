@@ -14,9 +14,10 @@ TOP = kr.scenes.asymmetric
 # In a process of its own for each writer: at this moment of the writing it is ended, or the disk is
 # full.
 WRITER = """
-import os, pathlib, resource, signal, sys
+import importlib.metadata, os, pathlib, resource, signal, sys
 import kreisel as kr
-from kreisel._showing.cli import main
+(command_line,) = importlib.metadata.entry_points(group="console_scripts", name="kreisel")
+main = command_line.load()
 moment, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 def end(*_, **__):
     os.kill(os.getpid(), signal.SIGKILL)
