@@ -1,5 +1,6 @@
 /* Checkpoints: every method goes on from one with the bits of a run that was never stopped, and
  * bytes that are no checkpoint of the top are refused. */
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include "driver/top.h"
@@ -251,6 +252,37 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
+/* Counts below zero or beyond all that can be counted, a step against the direction, a start that is
+ * none, are refused in each of a top's motions, though the sums are right. */
+static void hostile_counts(const kr_method *method)
+{
+    enum { HEADER = 104, MOTION = HEADER + 280, KEPT = HEADER + 728, STEP = 48, STATS = 72 };
+    static unsigned char saved[MOST], bad[MOST];
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = kr_top_save_size(top);
+    const int64_t endless = ((int64_t)1 << 62) + 1, back = (int64_t)0xbff0000000000000u;
+    save(top, saved);
+    for (int kept = 0; kept < (method->at ? 1 : 2); kept++) {
+        const size_t motion = kept ? KEPT : MOTION;
+        for (int i = 0; i < 7; i++) {
+            memcpy(bad, saved, size);
+            forge(bad, size, motion + (i == 6 ? STEP : STATS + 8 + 8 * ((size_t)i % 3)),
+                  i == 6  ? back
+                  : i < 3 ? -1
+                          : endless,
+                  8);
+            IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+        }
+    }
+    const size_t places[] = {HEADER + 952, HEADER + 960, HEADER + offsetof(kr_scene, start.q)};
+    for (int i = 0; i < 3; i++) {
+        memcpy(bad, saved, size);
+        forge(bad, size, places[i], i == 1 ? 1 : endless, 8);
+        IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    }
+    kr_top_free(top);
+}
 /* Numbers that index or loop are refused beyond their ranges, though the sums are right. */
 static void hostile(const kr_method *method)
 {
@@ -286,7 +318,10 @@ static void hostile(const kr_method *method)
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) hostile(kr_method_at(i));
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        hostile(kr_method_at(i));
+        hostile_counts(kr_method_at(i));
+    }
     if (sizeof(void *) == 8)
         for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));
 
