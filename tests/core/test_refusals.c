@@ -1,5 +1,6 @@
 /* What is no body, scene, config or question is refused, each number of it alone; and what is
  * refused changes nothing. */
+#include <stddef.h>
 #include <string.h>
 #include "driver/top.h"
 #include "random.h"
@@ -73,6 +74,8 @@ static void makers(void)
         IS(kr_body_from_tensor(1.0, skew, zero, &body) == KR_ERR_ARGUMENT);
         kr_vec3 edges = half;
         *(i == 0 ? &edges.x : i == 1 ? &edges.y : &edges.z) = -1.0;
+        IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
+        edges = v_scale(-1.0, edges); /* two of them are below zero, and the mass is not */
         IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
     }
     IS(kr_body_from_tensor(1.0, NULL, zero, &body) == KR_ERR_ARGUMENT);
@@ -152,10 +155,11 @@ static void checkpoints(void)
         IS(kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
         kr_top_free(other);
     }
-    for (int i = 0; i < NUMBERS - 8; i++) {
+    for (size_t i = 0; i < offsetof(kr_scene, start) / sizeof(double); i++) {
         double number;
         memcpy(&number, (const double *)(const void *)&s + i, sizeof number);
-        const kr_scene changed = with_number(&s, i, number == 0.0 ? 1e-13 : number * (1.0 + 1e-15));
+        const kr_scene changed =
+            with_number(&s, (int)i, number == 0.0 ? 1e-13 : number * (1.0 + 1e-15));
         kr_top *other = make(&changed, method, config);
         IS(kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
         kr_top_free(other);
