@@ -285,6 +285,13 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
     kr_exact_states(&closed, MANY, many_times, out);
     for (int k = 0; k < MANY; k++)
         IS(k == 77 ? isnan(out[k].q.w) : same(out[k], kr_exact_state(&closed, many_times[k])));
+    for (int j = 0; kr_exact_isa_at(j); j++) {
+        const kr_state last = out[MANY - 1];
+        if (!kr_exact_isa_at(j)->runs_here()) continue;
+        memset(out, 0, MANY * sizeof *out);
+        kr_exact_isa_at(j)->many(&closed, MANY, many_times, out);
+        IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
+    }
 }
 /* So many states go past the cache, to addresses that suit that and to others. */
 static void many_at_once(void)

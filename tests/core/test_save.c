@@ -258,8 +258,8 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
-/* Counts below zero or beyond all that can be counted, a step against the direction, a start that is
- * none, are refused in each of a top's motions, though the sums are right. */
+/* Counts below zero or beyond all that can be counted, a step against the direction, a start that
+ * is none, are refused in each of a top's motions, though the sums are right. */
 static void hostile_counts(const kr_method *method)
 {
     enum { HEADER = 104 };

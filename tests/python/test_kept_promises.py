@@ -38,6 +38,15 @@ def test_the_plan_keeps_an_attitude_only_where_a_method_computes_it_anyway():
     assert "attitude" not in dict(symmetric.kept)
 
 
+def test_the_plan_keeps_what_two_equal_moments_or_no_torque_would_save():
+    def kept(scene, **words):
+        return set(dict(kr.plan(scene, method="taylor", **words).kept))
+
+    assert kept(TOP) == set() and kept(kr.scenes.thesis) == {"general form"}
+    assert kept(TOP.replace(gravity=0.0)) == {"torque"}
+    assert "general form" not in dict(kr.plan(kr.scenes.thesis, method="strang", step=0.1).kept)
+
+
 def test_a_report_is_made_by_the_tree_in_which_it_is_asked_for(tmp_path):
     folder = tmp_path / "validation"
     folder.mkdir()
