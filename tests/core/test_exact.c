@@ -229,6 +229,20 @@ static void frames(void)
     NEAR(kr_attitude_error(kr_exact_state(&a, 100.0).q, there), 0.0, 1e-13);
     NEAR(relative_distance(kr_exact_state(&b, 5.0), extrapolated(&tilted, 5.0)), 0.0, 1e-9);
 }
+/* A spherical body is turned to the axis of its lever with more digits than a double has, or the
+ * error of that turn grew with time. */
+static void far_frames_of_a_ball(void)
+{
+    const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
+    const kr_scene upright = top_of(2.0, 2.0, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
+    kr_scene lying = upright;
+    lying.body.com = v3(3.0, 0.0, 0.0);
+    lying.start.q = q_mul(upright.start.q, q_conj(cycle));
+    const kr_exact a = closed_form(&upright), b = closed_form(&lying);
+    kr_state end = kr_exact_state(&b, 1e6);
+    end.q = q_mul(end.q, cycle);
+    NEAR(relative_distance(kr_exact_state(&a, 1e6), end), 0.0, 1e-14);
+}
 static void batches(void)
 {
     enum { N = 150 };
@@ -316,6 +330,7 @@ int main(void)
     stillness();
     scaling();
     frames();
+    far_frames_of_a_ball();
     batches();
     instruction_sets();
     many_at_once();
