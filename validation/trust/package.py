@@ -1,6 +1,7 @@
 """Mutants of the package: tried first by the test modules that use the changed line, the quickest
 first, then by all others, but those in a browser."""
 
+import hashlib
 import json
 import marshal
 import shutil
@@ -51,10 +52,7 @@ class Trial:
         for file in (root / "python").glob("*/_core*.so"):
             shutil.copy(file, self.root / file.relative_to(root))
         self.put_core()
-        uses = to.with_name("uses.json")
-        if not uses.exists():
-            uses.write_text(json.dumps({name: self.used(name) for name in modules(self.root)}))
-        self.uses = json.loads(uses.read_text())
+        self.uses = self.all_used(to.with_name("uses.json"))
 
     def put_core(self):
         """The extension of the package that runs this program, where there is one."""
@@ -65,6 +63,14 @@ class Trial:
         folder = self.root / "python/kreisel"
         if folder.is_dir():
             shutil.copy(_core.__file__, folder)
+
+    def all_used(self, file):
+        """What each test module uses; known from before, where sources and tests are the same."""
+        known, tree = json.loads(file.read_text()) if file.exists() else {}, digest(self.root)
+        if known.get("tree") != tree:
+            known = {"tree": tree, "uses": {name: self.used(name) for name in modules(self.root)}}
+            file.write_text(json.dumps(known))
+        return known["uses"]
 
     def used(self, module):
         """Runs a test module; gives the lines of each source that it uses, and how long it took."""
@@ -117,6 +123,12 @@ class Trial:
             if done.status:
                 return "killed", test
         return "survived", ""
+
+
+def digest(root):
+    """Stands for the texts of all sources and tests."""
+    files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def code(text):
