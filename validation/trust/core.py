@@ -94,6 +94,8 @@ class Trial:
         mutant.write(self.root)
         try:
             word, by = self.judged(mutant)
+        except Refused:
+            word, by = "unbuilt", "it does not link"
         finally:
             mutant.undo(self.root)
         return Verdict(word, by, monotonic() - begin)
