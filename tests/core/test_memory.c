@@ -29,9 +29,9 @@ static void life(const kr_method *method, const kr_scene *s)
     IS(kr_top_create(&bad, method, config, &none) != KR_OK && !none);
     IS(kr_top_create(s, method, wrong, &none) != KR_OK && !none);
     if (kr_top_create(s, method, config, &top) != KR_OK) return;
+    (void)kr_top_watch(top, 1, &event);
     const size_t size = kr_top_save_size(top);
     IS(size <= MOST && kr_top_save(top, size, saved) == KR_OK);
-    (void)kr_top_watch(top, 1, &event);
     (void)kr_top_seek(top, 0.3, &hit);
     (void)kr_top_record(top, 2, t, out, &done);
     (void)kr_top_reset(top, &bad.start);
