@@ -71,7 +71,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 def opened(monkeypatch):
     """The addresses that were shown in a browser, instead of the browser."""
     found = []
-    monkeypatch.setattr(webbrowser, "open", found.append)
+    monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found
 
 
