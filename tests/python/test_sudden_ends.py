@@ -36,6 +36,8 @@ run = kr.start(kr.scenes.asymmetric, "strang", step=0.01)
 path = run.to(1.0)
 for writer, write in {
     "run": run.save,
+    "path": path.save,
+    "rows": path.to_csv,
     "scene": kr.scenes.asymmetric.to_toml,
     "view": kr.view(kr.scenes.asymmetric, open=False).save,
     "csv": command("solve", "asymmetric", "--t", "1", "--csv"),
@@ -45,7 +47,7 @@ for writer, write in {
                      "--repeats", "1", "--csv"),
 }.items():
     (folder / writer).mkdir()
-    endings = {"npz": "npz", "csv": "csv", "table": "csv", "page": "html"}
+    endings = {"npz": "npz", "rows": "csv", "csv": "csv", "table": "csv", "page": "html"}
     file = folder / writer / f"file.{endings.get(writer, 'own')}"
     file.write_bytes(b"old")
     child = os.fork()
@@ -59,7 +61,7 @@ for writer, write in {
         os._exit(0)
     print(writer, "ended", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
-WRITERS = {"run", "scene", "view", "csv", "npz", "page", "table"}
+WRITERS = {"run", "path", "rows", "scene", "view", "csv", "npz", "page", "table"}
 JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
