@@ -49,7 +49,7 @@ python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/vie
 	@echo "building the page"
 	@.venv/bin/python python/viewer/build.py build/viewer $@
 
-.venv/requirements.txt: pyproject.toml .ci/requirements
+.venv/requirements.txt: pyproject.toml .ci/requirements .ci/locked.txt
 	@echo "getting what report and tests need into .venv; the first time takes minutes"
 	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
 	@.venv/bin/python .ci/requirements >$@.new

@@ -22,7 +22,8 @@
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
 /* Each of these says whether this processor has the instruction set. Its features are asked for one
- * by one, because not every compiler knows the names of the levels. */
+ * by one, because not every compiler knows the names of the levels. One machine answers in one way:
+ * what is done without them is tested by name. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_X86
 static inline int kr_has_avx2(void)

@@ -5,6 +5,8 @@ Inside are the core as WebAssembly (by zig), the scripts and libraries (by esbui
 licences of all that. Usage: build.py FOLDER_FOR_WORK PAGE
 """
 
+import base64
+import hashlib
 import html
 import os
 import re
@@ -129,6 +131,27 @@ def licences(modules: Path) -> str:
     )
 
 
+def policy(script: str, style: str) -> str:
+    """What a browser lets the page do: run this script and the core in it, look like this, and make
+    pictures of its own. It asks nobody for anything, whatever a scene's file or link may say."""
+
+    def only(text: str) -> str:
+        digest = hashlib.sha256(text.encode()).digest()
+        return f"'sha256-{base64.b64encode(digest).decode()}'"
+
+    return "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src {only(script)} 'wasm-unsafe-eval'",
+            f"style-src-elem {only(style)}",
+            "style-src-attr 'unsafe-inline'",  # the colours of the panel's rows
+            "img-src data: blob:",
+            "base-uri 'none'",
+            "form-action 'none'",
+        ]
+    )
+
+
 def main(work: Path, page: Path) -> None:
     work.mkdir(parents=True, exist_ok=True)
     wasm = (work / "kreisel.wasm").resolve()
@@ -140,6 +163,7 @@ def main(work: Path, page: Path) -> None:
     notices = (
         f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'
     )
+    text = text.replace('Policy" content=""', f'Policy" content="{policy(script, style)}"')
     text = text.replace("<style></style>", f"<style>{style}</style>")
     text = text.replace(
         '<script type="module"></script>', f'{notices}\n<script type="module">{script}</script>'

@@ -175,6 +175,36 @@ static void shorter_steps(void)
     NEAR(apart(ends[0], ends[1]), 0.0, 1e-28);
 }
 
+/* The energy, with a lever whose components are no doubles and the moments of a body in principal
+ * axes. */
+static dd energy(const kr_scene *s, deep at)
+{
+    const quat_dd q = q_dd(at.high.q, at.low.q);
+    const vec_dd up = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
+    const vec_dd P = qdd_turn(qdd_conj(q), up), m = v_dd(at.high.m, at.low.m),
+                 M = qdd_turn(qdd_conj(q), m), lever = v_dd(s->body.com, v3(0, 0, 0));
+    const vec_dd turning = {dd_div(M.x, dd_of(s->body.inertia.x)),
+                            dd_div(M.y, dd_of(s->body.inertia.y)),
+                            dd_div(M.z, dd_of(s->body.inertia.z))};
+    return dd_add(dd_half(vdd_dot(M, turning)),
+                  dd_mul(two_product(s->body.mass, s->gravity), vdd_dot(lever, P)));
+}
+/* One bit of the lever in doubles moves it by 1e-16. */
+static void energy_to_the_last_digits(void)
+{
+    for (int i = 0; i < 8; i++) {
+        kr_scene s = tilted();
+        s.body.mass = 1.3 + 0.1 * i, s.gravity = 9.81 - 0.7 * i;
+        s.body.inertia = v3(2.1, 2.9 + 0.1 * i, 3.7), s.body.com = v3(0.37, -0.51 - 0.01 * i, 0.23);
+        s.start.m = v3(1.1, -2.3, 3.9);
+        const deep begin = {s.start, {0.0, {0, 0, 0, 0}, {0, 0, 0}}};
+        const deep near = run_to(&s, 30, 0x1p-40), end = run_to(&s, 30, 3.0);
+        const dd before = energy(&s, near), after = energy(&s, end);
+        NEAR(dd_sub(after, before).hi / before.hi, 0.0, 1e-28);
+        NEAR(dd_sub(energy(&s, begin), before).hi / before.hi, 0.0, 1e-15);
+    }
+}
+
 int main(void)
 {
     truth();
@@ -185,5 +215,6 @@ int main(void)
     stepping();
     words();
     shorter_steps();
+    energy_to_the_last_digits();
     return check_result();
 }

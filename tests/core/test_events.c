@@ -306,6 +306,29 @@ static void refusals(void)
     IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(rk4).t == 1.0);
     kr_top_free(rk4);
 }
+/* Whatever the memory holds that its user lends: every event is searched from the beginning. */
+static void lent_memory(void)
+{
+    enum { EVENTS = 3 };
+    const kr_scene s = scene_of(0);
+    const kr_term rise = term(1.0, "apex_z", "1");
+    kr_event dirty[EVENTS], clean[EVENTS];
+    kr_hit hit, wanted;
+    kr_top *top = make(&s, taylor(), (kr_config){0}), *other = make(&s, taylor(), (kr_config){0});
+    for (int i = 0; i < EVENTS; i++) {
+        clean[i] = (kr_event){.terms = &rise, .count = 1, .extremum = 1, .direction = i - 1};
+        dirty[i] = clean[i];
+        dirty[i].own = (kr_event_search){.searched = 1, .mark = 0.9, .next = 0.5, .side = 1};
+    }
+    IS(kr_top_watch(top, EVENTS, dirty) == KR_OK && kr_top_watch(other, EVENTS, clean) == KR_OK);
+    for (int i = 0; i < 8; i++) {
+        IS(kr_top_seek(top, 30.0, &hit) == KR_OK && kr_top_seek(other, 30.0, &wanted) == KR_OK);
+        IS(hit.which == wanted.which && hit.direction == wanted.direction);
+        IS(same(kr_top_state(top), kr_top_state(other)));
+    }
+    kr_top_free(top);
+    kr_top_free(other);
+}
 static void failures(void)
 {
     const kr_scene s = scene_of(0);
@@ -333,6 +356,7 @@ int main(void)
     kernels_agree();
     scaling();
     refusals();
+    lent_memory();
     failures();
     return check_result();
 }

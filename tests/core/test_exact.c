@@ -121,6 +121,23 @@ static void free_bodies(void)
     }
     NEAR(worst, 0.0, 3e-14);
 }
+/* A free body that turns exactly about one of three different principal axes goes on so. */
+static void about_a_principal_axis(void)
+{
+    const double moment[3] = {2.0, 3.0, 4.5};
+    for (int i = 0; i < 6; i++) {
+        const double size = i % 2 ? -1.7 : 1.7, part[3] = {i / 2 == 0, i / 2 == 1, i / 2 == 2};
+        const kr_vec3 axis = v3(part[0], part[1], part[2]);
+        kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v_scale(size, axis));
+        s.body.inertia = v3(moment[0], moment[1], moment[2]);
+        const kr_exact closed = closed_form(&s);
+        for (double t = -7.0; t < 1e4; t += 1234.5) {
+            const kr_quat turned = q_exp(v_scale(size / moment[i / 2] * t, axis));
+            NEAR(kr_attitude_error(kr_exact_state(&closed, t).q, turned), 0.0, 2e-12);
+        }
+        IS(closed.period == INFINITY);
+    }
+}
 /* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
  * about m, and what rests stays. */
 static void stillness(void)
@@ -212,6 +229,20 @@ static void frames(void)
     NEAR(kr_attitude_error(kr_exact_state(&a, 100.0).q, there), 0.0, 1e-13);
     NEAR(relative_distance(kr_exact_state(&b, 5.0), extrapolated(&tilted, 5.0)), 0.0, 1e-9);
 }
+/* A spherical body is turned to the axis of its lever with more digits than a double has, or the
+ * error of that turn grew with time. */
+static void far_frames_of_a_ball(void)
+{
+    const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
+    const kr_scene upright = top_of(2.0, 2.0, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
+    kr_scene lying = upright;
+    lying.body.com = v3(3.0, 0.0, 0.0);
+    lying.start.q = q_mul(upright.start.q, q_conj(cycle));
+    const kr_exact a = closed_form(&upright), b = closed_form(&lying);
+    kr_state end = kr_exact_state(&b, 1e6);
+    end.q = q_mul(end.q, cycle);
+    NEAR(relative_distance(kr_exact_state(&a, 1e6), end), 0.0, 1e-14);
+}
 static void batches(void)
 {
     enum { N = 150 };
@@ -268,6 +299,13 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
     kr_exact_states(&closed, MANY, many_times, out);
     for (int k = 0; k < MANY; k++)
         IS(k == 77 ? isnan(out[k].q.w) : same(out[k], kr_exact_state(&closed, many_times[k])));
+    for (int j = 0; kr_exact_isa_at(j); j++) {
+        const kr_state last = out[MANY - 1];
+        if (!kr_exact_isa_at(j)->runs_here()) continue;
+        memset(out, 0, MANY * sizeof *out);
+        kr_exact_isa_at(j)->many(&closed, MANY, many_times, out);
+        IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
+    }
 }
 /* So many states go past the cache, to addresses that suit that and to others. */
 static void many_at_once(void)
@@ -288,9 +326,11 @@ int main(void)
     truths();
     integrals();
     free_bodies();
+    about_a_principal_axis();
     stillness();
     scaling();
     frames();
+    far_frames_of_a_ball();
     batches();
     instruction_sets();
     many_at_once();

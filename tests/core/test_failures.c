@@ -136,6 +136,45 @@ static void beyond_the_users_numbers(void)
     }
 }
 
+/* Many states of one step are asked about, too. */
+static void stopped_among_many(void)
+{
+    enum { MANY = 3000, EVERY = 1024 };
+    static double t[MANY];
+    static kr_state out[MANY];
+    const kr_scene s = kr_scene_default();
+    size_t done = 0;
+    kr_top *top = make(&s, kr_method_find("exact"), (kr_config){0});
+    for (int i = 0; i < MANY; i++) t[i] = 1e-6 * (i + 1);
+    IS(kr_top_record(top, MANY, t, out, &done) == KR_OK && done == MANY);
+    kr_top_free(top);
+    top = make(&s, kr_method_find("exact"), (kr_config){.poll = stop});
+    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done < EVERY);
+    kr_top_free(top);
+}
+/* Units for which there is no double. */
+static void no_units(void)
+{
+    kr_scene s = tilted();
+    kr_top *top = NULL;
+    s.body.inertia = v_scale(1e298, s.body.inertia), s.start.m = v3(0.0, 1e308, 0.0);
+    IS(kr_top_create(&s, taylor(), (kr_config){0}, &top) == KR_ERR_ARGUMENT && !top);
+    s.body.inertia = v3(1e-200, 1e-200, 1e-200), s.start.m = v3(0.0, 1e200, 0.0);
+    IS(kr_top_create(&s, taylor(), (kr_config){0}, &top) != KR_OK && !top);
+}
+/* A step that leads past what a double can tell of time ends there. */
+static void past_the_horizon(const char *method)
+{
+    const kr_scene s = kr_scene_default();
+    kr_top *top = make(&s, kr_method_find(method), (kr_config){0});
+    IS(kr_top_advance(top, nextafter(kr_scene_horizon(&s), 0.0)) == KR_OK);
+    kr_status status = KR_OK;
+    for (int i = 0; i < 100 && status == KR_OK; i++) status = kr_top_step(top);
+    IS(status == KR_ERR_RESOLUTION || status == KR_ERR_STEP);
+    IS(fabs(kr_top_state(top).t) < kr_scene_horizon(&s));
+    kr_top_free(top);
+}
+
 static int count_calls(void *context)
 {
     ++*(int *)context;
@@ -246,6 +285,9 @@ int main(void)
     not_back();
     is_there();
     beyond_the_users_numbers();
+    stopped_among_many();
+    no_units();
+    past_the_horizon("exact");
     no_way_aside("extrap_kirchhoff", 1000);
     no_way_aside("extrap", 1000);
     return check_result();

@@ -77,7 +77,10 @@ static void test_box_of_a_plate_and_of_none(void)
     const kr_body mass_point = {1.0, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0}, 0.0};
     NEAR(off(kr_picture_box(&plate).half, v3(1.0, 0.5, 1e-3)), 0.0, 1e-9);
     NEAR(off(kr_picture_box(&flat).half, v3(sqrt(6.0), sqrt(3.0), sqrt(6.0) * 1e-4)), 0.0, 1e-9);
-    NEAR(off(kr_picture_box(&mass_point).half, v3(1.0, 1.0, 1.0)), 0.0, 0.0);
+    const kr_box none = kr_picture_box(&mass_point);
+    NEAR(off(none.half, v3(1.0, 1.0, 1.0)), 0.0, 0.0);
+    IS(none.turn.w == 1.0 && v_length(q_vec(none.turn)) == 0.0 && v_length(none.centre) == 0.0);
+    IS(none.density == 1.0);
 }
 
 static const kr_actor *top(kr_scene scene, int64_t step, int64_t target)
@@ -173,9 +176,32 @@ static void test_section(void)
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_PICTURE_SIDES / 4), v3(0.0, 0.1 * sqrt(0.5), 0.0)), 0.0, 1e-6);
 }
+/* The section is thickest against the bending about the axis of the larger moment, whichever axis
+ * the apex is nearest to. */
+static void test_section_of_any_axis(void)
+{
+    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    const double moment[3] = {2.0, 3.0, 4.0};
+    for (int k = 0; k < 3; k++) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        kr_scene scene = kr_scene_default();
+        scene.start.q = q_one();
+        scene.body.inertia = v3(moment[0], moment[1], moment[2]);
+        scene.body.com = v_add(v_scale(0.5, axes[k]), v_scale(0.01, axes[i]));
+        scene.body.axes = q_exp(v3(0.3, -0.2, 0.1));
+        const double most = fmax(moment[i], moment[j]);
+        rod(top(scene, 10000, 0), 1.0, 0.1);
+        NEAR(off(at(0), q_turn(scene.body.axes, v_scale(0.1 * sqrt(moment[j] / most), axes[i]))),
+             0.0, 1e-6);
+        NEAR(off(at(KR_PICTURE_SIDES / 4),
+                 q_turn(scene.body.axes, v_scale(0.1 * sqrt(moment[i] / most), axes[j]))),
+             0.0, 1e-6);
+    }
+}
 
 int main(void)
 {
+    test_section_of_any_axis();
     test_box_of_a_cuboid();
     test_box_of_density_one();
     test_box_of_numbers_that_fit_no_body();

@@ -247,6 +247,32 @@ static void components(void)
     IS(!kr_component_turns(kr_component_find("body_vertical_x")) && !kr_component_turns(KR_ONE));
 }
 
+/* A body that is held at its centre of mass has an apex too: its third axis. */
+static void apex_without_a_lever(void)
+{
+    kr_scene s = random_scene();
+    kr_vec3 frame[3];
+    s.body.com = v3(0.0, 0.0, 0.0);
+    kr_state_frame(&s, &s.start, frame);
+    NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
+    NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
+}
+/* Of no step the modified energies are the energy, whatever the units; they leave it by step and
+ * by step^2. */
+static void modified_energies(void)
+{
+    kr_scene s = random_scene();
+    IS(kr_body_symmetric(1.3, 2.1, 0.9, 0.7, &s.body) == KR_OK);
+    const double energy = kr_state_energy(&s, &s.start), h = 1e-3;
+    const double first = kr_state_modified_energy(&s, &s.start, h) - energy,
+                 fourth = kr_state_modified_energy4(&s, &s.start, h) - energy;
+    NEAR(kr_state_modified_energy(&s, &s.start, 0.0), energy, 1e-14);
+    NEAR(kr_state_modified_energy4(&s, &s.start, 1e-9), energy, 1e-14);
+    IS(fabs(first) > 1e-6 && fabs(fourth) > 1e-9);
+    NEAR((kr_state_modified_energy(&s, &s.start, 2.0 * h) - energy) / first, 2.0, 1e-9);
+    NEAR((kr_state_modified_energy4(&s, &s.start, 2.0 * h) - energy) / fourth, 4.0, 1e-3);
+}
+
 int main(void)
 {
     table();
@@ -258,5 +284,7 @@ int main(void)
     rates();
     poles();
     components();
+    apex_without_a_lever();
+    modified_energies();
     return check_result();
 }

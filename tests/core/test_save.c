@@ -1,5 +1,6 @@
 /* Checkpoints: every method goes on from one with the bits of a run that was never stopped, and
  * bytes that are no checkpoint of the top are refused. */
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include "driver/top.h"
@@ -60,6 +61,34 @@ static void goes_on(const kr_method *method, double sign, int digits, int leave_
     kr_top_free(one);
 }
 
+/* What fails after a checkpoint goes back to what was kept before it: on the grid, or aside before
+ * another step has been made. */
+static void fails_after(double share)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = kr_scene_default();
+    const kr_method *rk4 = kr_method_find("rk4");
+    const kr_config config = {.step = 1.0};
+    kr_state elsewhere = s.start;
+    kr_top *never = make(&s, rk4, config), *top = make(&s, rk4, config),
+           *other = make(&s, rk4, config);
+    IS(kr_top_advance(never, 1e4) == KR_ERR_NOT_FINITE);
+    const kr_state last = kr_top_state(never);
+    IS(last.t > 8.0 && kr_top_advance(top, last.t) == KR_OK);
+    save(top, saved);
+    elsewhere.m = v_scale(0.5, elsewhere.m);
+    IS(kr_top_reset(other, &elsewhere) == KR_OK && kr_top_advance(other, 4.0) == KR_OK);
+    load(other, saved);
+    const double end = last.t + share;
+    const kr_status status = kr_top_advance(top, end);
+    IS(status != KR_OK || share < 1.0);
+    IS(kr_top_advance(other, end) == status && same(kr_top_state(other), kr_top_state(top)));
+    IS(other->steps == top->steps);
+    IS(memcmp(other->main.work, top->main.work, rk4->work * sizeof(double)) == 0);
+    kr_top_free(never);
+    kr_top_free(top);
+    kr_top_free(other);
+}
 static void after_a_limit(void)
 {
     static unsigned char saved[MOST];
@@ -229,6 +258,40 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
+/* Counts below zero or beyond all that can be counted, a step against the direction, a start that
+ * is none, are refused in each of a top's motions, though the sums are right. */
+static void hostile_counts(const kr_method *method)
+{
+    enum { HEADER = 104 };
+    const size_t step = offsetof(kr_motion, step), stats = offsetof(kr_motion, stats);
+    static unsigned char saved[MOST], bad[MOST];
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = kr_top_save_size(top);
+    const int64_t endless = ((int64_t)1 << 62) + 1, back = (int64_t)0xbff0000000000000u;
+    save(top, saved);
+    for (int kept = 0; kept < (method->at ? 1 : 2); kept++) {
+        const size_t motion = HEADER + (kept ? offsetof(kr_top, kept) : offsetof(kr_top, main));
+        for (int i = 0; i < 7; i++) {
+            memcpy(bad, saved, size);
+            forge(bad, size, motion + (i == 6 ? step : stats + 8 + 8 * ((size_t)i % 3)),
+                  i == 6  ? back
+                  : i < 3 ? -1
+                          : endless,
+                  8);
+            IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+        }
+    }
+    const size_t places[] = {HEADER + offsetof(kr_top, steps),
+                             HEADER + offsetof(kr_top, kept_steps),
+                             HEADER + offsetof(kr_scene, start.q)};
+    for (int i = 0; i < 3; i++) {
+        memcpy(bad, saved, size);
+        forge(bad, size, places[i], i == 1 ? 1 : endless, 8);
+        IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    }
+    kr_top_free(top);
+}
 /* Numbers that index or loop are refused beyond their ranges, though the sums are right. */
 static void hostile(const kr_method *method)
 {
@@ -264,7 +327,10 @@ static void hostile(const kr_method *method)
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) hostile(kr_method_at(i));
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        hostile(kr_method_at(i));
+        hostile_counts(kr_method_at(i));
+    }
     if (sizeof(void *) == 8)
         for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));
 
@@ -273,6 +339,7 @@ int main(void)
     for (int digits = 16; digits <= 30; digits += 7)
         goes_on(kr_method_find("taylor"), 1.0, digits, 0);
     goes_on(kr_method_find("taylor"), -1.0, 0, 1);
+    for (double share = 0.125; share <= 2.0; share += 0.125) fails_after(share);
     after_a_limit();
     after_an_interruption();
     after_a_failure();

@@ -210,7 +210,15 @@ static void test_refusals(void)
     IS(kr_stage_add(&stage, &scene, NULL, step1, 0.0, -1) == KR_ERR_ARGUMENT);
     IS(kr_stage_add(&stage, &scene, method, 0, 0.0, -1) == KR_ERR_ARGUMENT);
     IS(kr_stage_add(&stage, &scene, method, step1, 0.0, 0) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -2) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, method, INT64_MAX, 0.0, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, method, step1, NAN, -1) == KR_ERR_ARGUMENT);
     IS(kr_stage_add_track(&stage, &scene, NULL, 1, step1, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add_track(&stage, &scene, &scene.start, 0, step1, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add_track(&stage, &scene, &scene.start, 1, 0, -1) == KR_ERR_ARGUMENT);
+    scene.start.t = 1.0;
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+    scene.start.t = 0.0;
     scene.body.inertia.x = -1.0;
     IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_BODY);
     IS(stage.tops == 0 && kr_stage_advance(&stage, 1000000, INT64_MAX) == 0);
@@ -218,6 +226,23 @@ static void test_refusals(void)
     for (int i = 0; i < KR_STAGE_TOPS; i++)
         IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
     IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+    kr_stage_clear(&stage);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
+    IS(kr_stage_advance(&stage, step1, INT64_MAX) == step1);
+    IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+}
+/* Steps whose common multiple no integer holds are taken all the same; there is no record. */
+static void test_steps_without_a_common_multiple(void)
+{
+    const int64_t primes[] = {2147483647, 2147483629, 2147483587, 2147483579};
+    const kr_scene scene = kr_scene_default();
+    kr_stage_clear(&stage);
+    for (int i = 0; i < KR_STAGE_TOPS && i < 4; i++)
+        IS(kr_stage_add(&stage, &scene, kr_method_find("exact"), primes[i], 0.0, i ? 0 : -1) ==
+           KR_OK);
+    IS(stage.common == 0);
+    IS(kr_stage_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
+    IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_STAGE_ERROR)));
 }
 /* One that fails stays at its last good state; the others go on. */
 static void test_failure(void)
@@ -272,6 +297,7 @@ int main(void)
     test_common_multiples();
     test_track();
     test_refusals();
+    test_steps_without_a_common_multiple();
     test_failure();
     kr_stage_clear(&stage);
     kr_stage_clear(&other);

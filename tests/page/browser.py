@@ -21,6 +21,16 @@ TRACE = 2048  # the most points that a trace is drawn with
 ROD_SIDES = 12  # of a rod's section
 
 
+def wait_for(page, condition, arg=None):
+    """Waits until the page is so. It lets no script but its own look again and again, so that it is
+    looked at from here."""
+    for _ in range(1000):
+        if page.evaluate(condition, arg):
+            return
+        page.wait_for_timeout(10)
+    raise AssertionError(f"in 10 s it has not come to {condition}")
+
+
 def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
     """The page in a window of its own.
 
@@ -41,7 +51,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),
     )
     page.goto(file.as_uri() + fragment)
-    page.wait_for_function("window.kreisel")
+    wait_for(page, "!!window.kreisel")
     return page
 
 
@@ -66,7 +76,7 @@ def advance(page, t):
 
 def until(page, t):
     """Waits for a jump to be at its goal."""
-    page.wait_for_function(f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
+    wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
 def drag(page, kind, by, number=0, button="left", key=None):

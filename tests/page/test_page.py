@@ -26,6 +26,7 @@ from browser import (
     scene_in_python,
     states,
     visit,
+    wait_for,
     words,
 )
 from toolbox import need
@@ -60,9 +61,7 @@ def test_one_small_file_with_its_licences():
 
 def test_starts_by_itself(browser):
     page = visit(browser)
-    page.wait_for_function(
-        "kreisel.page.clock > 200000 && !document.getElementById('charts').hidden"
-    )
+    wait_for(page, "kreisel.page.clock > 200000 && !document.getElementById('charts').hidden")
     assert (
         page.get_by_text("drag me").is_visible()
         and page.get_by_role("button", name="Stop").is_visible()
@@ -227,7 +226,7 @@ def test_files(page, browser, tmp_path):
     page.evaluate("history.replaceState(null, '', '#')")
     other.goto("about:blank")
     other.goto(link)
-    other.wait_for_function("window.kreisel")
+    wait_for(other, "!!window.kreisel")
     assert scene(other) == given and other.troubles == []
     other.context.close()
 

@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python, states
+from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python, states, wait_for
 
 pytestmark = pytest.mark.usefixtures("small")
 AXES = ("first", "second", "vertical")
@@ -19,7 +19,7 @@ def drawn(page, chart=0):
 def run_to(page, t):
     """On, until the charts show it."""
     advance(page, t)
-    page.wait_for_function("kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
+    wait_for(page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
 
 
 def labels(page):
@@ -43,7 +43,8 @@ def fields(page):
 
 def show(page, m):
     written = [float(f"{x:.6g}") for x in m]
-    page.wait_for_function(
+    wait_for(
+        page,
         """m => [...document.querySelectorAll("[aria-label^='Momentum, ']")]
             .every((field, k) => +field.value === m[k])""",
         arg=written,

@@ -15,6 +15,7 @@ from browser import (
     scene_in_python,
     states,
     until,
+    wait_for,
     words,
 )
 
@@ -160,7 +161,7 @@ def test_buttons_and_keys(page):
     page.keyboard.press("r")
     assert clock(page) == 0
     page.keyboard.press("Space")
-    page.wait_for_function("kreisel.page.clock > 0")
+    wait_for(page, "kreisel.page.clock > 0")
     page.get_by_role("button", name="Stop").click()
     assert not page.evaluate("kreisel.page.running")
     for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():

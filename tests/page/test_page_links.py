@@ -8,7 +8,20 @@ from urllib.parse import quote
 
 import kreisel as kr
 import pytest
-from browser import PAGE, SMALL, TICKS, advance, clock, colours, load, scene, states, visit, words
+from browser import (
+    PAGE,
+    SMALL,
+    TICKS,
+    advance,
+    clock,
+    colours,
+    load,
+    scene,
+    states,
+    visit,
+    wait_for,
+    words,
+)
 
 pytestmark = pytest.mark.usefixtures("small")
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
@@ -188,7 +201,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
 
 def test_picture_comes_back_with_the_graphics(browser):
     page = visit(browser, size=(SMALL["width"], SMALL["height"]), reduced_motion="reduce")
-    page.wait_for_function("!kreisel.view.dirty")
+    wait_for(page, "!kreisel.view.dirty")
     before = colours(page)
     page.evaluate("""new Promise((done) => {
         const lose = kreisel.view.renderer.getContext().getExtension('WEBGL_lose_context');
@@ -227,7 +240,7 @@ def test_no_graphics_is_told(browser):
     plain = browser.browser_type.launch(executable_path=shutil.which("chromium"), args=flags)
     page = plain.new_page()
     page.goto(PAGE.as_uri())
-    page.wait_for_function("document.getElementById('words').textContent.includes('WebGL')")
+    wait_for(page, "document.getElementById('words').textContent.includes('WebGL')")
     assert "The page cannot go on" in words(page) and page.locator("#words").is_visible()
     plain.close()
 

@@ -3,7 +3,18 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import ROD_SIDES, TRACE, UPRIGHT, WIDE, advance, drag, load, scene, scene_in_python
+from browser import (
+    ROD_SIDES,
+    TRACE,
+    UPRIGHT,
+    WIDE,
+    advance,
+    drag,
+    load,
+    scene,
+    scene_in_python,
+    wait_for,
+)
 
 EMPTY = (60, 120)  # in the picture, beside the top
 TOP = "kreisel.view.tops[0]"
@@ -103,12 +114,12 @@ def test_wheel_zooms_within_limits(page, on, least, most):
     before = page.evaluate(size)
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, 100)
-    page.wait_for_function(
-        f"{size} {'<' if on else '>'} {before}"
+    wait_for(
+        page, f"{size} {'<' if on else '>'} {before}"
     )  # smaller in the 2D view, or further off
     for way, limit in ((8000, least if on else most), (-16000, most if on else least)):
         page.mouse.wheel(0, way)
-        page.wait_for_function(f"Math.abs({size} - {limit}) < 1e-6 * {limit}")
+        wait_for(page, f"Math.abs({size} - {limit}) < 1e-6 * {limit}")
 
 
 @pytest.mark.parametrize("way", [-8000, 8000], ids=["near", "far"])
@@ -119,7 +130,7 @@ def test_next_side_brings_all_back_into_sight(page, on, way):
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, way)
     height = "Math.abs(kreisel.at('corner', 0, 7)[1] - kreisel.at('corner', 0, 0)[1])"
-    page.wait_for_function(f"{height} {'>' if way < 0 else '<'} {before[-1][1]}")
+    wait_for(page, f"{height} {'>' if way < 0 else '<'} {before[-1][1]}")
     move(page, (300, 250), button="right")
     assert way > 0 or not in_sight(page)
     assert sides(page) == pytest.approx(before, rel=0.02)
@@ -132,26 +143,28 @@ def test_panel_can_be_put_away(page):
         (page.get_by_role("button", name="Panel").click,) * 2,
     ):
         hide()
-        page.wait_for_function("kreisel.view.canvas.clientWidth === innerWidth")
+        wait_for(page, "kreisel.view.canvas.clientWidth === innerWidth")
         assert not page.locator("#panel").is_visible() and is_green(
             page, *page.evaluate("kreisel.at('tip')")
         )
         show()
-        page.wait_for_function(f"kreisel.view.canvas.clientWidth === {narrow}")
+        wait_for(page, f"kreisel.view.canvas.clientWidth === {narrow}")
         assert page.locator("#panel").is_visible()
 
 
 @pytest.mark.parametrize("size", [(900, 600), (1200, 420), (500, 900)], ids=str)
 def test_window_can_be_resized(page, size):
     page.set_viewport_size({"width": size[0], "height": size[1]})
-    page.wait_for_function(
-        "Math.abs(kreisel.view.canvas.clientWidth - document.querySelector('main').clientWidth) < 1"
+    wait_for(
+        page,
+        "Math.abs(kreisel.view.canvas.clientWidth"
+        " - document.querySelector('main').clientWidth) < 1",
     )
     assert is_green(page, *page.evaluate("kreisel.at('tip')"))
     before = scene(page)["momentum"]
     start, end = drag(page, "tip", (12, -9))
     page.set_viewport_size(dict(zip(("width", "height"), WIDE, strict=True)))
-    page.wait_for_function(f"kreisel.view.canvas.clientHeight === {WIDE[1]}")
+    wait_for(page, f"kreisel.view.canvas.clientHeight === {WIDE[1]}")
     assert end - start == pytest.approx((12, -9), abs=1) and scene(page)["momentum"] != before
 
 

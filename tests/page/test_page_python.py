@@ -5,7 +5,7 @@ import base64
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import advance, drag, record, scene, states, visit
+from browser import advance, drag, record, scene, states, visit, wait_for
 from click.testing import CliRunner
 from inside import cli, view
 
@@ -54,6 +54,44 @@ def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
     assert done.exit_code == 0 and "turns over" in (tmp_path / "a.html").read_text()
+
+
+FORBIDDEN = """async () => {
+    const tried = [];
+    const script = document.createElement("script");
+    script.textContent = "window.foreign = true";
+    document.body.append(script);
+    const button = document.createElement("button");
+    button.setAttribute("onclick", "window.foreign = true");
+    document.body.append(button);
+    button.click();
+    const link = document.createElement("a");
+    link.href = "javascript:window.foreign = true";
+    document.body.append(link);
+    link.click();
+    for (const ask of [() => fetch("data:text/plain,a"), () => import("data:text/javascript,0")])
+        await ask().then(() => tried.push("came"), () => tried.push("refused"));
+    await new Promise((done) => setTimeout(done, 0));
+    return [window.foreign ?? false, ...tried];
+}"""
+
+
+def test_the_page_runs_its_own_script_and_asks_nobody(browser, tmp_path):
+    kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
+    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    assert page.troubles == []
+    assert page.evaluate(FORBIDDEN) == [False, "refused", "refused"]
+    assert all("Content Security Policy" in trouble for trouble in page.troubles)
+    page.context.close()
+
+
+def test_the_page_runs_in_a_notebook(browser):
+    page = browser.new_context(offline=True).new_page()
+    page.set_content(kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_())
+    inside = page.frames[1]
+    wait_for(inside, "!!window.kreisel")
+    assert inside.evaluate("kreisel.page.tops.length") == 1
+    page.context.close()
 
 
 def test_view_refuses(tmp_path, monkeypatch):

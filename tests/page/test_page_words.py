@@ -14,6 +14,7 @@ from browser import (
     scene_in_python,
     states,
     until,
+    wait_for,
     words,
 )
 
@@ -167,7 +168,7 @@ def test_start_is_called_stop_while_it_runs(page):
         page.keyboard.press("Space")
         assert button(page, other).is_visible() and not button(page, name).is_visible()
     button(page, "Start").click()
-    page.wait_for_function("kreisel.page.clock > 0")
+    wait_for(page, "kreisel.page.clock > 0")
     button(page, "Stop").click()
     assert button(page, "Start").is_visible()
 

@@ -1,4 +1,4 @@
-"""The programs of validation/bench: each can be asked what it measures."""
+"""The programs of validation/bench and trust: each can be asked what it measures."""
 
 import importlib
 import re
@@ -8,23 +8,23 @@ from toolbox import ROOT, core_sources
 
 from validation.bench import compiling
 
-FOLDER = ROOT / "validation/bench"
-PROGRAMS = sorted(file.stem for file in FOLDER.glob("*.py") if "__main__" in file.read_text())
+FILES = sorted(file for name in ("bench", "trust") for file in ROOT.glob(f"validation/{name}/*.py"))
+PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in file.read_text()]
 
 
 def test_programs_are_found():
-    assert {"exact", "geometric", "kernels", "running", "steps", "taylor"} <= set(PROGRAMS)
+    assert {"bench.exact", "bench.steps", "trust.mutate", "trust.coverage"} <= set(PROGRAMS)
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_a_program_says_what_it_measures(name, capsys):
-    if name == "page":
+    if name == "bench.page":
         pytest.importorskip("playwright")
-    program = importlib.import_module(f"validation.bench.{name}")
+    program = importlib.import_module(f"validation.{name}")
     with pytest.raises(SystemExit) as done:
         program.main(["--help"])
     said = capsys.readouterr().out
-    assert done.value.code == 0 and f"python -m validation.bench.{name}" in said
+    assert done.value.code == 0 and f"python -m validation.{name}" in said
     assert program.__doc__.split()[0] in said
 
 

@@ -1,10 +1,13 @@
 """What is kept of runs: the fastest that counts, what was measured, what was found."""
 
+import os
 from dataclasses import replace
+
+import pytest
 
 from validation.parts import race, runs
 from validation.parts.budget import BUDGETS, Task, work_through
-from validation.parts.store import Store
+from validation.parts.store import Store, put_whole
 from validation.peers import measure
 
 
@@ -61,3 +64,29 @@ def test_what_was_found_is_kept_and_not_found_again(tmp_path):
     (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
     assert Store(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
     assert Store(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+
+
+def test_findings_after_a_line_that_was_cut_are_kept(tmp_path):
+    file = tmp_path / "findings.jsonl"
+    Store(file, ["as before"]).put("a", 1)
+    with file.open("a") as out:
+        out.write('["cu')
+    Store(file, ["as before"]).put("b", 2)
+    assert Store(file, ["as before"]).known == {"a": 1, "b": 2}
+
+
+@pytest.mark.parametrize("call", ["fsync", "replace"])
+def test_a_page_is_put_whole_or_not_at_all(tmp_path, monkeypatch, call):
+    file = tmp_path / "index.html"
+    put_whole(file, "old")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(os, call, full)
+        with pytest.raises(OSError, match="No space"):
+            put_whole(file, "new")
+    assert file.read_text() == "old" and os.listdir(tmp_path) == ["index.html"]
+    put_whole(file, "new\r\n")
+    assert file.read_bytes() == b"new\r\n"

@@ -6,15 +6,19 @@ anything else, it is begun anew.
 """
 
 import json
+import os
 
 
 class Store:
     def __init__(self, file, fingerprint):
         file.parent.mkdir(parents=True, exist_ok=True)
         self.file, self.known = file, {}
-        lines = file.read_text().splitlines() if file.exists() else []
+        text = file.read_text() if file.exists() else ""
+        lines = text.splitlines()
         if lines and lines[0] == json.dumps(fingerprint):
             self.read(lines[1:])
+            if not text.endswith("\n"):
+                file.write_text(text + "\n")  # what comes next is not part of what was cut
         else:
             file.write_text(json.dumps(fingerprint) + "\n")
 
@@ -34,3 +38,16 @@ class Store:
     def under(self, prefix):
         """Gives what was found under keys that begin so, in the order of finding."""
         return [value for key, value in self.known.items() if key.startswith(prefix)]
+
+
+def put_whole(file, text):
+    """Writes a file whole or not at all: what is ended in the midst leaves the one before."""
+    new = file.with_name(f".{file.name}.{os.getpid()}.new")
+    try:
+        with new.open("w", encoding="utf-8", newline="") as out:
+            out.write(text)
+            out.flush()
+            os.fsync(out.fileno())
+        os.replace(new, file)
+    finally:
+        new.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..parts.budget import BUDGETS, work_through
 from ..parts.runs import turn_length
-from ..parts.store import Store
+from ..parts.store import Store, put_whole
 from ..peers import machine
 from ..truth.problems import HORIZONS, SHORT, described, load
 from . import page
@@ -106,7 +106,7 @@ def write(out, findings, about):
     for part, found in findings:
         texts |= dict(part.files(found, about))
     for name, text in texts.items():
-        (out / name).write_text(text, encoding="utf-8", newline="")
+        put_whole(out / name, text)
     return list(texts)
 
 

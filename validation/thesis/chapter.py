@@ -7,6 +7,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
+from ..parts.store import put_whole
 from ..peers import machine
 from ..report import page
 from . import (
@@ -203,6 +204,6 @@ def main(out):
     print("figures, sentences, errata", flush=True)
     text = render(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)
-    (out / OUTPUT).write_text(text)
+    put_whole(out / OUTPUT, text)
     print(f"{out / OUTPUT}: {len(text) / 1e6:.1f} MB in {time.perf_counter() - begin:.0f} s")
     return 0

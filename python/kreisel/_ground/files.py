@@ -16,6 +16,11 @@ class Growing:
     def __init__(self, descriptor: int) -> None:
         self._descriptor, self._whole = descriptor, 0
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was written whole."""
+        return self._whole == 0
+
     def add(self, data: bytes) -> None:
         """These bytes, or OSError and none of them where the file has a place beside it."""
         left = memoryview(data)
@@ -32,7 +37,8 @@ class Growing:
 @contextlib.contextmanager
 def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     """A file that is written beside its place, and put there, on the disk, at the end; whatever is
-    raised before that, what stood there stays and nothing else is left behind."""
+    raised before that, and where nothing was written, what stood there stays and nothing else is
+    left behind."""
     file = Path(os.path.realpath(path))
     if file.exists() and not file.is_file():  # a device or a pipe, which has no place beside it
         with open(file, "wb", buffering=0) as out:
@@ -41,9 +47,13 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     new = _beside(file)
     try:
         with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file)), "wb") as out:
-            yield Growing(out.fileno())
+            grown = Growing(out.fileno())
+            yield grown
             os.fsync(out.fileno())
-        os.replace(new, file)
+        if grown.is_empty:
+            new.unlink()
+        else:
+            os.replace(new, file)
     except BaseException:
         new.unlink(missing_ok=True)
         raise

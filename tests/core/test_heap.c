@@ -1,0 +1,58 @@
+/* What a top takes of the heap it gives back, by every method and every way it can end. */
+#include "tops.h"
+#if defined __GLIBC__ && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
+#  include <malloc.h>
+static size_t in_use(void) { return mallinfo2().uordblks; }
+#else
+static size_t in_use(void) { return 0; }
+#endif
+
+enum { MOST = 1 << 15 };
+
+static int stop(void *context) { return ++*(int *)context > 2; }
+/* Advances, searches, saves, loads, resets, fails and is refused. */
+static void life(const kr_method *method, const kr_scene *s)
+{
+    static unsigned char saved[MOST];
+    const kr_term turning[] = {{1.0, kr_component_find("apex_z"), KR_ONE}};
+    kr_event event = {.terms = turning, .count = 1, .extremum = 1};
+    int calls = 0;
+    const kr_config config = {.step = 0.05, .max_steps = 300, .poll = stop, .context = &calls},
+                    wrong = {.step = NAN};
+    kr_scene bad = *s;
+    kr_state out[2];
+    kr_hit hit;
+    size_t done;
+    const double t[2] = {0.5, 1e3};
+    kr_top *top = NULL, *none = NULL;
+    bad.start.m.x = NAN;
+    IS(kr_top_create(&bad, method, config, &none) != KR_OK && !none);
+    IS(kr_top_create(s, method, wrong, &none) != KR_OK && !none);
+    if (kr_top_create(s, method, config, &top) != KR_OK) return;
+    (void)kr_top_watch(top, 1, &event);
+    const size_t size = kr_top_save_size(top);
+    IS(size <= MOST && kr_top_save(top, size, saved) == KR_OK);
+    (void)kr_top_seek(top, 0.3, &hit);
+    (void)kr_top_record(top, 2, t, out, &done);
+    (void)kr_top_reset(top, &bad.start);
+    (void)kr_top_reset(top, &s->start);
+    (void)kr_top_step(top);
+    IS(kr_top_load(top, size, saved) == KR_OK && kr_top_load(top, size - 1, saved) != KR_OK);
+    kr_top_free(top);
+}
+static void lives(const kr_method *method)
+{
+    kr_scene s = tilted();
+    if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
+    for (int i = 0; i < 3; i++) life(method, &s);
+    const size_t before = in_use();
+    for (int i = 0; i < 200; i++) life(method, &s);
+    IS(in_use() == before);
+}
+
+int main(void)
+{
+    for (size_t i = 0; i < kr_method_count(); i++) lives(kr_method_at(i));
+    kr_top_free(NULL);
+    return check_result();
+}

@@ -1,0 +1,197 @@
+/* What is no body, scene, config or question is refused, each number of it alone; and what is
+ * refused changes nothing. */
+#include <stddef.h>
+#include <string.h>
+#include "driver/top.h"
+#include "random.h"
+#include "tops.h"
+
+enum { NUMBERS = sizeof(kr_scene) / sizeof(double), MOST = 1 << 15 };
+
+static kr_scene with_number(const kr_scene *s, int place, double number)
+{
+    double numbers[NUMBERS];
+    kr_scene other;
+    memcpy(numbers, s, sizeof numbers);
+    numbers[place] = number;
+    memcpy(&other, numbers, sizeof other);
+    return other;
+}
+/* A scene is nothing but doubles; none of them may be other than finite. */
+static void scenes(void)
+{
+    const double none[3] = {NAN, INFINITY, -INFINITY};
+    const kr_scene s = tilted();
+    const kr_method *exact = kr_method_find("exact");
+    kr_exact plan;
+    kr_exact_map map;
+    kr_top *top = NULL;
+    IS(kr_scene_check(&s) == KR_OK && kr_method_suits(exact, &s) && kr_scene_horizon(&s) > 0.0);
+    for (int i = 0; i < NUMBERS; i++)
+        for (int k = 0; k < 3; k++) {
+            const kr_scene bad = with_number(&s, i, none[k]);
+            const kr_status status = kr_scene_check(&bad);
+            IS(status == KR_ERR_ARGUMENT || status == KR_ERR_BODY || status == KR_ERR_ATTITUDE);
+            IS(kr_exact_plan(&bad, &plan) == status &&
+               kr_exact_map_plan(&bad, 0.1, &map) == status);
+            IS(kr_top_create(&bad, taylor(), (kr_config){0}, &top) == status && !top);
+            IS(!kr_method_suits(exact, &bad) && kr_scene_horizon(&bad) == 0.0);
+        }
+    IS(kr_scene_check(NULL) != KR_OK && kr_scene_horizon(NULL) == 0.0);
+    IS(kr_exact_plan(&s, NULL) != KR_OK && kr_exact_map_plan(&s, 0.1, NULL) != KR_OK);
+    IS(!kr_method_suits(NULL, &s) && !kr_method_suits(exact, NULL));
+}
+static void bodies(void)
+{
+    const kr_vec3 wrong[] = {{0, 1, 1},  {1, 0, 1}, {1, 1, 0}, {-1, 1, 1}, {1, -1, 1},
+                             {1, 1, -1}, {3, 1, 1}, {1, 3, 1}, {1, 1, 3}};
+    const kr_body good = thesis_body();
+    const kr_method *strang = kr_method_find("strang");
+    kr_body body = good;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        body.inertia = wrong[i];
+        IS(kr_body_check(&body) == KR_ERR_BODY && !kr_method_applies(strang, &body));
+    }
+    for (int i = 0; i < 2; i++) {
+        body = good, body.mass = -i;
+        IS(kr_body_check(&body) == KR_ERR_ARGUMENT);
+    }
+    body = good, body.axes.w = 1.0 + 1e-9;
+    IS(kr_body_check(&body) == KR_ERR_ARGUMENT && kr_body_check(NULL) != KR_OK);
+    IS(!kr_method_applies(NULL, &good) && kr_method_applies(strang, &good));
+}
+/* Makers of bodies; what they refuse leaves the body as it was. */
+static void makers(void)
+{
+    const double diagonal[9] = {3, 0, 0, 0, 3, 0, 0, 0, 3};
+    const kr_vec3 half = v3(1, 2, 3), pivot = v3(0, 0, -1), zero = v3(0, 0, 0);
+    const kr_body marked = {-7.0, {1, 2, 3}, {4, 5, 6}, {7, 8, 9, 10}, 11};
+    kr_body body = marked;
+    for (int i = 0; i < 3; i++) {
+        double skew[9];
+        memcpy(skew, diagonal, sizeof skew);
+        skew[i == 0 ? 1 : i == 1 ? 2 : 5] = 0.1;
+        IS(kr_body_from_tensor(1.0, skew, zero, &body) == KR_ERR_ARGUMENT);
+        kr_vec3 edges = half;
+        *(i == 0 ? &edges.x : i == 1 ? &edges.y : &edges.z) = -1.0;
+        IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
+        edges = v_scale(-1.0, edges); /* two of them are below zero, and the mass is not */
+        IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
+    }
+    IS(kr_body_from_tensor(1.0, NULL, zero, &body) == KR_ERR_ARGUMENT);
+    IS(kr_body_from_com(1.0, NULL, zero, pivot, &body) == KR_ERR_ARGUMENT);
+    IS(kr_body_from_tensor(0.0, diagonal, zero, &body) == KR_ERR_ARGUMENT);
+    IS(kr_body_cuboid(0.0, half, pivot, &body) != KR_OK);
+    IS(kr_body_cuboid(NAN, half, pivot, &body) != KR_OK);
+    IS(kr_body_symmetric(1.0, 1.0, 3.0, 1.0, &body) == KR_ERR_BODY);
+    IS(memcmp(&body, &marked, sizeof body) == 0);
+    IS(kr_body_symmetric(1.0, 1.0, 1.0, 1.0, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_body_cuboid(1.0, half, pivot, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_body_from_tensor(1.0, diagonal, zero, NULL) == KR_ERR_ARGUMENT);
+}
+static void configs(void)
+{
+    const kr_scene s = tilted();
+    const kr_method *strang = kr_method_find("strang"), *extrap = kr_method_find("extrap");
+    const kr_config good = {.step = 0.1},
+                    wrong[] = {{.step = 0.0}, {.step = NAN}, {.step = INFINITY}},
+                    loose[] = {{.tol = NAN}, {.tol = -1e-9}, {.tol = INFINITY}, {.step = NAN}};
+    kr_top *top = NULL;
+    for (int i = 0; i < 3; i++) IS(kr_top_create(&s, strang, wrong[i], &top) != KR_OK);
+    for (int i = 0; i < 4; i++) IS(kr_top_create(&s, extrap, loose[i], &top) != KR_OK);
+    IS(kr_top_create(NULL, strang, good, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);
+}
+static void questions(void)
+{
+    const kr_scene s = tilted();
+    kr_top *top = make(&s, kr_method_find("strang"), (kr_config){.step = 0.1});
+    const double t[1] = {0.35};
+    kr_state out[1];
+    size_t done = 7;
+    IS(kr_top_reset(NULL, &s.start) == KR_ERR_ARGUMENT && kr_top_reset(top, NULL) != KR_OK);
+    IS(kr_top_record(NULL, 1, t, out, &done) == KR_ERR_ARGUMENT && done == 0);
+    IS(kr_top_record(top, 1, NULL, out, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_record(top, 1, t, NULL, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_record(top, 0, NULL, NULL, NULL) == KR_OK && same(kr_top_state(top), s.start));
+    IS(kr_top_record(top, 1, t, out, NULL) == KR_OK && out[0].t == 0.35);
+    IS(kr_top_step(NULL) == KR_ERR_ARGUMENT && kr_top_advance(NULL, 1.0) == KR_ERR_ARGUMENT);
+    IS(kr_top_save(top, kr_top_save_size(top), NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_load(top, kr_top_save_size(top), NULL) == KR_ERR_ARGUMENT);
+    int order = 77;
+    IS(strcmp(kr_top_kernel(top, &order), "") == 0 && order == 2);
+    kr_top_free(top);
+}
+/* Quantities of other tops are no number. */
+static void quantities(void)
+{
+    const kr_term none = {1.0, 100000, KR_ONE};
+    kr_scene s = asymmetric();
+    IS(isnan(kr_state_kowalewski(&s, &s.start)) &&
+       isnan(kr_state_goryachev_chaplygin(&s, &s.start)));
+    IS(isnan(kr_state_modified_energy(&s, &s.start, 0.1)));
+    IS(isnan(kr_state_modified_energy4(&s, &s.start, 0.1)));
+    IS(isnan(kr_terms_value(&s, &s.start, 1, &none)) && kr_component_find("none") < 0);
+    s.body = thesis_body();
+    IS(isnan(kr_state_kowalewski(&s, &s.start)) &&
+       isnan(kr_state_goryachev_chaplygin(&s, &s.start)));
+    IS(isfinite(kr_state_modified_energy(&s, &s.start, 0.1)));
+    IS(isfinite(kr_state_modified_energy4(&s, &s.start, 0.1)));
+}
+/* A top of another body, gravity or config does not take the checkpoint. */
+static void checkpoints(void)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = tilted();
+    const kr_method *method = kr_method_find("implicit_midpoint");
+    const kr_config config = {.step = 0.1, .tol = 1e-12};
+    kr_top *top = make(&s, method, config);
+    const size_t size = kr_top_save_size(top);
+    IS(size <= MOST && kr_top_save(top, size, saved) == KR_OK);
+    const kr_config others[] = {{.step = 0.2, .tol = 1e-12}, {.step = 0.1, .tol = 1e-13}};
+    for (int i = 0; i < 2; i++) {
+        kr_top *other = make(&s, method, others[i]);
+        IS(kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
+        kr_top_free(other);
+    }
+    for (size_t i = 0; i < offsetof(kr_scene, start) / sizeof(double); i++) {
+        double number;
+        memcpy(&number, (const double *)(const void *)&s + i, sizeof number);
+        const kr_scene changed =
+            with_number(&s, (int)i, number == 0.0 ? 1e-13 : number * (1.0 + 1e-15));
+        kr_top *other = make(&changed, method, config);
+        IS(kr_top_load(other, size, saved) == KR_ERR_CHECKPOINT);
+        kr_top_free(other);
+    }
+    IS(kr_top_load(top, size, saved) == KR_OK);
+    kr_top_free(top);
+}
+static void more_digits(void)
+{
+    static unsigned char saved[MOST];
+    const kr_scene s = tilted();
+    const kr_config configs[3] = {{.digits = 0}, {.digits = 30}, {.leave_heading = 1}};
+    kr_top *tops[3];
+    for (int i = 0; i < 3; i++) tops[i] = make(&s, taylor(), configs[i]);
+    for (int i = 0; i < 3; i++) {
+        const size_t size = kr_top_save_size(tops[i]);
+        IS(size <= MOST && kr_top_save(tops[i], size, saved) == KR_OK);
+        for (int k = 0; k < 3; k++)
+            IS(kr_top_load(tops[k], size, saved) == (k == i ? KR_OK : KR_ERR_CHECKPOINT));
+    }
+    for (int i = 0; i < 3; i++) kr_top_free(tops[i]);
+}
+
+int main(void)
+{
+    scenes();
+    bodies();
+    makers();
+    configs();
+    questions();
+    quantities();
+    checkpoints();
+    more_digits();
+    return check_result();
+}

@@ -1,0 +1,90 @@
+"""What comes from elsewhere: versions and hashes of what pip installs, licences, a .venv that is
+somebody else's, a page that asks nobody for anything."""
+
+import importlib.metadata
+import re
+import runpy
+import shutil
+import subprocess
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from toolbox import ROOT
+
+
+@pytest.fixture
+def requirements(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    return runpy.run_path(".ci/requirements")
+
+
+def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
+    """What fails here is made right by .ci/lock."""
+    text = (ROOT / ".ci/locked.txt").read_text()
+    assert "//" not in text and "index" not in text
+    versions = {}
+    for block in requirements["locked"]():
+        name, version = re.match(r"([\w.-]+)==([\w.]+)", block).groups()
+        assert re.search(r"--hash=sha256:[0-9a-f]{64}", block), name
+        versions.setdefault(canonicalize_name(name), []).append(version)
+    for line in requirements["asked"]():
+        wanted = Requirement(line)
+        there = versions.get(canonicalize_name(wanted.name), [])
+        assert any(wanted.specifier.contains(version) for version in there), line
+
+
+def test_what_is_locked_is_all_of_the_file(requirements):
+    lines = [line for line in (ROOT / ".ci/locked.txt").read_text().splitlines() if line[0] != "#"]
+    assert "".join(requirements["locked"]()).splitlines() == lines
+
+
+def test_users_get_what_the_package_needs_and_no_tools(requirements):
+    names = requirements["of_users"]()
+    assert {"numpy", "click", "rich"} <= names and not names & {"pytest", "heyoka", "mypy"}
+    blocks = {block.split("==")[0] for block in requirements["locked"](names)}
+    assert blocks == names
+
+
+def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
+    files = importlib.metadata.files("pybind11")
+    (notice,) = [file for file in files if file.match("licenses/LICENSE")]
+    assert (ROOT / "python/licences/pybind11.txt").read_text() == notice.read_text()
+    told = importlib.metadata.metadata("kreisel").get_all("License-File")
+    assert "python/licences/pybind11.txt" in told and "LICENSE" in told
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """What decides on a .venv, and one that was made for another place."""
+    shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
+    (tmp_path / ".venv/bin").mkdir(parents=True)
+    (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
+    (tmp_path / ".venv/own").write_text("precious")
+    return tmp_path
+
+
+def need(checkout):
+    """Runs .ci/need where no tool is to be had, so that nothing is installed."""
+    tools = checkout / "tools"
+    tools.mkdir()
+    for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):
+        (tools / name).symlink_to(shutil.which(name))
+    (tools / "python3").write_text("#!/bin/sh\nexit 1\n")
+    (tools / "python3").chmod(0o755)
+    command = ["sh", ".ci/need", "build"]
+    return subprocess.run(
+        command, cwd=checkout, env={"PATH": str(tools)}, capture_output=True, text=True
+    )
+
+
+def test_a_foreign_environment_is_not_touched(checkout):
+    done = need(checkout)
+    assert done.returncode == 1 and "move it away" in done.stderr
+    assert (checkout / ".venv/own").read_text() == "precious"
+
+
+def test_an_environment_of_ours_that_was_moved_is_made_anew_and_told(checkout):
+    (checkout / ".venv/requirements.txt").write_text("numpy\n")
+    done = need(checkout)
+    assert "making .venv and build anew" in done.stdout and not (checkout / ".venv").exists()

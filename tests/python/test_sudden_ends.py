@@ -1,0 +1,125 @@
+"""A process that is ended in the midst of writing, and a disk that takes no more: what stood there
+stays whole, and what is left beside it cannot be mistaken for it."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import kreisel as kr
+import pytest
+
+TOP = kr.scenes.asymmetric
+# In a process of its own for each writer: at this moment of the writing it is ended, or the disk is
+# full.
+WRITER = """
+import importlib.metadata, os, pathlib, resource, signal, sys
+import kreisel as kr
+(command_line,) = importlib.metadata.entry_points(group="console_scripts", name="kreisel")
+main = command_line.load()
+moment, folder = sys.argv[1], pathlib.Path(sys.argv[2])
+def end(*_, **__):
+    os.kill(os.getpid(), signal.SIGKILL)
+def command(*words):
+    def call(file):
+        if main([*words, str(file)], standalone_mode=False):
+            raise SystemExit("the command says that it failed")
+    return call
+def fail():
+    if moment == "half":  # no more than so many bytes of a file
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (50, 50))
+    elif moment != "none":
+        setattr(os, moment, end)
+run = kr.start(kr.scenes.asymmetric, "strang", step=0.01)
+path = run.to(1.0)
+for writer, write in {
+    "run": run.save,
+    "path": path.save,
+    "rows": path.to_csv,
+    "scene": kr.scenes.asymmetric.to_toml,
+    "view": kr.view(kr.scenes.asymmetric, open=False).save,
+    "csv": command("solve", "asymmetric", "--t", "1", "--csv"),
+    "npz": command("solve", "asymmetric", "--t", "1", "--npz"),
+    "page": command("view", "asymmetric", "--save"),
+    "table": command("compare", "asymmetric", "--t", "1", "--methods", "strang", "--steps", "0.1",
+                     "--repeats", "1", "--csv"),
+}.items():
+    (folder / writer).mkdir()
+    endings = {"npz": "npz", "rows": "csv", "csv": "csv", "table": "csv", "page": "html"}
+    file = folder / writer / f"file.{endings.get(writer, 'own')}"
+    file.write_bytes(b"old")
+    child = os.fork()
+    if not child:
+        fail()
+        try:
+            write(file)
+        except BaseException as error:
+            print(writer, type(error).__name__, error, flush=True)
+            os._exit(3)
+        os._exit(0)
+    print(writer, "ended", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+WRITERS = {"run", "path", "rows", "scene", "view", "csv", "npz", "page", "table"}
+JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
+
+
+def written(moment, folder):
+    """Has every writer write; gives how each ended, and all that was said."""
+    done = subprocess.run(
+        [sys.executable, "-c", WRITER, moment, str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    ends = {w: int(code) for w, code in re.findall(r"^(\w+) ended (-?\d+)$", done.stdout, re.M)}
+    assert set(ends) == WRITERS
+    return ends, done.stdout + done.stderr
+
+
+def test_each_writer_writes(tmp_path):
+    ends, said = written("none", tmp_path)
+    assert set(ends.values()) == {0}, said
+    for writer in WRITERS:
+        (file,) = (tmp_path / writer).iterdir()
+        assert file.stem == "file" and file.stat().st_size > 50
+
+
+@pytest.mark.parametrize("moment", ["fsync", "replace"])
+def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
+    ends, said = written(moment, tmp_path)
+    assert set(ends.values()) == {-signal.SIGKILL}, said
+    for writer in WRITERS:
+        new, file = sorted((tmp_path / writer).iterdir())
+        assert file.read_bytes() == b"old" and JUNK.fullmatch(new.name)
+
+
+def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
+    ends, said = written("half", tmp_path)
+    assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
+    for writer in WRITERS:
+        (file,) = (tmp_path / writer).iterdir()
+        assert file.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize("write", [kr.start(TOP).save, TOP.to_toml, kr.view(TOP, open=False).save])
+def test_a_place_that_must_not_be_written_is_an_os_error(tmp_path, write):
+    with pytest.raises(FileNotFoundError):
+        write(tmp_path / "none" / "file")
+    with pytest.raises(IsADirectoryError):
+        write(tmp_path)
+    with pytest.raises(OSError):
+        write("/proc/version")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_link_to_a_file_stays_a_link(tmp_path):
+    real, link = tmp_path / "real", tmp_path / "link"
+    real.write_bytes(b"old")
+    real.chmod(0o640)
+    link.symlink_to(real)
+    TOP.to_toml(link)
+    assert link.is_symlink() and kr.Scene.from_toml(real) == TOP
+    assert real.stat().st_mode & 0o777 == 0o640

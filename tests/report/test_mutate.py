@@ -1,0 +1,203 @@
+"""The mutants of validation/trust: what is changed, and what its trials make of a small tree."""
+
+import pytest
+from toolbox import need
+
+from validation.trust import mutate as front
+from validation.trust import of_c, of_python
+from validation.trust.ledger import Ledger
+from validation.trust.mutant import Mutant, equivalents, sampled, why_equivalent
+
+HEADER = "int larger(int a, int b);\nint half(int a);\n"
+SOURCE = """#include "sums.h"
+
+int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+int half(int a)
+{
+    int out = 7; /* a > b */
+    out = a / 2;
+    return out;
+}
+"""
+TEST = """#include "sums.h"
+int main(void) { return larger(2, 3) != 3 || larger(3, 2) != 3 || half(0) != 0; }
+"""
+PACKAGE = '''"""Sums."""
+
+
+def larger(a: int, b: int = 1) -> int:
+    """Takes the larger of a > b."""
+    if a > b:
+        return a
+    return b
+
+
+def half(a: int) -> float:
+    return a / 2
+'''
+PACKAGE_TEST = """from sums import half, larger
+
+
+def test_sums():
+    assert larger(2, 3) == larger(3, 2) == 3 and larger(0) == 1 and half(0) == 0
+"""
+
+
+def told(mutants):
+    return {(mutant.line, mutant.change) for mutant in mutants}
+
+
+def test_a_c_source_is_changed_where_it_computes():
+    assert told(of_c.mutants("sums.c", SOURCE)) == {
+        (5, "> -> >="),
+        (5, "> -> <"),
+        (9, "7 -> 8"),
+        (10, "/ -> *"),
+        (10, "2 -> 3"),
+        (10, "out = a / 2 -> nothing"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("line", "changes"),
+    [
+        ("    f(x, -y);", {"x, -y -> -y, x", "- -> nothing", "f(x, -y) -> nothing"}),
+        ("    double x[3] = {0.5};", {"0.5 -> (0.5 + 1.0)"}),
+        ("    i++;", {"++ -> --", "i++ -> nothing"}),
+        ("    double *x = a * *b;", {"* -> /"}),
+        ("    if (!a && b) return x;", {"! -> nothing", "&& -> ||", "(!a && b) -> (!(!a && b))"}),
+        ("#if A > 2", set()),
+        ('    const char *text = "a + 1";', set()),
+        (
+            "    x[1] = fmin(a, b) * 0x1p-3;",
+            {
+                "1 -> 2",
+                "* -> /",
+                "0x1p-3 -> (0x1p-3 + 1.0)",
+                "x[1] = fmin(a, b) * 0x1p-3 -> nothing",
+            },
+        ),
+    ],
+)
+def test_what_is_changed_in_c(line, changes):
+    text = f"void f(int a)\n{{\n{line}\n}}\n"
+    found = {mutant.change for mutant in of_c.mutants("f.c", text)}
+    assert found == changes
+
+
+@pytest.mark.parametrize(
+    ("line", "changes"),
+    [
+        ("x = a if b else -1", {"b -> (not (b))", "- -> nothing", "1 -> 2"}),
+        ("x = f(a, b) is not None", {"a, b -> b, a", "is not -> is"}),
+        ("x: tuple[1] = True", {"True -> False"}),
+        ("x = min(a, 'b')", {"min -> max"}),
+        ("x += 1.5", {"+ -> -", "1.5 -> (1.5 + 1.0)", "x += 1.5 -> pass"}),
+        ("raise E('a' + b)", {"+ -> -", "raise E('a' + b) -> pass"}),
+    ],
+)
+def test_what_is_changed_in_python(line, changes):
+    assert {mutant.change for mutant in of_python.mutants("f.py", line + "\n")} == changes
+
+
+def test_more_points_begin_with_those_of_fewer():
+    mutants = of_c.mutants("sums.c", SOURCE)
+    assert sampled(mutants, 1, 5)[:3] == sampled(mutants, 1, 3) and len({*mutants}) == 6
+    assert sampled(mutants, 1, 100) != sampled(mutants, 2, 100)
+
+
+def test_a_mutant_is_written_and_undone(tmp_path):
+    file = tmp_path / "f.c"
+    mutant = Mutant("f.c", "a + b", 2, 3, "-")
+    mutant.write(tmp_path)
+    assert file.read_text() == "a - b"
+    mutant.undo(tmp_path)
+    assert file.read_text() == "a + b"
+
+
+def test_the_ledger_outlives_a_cut_line(tmp_path):
+    mutant = Mutant("f.c", "a + b", 2, 3, "-")
+    Ledger(tmp_path / "l").add(mutant, "killed", "test", 1.0)
+    with (tmp_path / "l").open("a") as file:
+        file.write('{"name": "cu')
+    other = Mutant("f.c", "a + b", 2, 3, "*")
+    Ledger(tmp_path / "l").add(other, "survived")
+    ledger = Ledger(tmp_path / "l")
+    assert (ledger.word(mutant), ledger.word(other)) == ("killed", "survived")
+
+
+def test_equivalents_have_reasons_and_are_of_this_tree():
+    """Each stands for a mutant that can be made, or it is out of date."""
+    known = equivalents()
+    files = {file for file, _, _ in known}
+    side = {True: of_python, False: of_c}
+    made = [
+        why_equivalent(mutant, known)
+        for name in files
+        for mutant in side[name.endswith(".py")].mutants(name, (front.ROOT / name).read_text())
+    ]
+    reasons = [why for why in made if why]
+    assert set(reasons) == set(known.values()) and len(reasons) >= len(known)
+
+
+@pytest.fixture
+def tree(tmp_path):
+    texts = {
+        "csrc/sums.h": HEADER,
+        "csrc/sums.c": SOURCE,
+        "tests/core/test_sums.c": TEST,
+        "python/sums/__init__.py": PACKAGE,
+        "tests/python/test_sums.py": PACKAGE_TEST,
+        "equivalent.toml": "",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def table_of(side, tree, capsys, *words):
+    where = ["--root", str(tree), "--equivalent", str(tree / "equivalent.toml")]
+    assert front.main([side, *where, *words]) == 0
+    return capsys.readouterr().out
+
+
+def test_the_core_of_a_small_tree(tree, capsys):
+    need("gcc")
+    said = table_of("core", tree, capsys)
+    assert "6 mutants, 6 to try" in said
+    assert "1 same code, not counted" in said, "nothing reads the 7"
+    survived = {line.split("  ", 1)[1] for line in said.splitlines() if "survived: " in line}
+    assert survived == {"> -> >=", "/ -> *", "2 -> 3"}
+    assert "40.0 % of 5" in said
+    assert (tree / "csrc/sums.c").read_text() == SOURCE
+
+
+def test_what_is_equivalent_is_not_counted_and_what_was_tried_is_kept(tree, capsys):
+    need("gcc")
+    table_of("core", tree, capsys, "--jobs", "2")
+    (tree / "equivalent.toml").write_text(
+        '[[equivalent]]\nfile = "csrc/sums.c"\nline = "return a > b ? a : b;"\n'
+        'change = "> -> >="\nwhy = "equal numbers are as large"\n'
+    )
+    said = table_of("core", tree, capsys)
+    assert "6 mutants, 0 to try" in said and "1 equivalent, not counted" in said
+    assert "50.0 % of 4" in said
+
+
+def test_the_package_of_a_small_tree(tree, capsys):
+    pytest.importorskip("coverage")
+    said = table_of("package", tree, capsys)
+    survived = {line.split("  ", 1)[1] for line in said.splitlines() if "survived: " in line}
+    assert survived == {"> -> >=", "/ -> *", "2 -> 3"}
+    assert "40.0 % of 5" in said and (tree / "python/sums/__init__.py").read_text() == PACKAGE
+
+
+def test_a_tree_whose_tests_fail_is_refused(tree, capsys):
+    need("gcc")
+    (tree / "tests/core/test_sums.c").write_text("int main(void) { return 1; }\n")
+    with pytest.raises(SystemExit, match="test_sums fails with nothing changed"):
+        table_of("core", tree, capsys)

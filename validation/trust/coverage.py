@@ -1,0 +1,110 @@
+"""Which branches no test takes: python -m validation.trust.coverage core|package
+
+core     csrc, by the tests in C and those in Python that need no browser; what is compiled for
+         several orders and instruction sets counts once
+package  python/kreisel, by all tests in Python and in a browser
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from .tree import copied, environment
+
+ROOT = Path(__file__).parents[2]
+WITHOUT_BROWSER = ("tests/python", "tests/report/test_truths.py", "tests/report/test_errata.py")
+
+C_FLAGS = "--coverage -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
+FUZZ = ("1", "10000")  # the seed, and how many rounds
+
+
+def command_line():
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.trust.coverage", description=__doc__
+    )
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("side", choices=SIDES)
+    parser.add_argument("tests", nargs="*", help="these tests in Python; left out: all")
+    return parser
+
+
+def main(argv=None):
+    asked = command_line().parse_args(argv)
+    return SIDES[asked.side](asked.tests)
+
+
+def tell(*command, **how):
+    """Runs a program that speaks for itself."""
+    return subprocess.run([str(word) for word in command], **how).returncode
+
+
+def core(tests):
+    tree = copied(ROOT, ROOT / "build/coverage")
+    objects = tree / "objects"
+    build(tree, objects)
+    (extension,) = objects.glob("_core*.so")
+    shutil.copy(extension, tree / "python/kreisel")
+    quiet = {"stdout": subprocess.DEVNULL}
+    tell("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
+    tell(objects / "fuzz", *FUZZ, **quiet)  # of all its rounds so many as take a minute here
+    how = {"cwd": tree, "env": environment(tree)}
+    words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    tell(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
+    return missing_branches(tree, objects)
+
+
+def build(tree, objects):
+    """Compiles with counters and without any optimization, which would merge branches; what is laid
+    out for each order or put into each caller elsewhere is one function here."""
+    cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
+    pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
+    gsl = tell("pkg-config", "--exists", "gsl") == 0
+    options = [
+        *("-DKREISEL_PYTHON=ON", "-DCMAKE_BUILD_TYPE=Debug", f"-DCMAKE_C_FLAGS={C_FLAGS}"),
+        *("-DCMAKE_MODULE_LINKER_FLAGS=--coverage", f"-Dpybind11_DIR={pybind11}"),
+        *(f"-DPython_EXECUTABLE={sys.executable}", f"-DKREISEL_GSL={'ON' if gsl else 'OFF'}"),
+    ]
+    quiet = {"check": True, "stdout": subprocess.DEVNULL}
+    subprocess.run(["cmake", "-S", tree, "-B", objects, *options], **quiet)
+    jobs = str(max(1, len(os.sched_getaffinity(0)) // 2))
+    subprocess.run(["cmake", "--build", objects, "--parallel", jobs], **quiet)
+
+
+def missing_branches(tree, objects):
+    where = ("--root", tree, "--object-directory", objects, "--filter", f"{tree}/csrc/")
+    once = (
+        "--exclude-directories",
+        ".*CompilerId.*",
+        "--merge-mode-functions",
+        "merge-use-line-min",
+        "--gcov-ignore-parse-errors",
+        "all",
+    )
+    show = ("--txt-metric", "branch", "--txt", "-", "--json", objects / "coverage.json")
+    return tell(sys.executable, "-m", "gcovr", *where, *once, *show, objects)
+
+
+def package(tests):
+    data = ROOT / "build/coverage-package"
+    shutil.rmtree(data, ignore_errors=True)
+    data.mkdir(parents=True)
+    how = {"cwd": ROOT, "env": os.environ | {"COVERAGE_FILE": str(data / "data")}}
+    run = [sys.executable, "-m", "coverage"]
+    words = (
+        "pytest",
+        "-q",
+        "--tb=short",
+        *(tests or ("tests/python", "tests/report", "tests/page")),
+    )
+    tell(*run, "run", "-m", *words, **how)
+    tell(*run, "combine", "-q", **how)
+    return tell(*run, "report", "--show-missing", "--skip-covered", **how)
+
+
+SIDES = {"core": core, "package": package}
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,65 @@
+"""What became of each mutant: a line of JSON each, so that a trial that was ended goes on."""
+
+import json
+from collections import Counter
+
+WORDS = {
+    "killed": "killed",
+    "survived": "survived",
+    "equivalent": "equivalent, not counted",
+    "same": "same code, not counted",
+    "unbuilt": "did not build, not counted",
+}
+
+
+class Ledger:
+    def __init__(self, file):
+        self.file = file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = file.read_text() if file.exists() else ""
+        if text and not text.endswith("\n"):
+            file.write_text(text + "\n")  # the next is not part of what was cut
+        self.rows = {row["name"]: row for row in map(read, text.splitlines()) if row}
+
+    def add(self, mutant, word, by="", seconds=0.0):
+        row = {"name": mutant.name, "word": word, "by": by, "seconds": round(seconds, 1)}
+        self.rows[mutant.name] = row
+        with self.file.open("a") as file:
+            file.write(json.dumps(row) + "\n")
+        return row
+
+    def word(self, mutant):
+        return self.rows.get(mutant.name, {}).get("word")
+
+
+def read(line):
+    """The row of a line; None of the last, where it was cut."""
+    try:
+        return json.loads(line)
+    except json.JSONDecodeError:
+        return None
+
+
+def table(ledger, mutants, reasons):
+    """The lines of the table: how many of the mutants were killed, and which were not.
+
+    reasons: of a mutant, why it is equivalent, or None.
+    """
+    words = {m.name: judged(ledger.word(m), reasons(m)) for m in mutants}
+    counts = Counter(words.values())
+    lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]
+    if left := counts[None]:
+        lines.append(f"{left:6} not tried yet")
+    tried = counts["killed"] + counts["survived"]
+    score = 100.0 * counts["killed"] / tried if tried else 0.0
+    lines.append(f"{score:6.1f} % of {tried} are killed")
+    seconds = sum(ledger.rows[m.name]["seconds"] for m in mutants if m.name in ledger.rows)
+    lines.append(f"{seconds:6.0f} s it took, {seconds / max(1, len(mutants)):.1f} s each")
+    survivors = sorted(
+        (m for m in mutants if words[m.name] == "survived"), key=lambda m: (m.file, m.line)
+    )
+    return lines + [f"survived: {m.file}:{m.line}  {m.change}\n    {m.words}" for m in survivors]
+
+
+def judged(word, why):
+    return "equivalent" if word == "survived" and why else word

@@ -1,0 +1,160 @@
+"""Is memory steady? What each call of the package leaves behind when it is made again and again:
+python -m validation.trust.memory [--calls 1000000]
+"""
+
+import argparse
+import contextlib
+import copy
+import gc
+import io
+import pickle
+import resource
+import sys
+import tempfile
+from functools import partial
+from itertools import count, islice
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+
+TOP, SYMMETRIC = kr.scenes.asymmetric, kr.scenes.thesis
+TIMES = [0.0, 0.5, 1.0]
+
+
+def calls(folder):
+    """Gives all that is called, by name: what succeeds, what is refused, what fails half-way."""
+    return makers() | runs(folder) | readings() | refusals()
+
+
+def makers():
+    body = SYMMETRIC.body
+    tensor = [[3.0, 0.1, 0.0], [0.1, 2.5, 0.0], [0.0, 0.0, 2.0]]
+    return {
+        "Body": partial(kr.Body, 1.0, tensor, (0.1, 0.2, 0.3)),
+        "Body.cuboid": partial(kr.Body.cuboid, half=(0.8, 0.8, 1.0), pivot=(0, 0, -1)),
+        "Scene": partial(kr.Scene, body, momentum=(1, 2, 3)),
+        "Scene.replace": partial(TOP.replace, gravity=0.5),
+        "exact": partial(kr.exact, SYMMETRIC),
+        "exact, states": lambda: kr.exact(SYMMETRIC)(TIMES),
+        "exact of many": lambda: kr.exact([SYMMETRIC, SYMMETRIC])(1.0),
+        "plan": partial(kr.plan, TOP, want=("energy",)),
+        "events": partial(kr.events.plane, (1, 2, 3), 0.1),
+        "pickle": lambda: pickle.loads(pickle.dumps(TOP)),
+        "copy": partial(copy.deepcopy, SYMMETRIC),
+        "scaled_units": partial(kr.scaled_units, body),
+    }
+
+
+def runs(folder):
+    run = kr.start(TOP, "strang", step=0.01)
+    run.to(1.0)
+    saved = run.checkpoint
+    methods = {
+        f"solve, {name}": partial(kr.solve, SYMMETRIC, TIMES, name, step=step_of(method))
+        for name, method in kr.methods.items()
+        if method.suits(SYMMETRIC)
+    }
+    return methods | {
+        "solve, digits": partial(kr.solve, TOP, TIMES, digits=30),
+        "solve, want": partial(kr.solve, TOP, TIMES, want=("energy", "nutation")),
+        "solve, events": partial(kr.solve, TOP, 3.0, events=[kr.events.nutation()]),
+        "solve, progress": partial(kr.solve, TOP, TIMES, progress=lambda t: None),
+        "start": partial(kr.start, TOP, "strang", step=0.01),
+        "resume": partial(kr.resume, saved),
+        "copy of a run": partial(copy.copy, run),
+        "checkpoint": lambda: run.checkpoint,
+        "save": partial(run.save, folder / "run"),
+        "to_toml": partial(TOP.to_toml, folder / "top.toml"),
+        "from_toml": lambda: (
+            TOP.to_toml(folder / "own.toml"),
+            kr.Scene.from_toml(folder / "own.toml"),
+        ),
+        "stream": lambda: list(islice(kr.stream(TOP, (0.01 * k for k in count()), chunk=5), 3)),
+        "view": lambda: kr.view(SYMMETRIC, open=False),
+    }
+
+
+def step_of(method):
+    return None if method.adaptive or method.name == "exact" else 0.01
+
+
+def readings():
+    path = kr.solve(SYMMETRIC, np.linspace(0, 5, 200))
+    names = [name for name in dir(kr.Path) if not name.startswith("_")]
+    return {
+        f"path.{name}": lambda name=name: getattr(kr.solve(SYMMETRIC, TIMES), name)
+        for name in names
+        if name not in ("plot", "error")
+    } | {
+        "apex": lambda: kr.apex(path),
+        "rod": lambda: kr.rod(path),
+        "copy of a path": partial(copy.deepcopy, path),
+        "pickle of a path": lambda: pickle.loads(pickle.dumps(path)),
+        "path.only": partial(path.only, ("energy",)),
+        "attitude_error": partial(kr.attitude_error, path.q, path.q),
+    }
+
+
+def refused(call):
+    """Makes a call that raises, and keeps nothing of it."""
+
+    def made():
+        with contextlib.suppress(Exception, KeyboardInterrupt):
+            call()
+
+    return made
+
+
+def refusals():
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    return {
+        name: refused(call)
+        for name, call in {
+            "a method that is none": partial(kr.solve, TOP, 1.0, "none"),
+            "a body that is none": partial(kr.Body, 1.0, (1.0, 1.0, 3.0), (0, 0, 1)),
+            "a step that blows up": partial(kr.solve, SYMMETRIC, [9.0], "rk4", step=4.0),
+            "a limit": partial(kr.solve, TOP, 1e6, max_steps=10),
+            "a wish that is none": partial(kr.solve, TOP, 1.0, want=("none",)),
+            "progress that raises": partial(kr.solve, TOP, 1e4, progress=interrupt),
+            "no checkpoint": partial(kr.resume, b"none"),
+            "a file that is none": partial(kr.Scene.from_toml, "/nowhere"),
+        }.items()
+    }
+
+
+def left(call, number):
+    """Makes a call so many times; gives how many blocks of Python's memory and bytes of the
+    process are there afterwards that were not before."""
+    for _ in range(20):
+        call()
+    gc.collect()
+    blocks, size = sys.getallocatedblocks(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(number):
+        call()
+    gc.collect()
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - size
+    return sys.getallocatedblocks() - blocks, 1024 * grown
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(prog="python -m validation.trust.memory", description=__doc__)
+    parser.add_argument("--calls", type=int, default=1_000_000, help="of all together")
+    parser.add_argument("--only", default="", help="those whose name begins so")
+    asked = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        found = calls(Path(folder))
+        chosen = {name: call for name, call in found.items() if name.startswith(asked.only)}
+        each = max(1, asked.calls // len(chosen))
+        print(f"{each} calls each: blocks of Python, kB of the process that are left")
+        for name, call in chosen.items():
+            with contextlib.redirect_stdout(io.StringIO()):
+                blocks, size = left(call, each)
+            print(f"{name:32} {blocks:8} {size / 1024:8.0f}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

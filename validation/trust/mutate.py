@@ -1,0 +1,84 @@
+"""Do the tests notice? Small changes of the source, drawn by a seed, each tried by them: python -m
+validation.trust.mutate core|package
+
+A trial that was ended goes on where it was; --again tries what has survived once more.
+"""
+
+import argparse
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from queue import SimpleQueue
+from time import monotonic
+
+from . import core, package
+from .ledger import Ledger, table
+from .mutant import EQUIVALENT, equivalents, sampled, why_equivalent
+from .tree import Refused
+
+ROOT = Path(__file__).parents[2]
+SIDES = {"core": core, "package": package}
+
+
+def command_line():
+    parser = argparse.ArgumentParser(prog="python -m validation.trust.mutate", description=__doc__)
+    parser.add_argument("side", choices=SIDES)
+    parser.add_argument("--points", type=int, default=150, help="how many mutants")
+    parser.add_argument("--seed", type=int, default=20261122)
+    parser.add_argument("--only", default="", metavar="PATH", help="files that begin so")
+    parser.add_argument("--jobs", type=int, default=1, help="how many at once")
+    parser.add_argument("--again", action="store_true", help="once more what has survived")
+    parser.add_argument("--root", type=Path, default=ROOT, help="the tree")
+    parser.add_argument("--equivalent", type=Path, default=EQUIVALENT)
+    return parser
+
+
+def main(argv=None):
+    asked = command_line().parse_args(argv)
+    side, root = SIDES[asked.side], asked.root.resolve()
+    chosen = sampled(side.mutants(root, asked.only), asked.seed, asked.points)
+    ledger = Ledger(root / "build/mutate" / f"{asked.side}.jsonl")
+    reasons = partial(why_equivalent, known=equivalents(asked.equivalent))
+    done = {"killed", "same", "unbuilt"} | (set() if asked.again else {"survived"})
+    left = [m for m in chosen if ledger.word(m) not in done and not reasons(m)]
+    for mutant in chosen:
+        if reasons(mutant):
+            ledger.add(mutant, "equivalent")
+    print(f"{len(chosen)} mutants, {len(left)} to try", flush=True)
+    if left:
+        try:
+            try_all(left, partial(side.Trial, root), asked, ledger)
+        except Refused as refused:
+            raise SystemExit(f"kreisel: {refused}") from None
+    print("\n".join(table(ledger, chosen, reasons)))
+    return 0
+
+
+def try_all(mutants, trial, asked, ledger):
+    """Tries mutants, each job in a copy of its own, and tells each as it is done."""
+    copies = SimpleQueue()
+    folder = asked.root.resolve() / "build/mutate"
+    for number in range(min(asked.jobs, len(mutants))):
+        copies.put(trial(folder / f"{asked.side}-{number}"))
+    begin = monotonic()
+
+    def tried(mutant):
+        copy = copies.get()
+        try:
+            return mutant, copy.verdict(mutant)
+        finally:
+            copies.put(copy)
+
+    with ThreadPoolExecutor(asked.jobs) as pool:
+        for count, (mutant, verdict) in enumerate(pool.map(tried, mutants), 1):
+            ledger.add(mutant, verdict.word, verdict.by, verdict.seconds)
+            took = f"{count}/{len(mutants)} {monotonic() - begin:6.0f} s"
+            print(
+                f"{took}  {verdict.word:9} {verdict.by:24} {mutant.file}:{mutant.line}  "
+                f"{mutant.change}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

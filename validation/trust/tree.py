@@ -1,0 +1,110 @@
+"""A copy of the tree to change, and programs that run in it within limits."""
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from time import monotonic
+
+LEFT_OUT = ("build", ".*", "node_modules", "__pycache__", "report", "dist", "*.so", "*.egg-info")
+MEMORY = 8 << 30  # [bytes] that a program may ask for
+# The package of the copy, not the one that stands in the environment by reference.
+SITE = """import sys
+sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(finder).__name__]
+"""
+
+
+class Refused(Exception):
+    """What is to be tried does not work even unchanged."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """killed, survived, unbuilt or same; by which test; after how many seconds."""
+
+    word: str
+    by: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Done:
+    """How a program ended: its status, 0 where all is well, what it said, its time [s]."""
+
+    status: int | str
+    said: str
+    seconds: float
+
+
+def copied(root, to):
+    """Copies what the sources, tests and programs of a tree are."""
+    shutil.rmtree(to, ignore_errors=True)
+    shutil.copytree(root, to, ignore=of_no_use(root))
+    (to / "site").mkdir()
+    (to / "site/sitecustomize.py").write_text(SITE)
+    return to
+
+
+def of_no_use(root):
+    """Leaves out what was made, at the top alone where a source could be called so."""
+    anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
+    at_the_top = shutil.ignore_patterns(*LEFT_OUT)
+
+    def ignored(folder, names):
+        left_out = (at_the_top if folder == str(root) else anywhere)(folder, names)
+        return left_out - {".clang-format", ".ci"}
+
+    return ignored
+
+
+def run(command, cwd, cpu, wall):
+    """Runs a program that may take so many seconds of a processor, and of the clock."""
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    begin = monotonic()
+    how = {
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.STDOUT,
+        "text": True,
+        "errors": "replace",
+    }
+    words = [str(word) for word in command]
+    process = subprocess.Popen(
+        words, cwd=cwd, env=environment(cwd), preexec_fn=limit, start_new_session=True, **how
+    )
+    try:
+        said, _ = process.communicate(timeout=wall)
+        status = process.returncode
+    except subprocess.TimeoutExpired:
+        said, status = "", "no end"
+    finally:
+        end(process)
+    return Done(status, said, monotonic() - begin)
+
+
+def end(process):
+    """Ends a program with all that it has started."""
+    if process.poll() is None:
+        os.killpg(process.pid, 9)
+        process.communicate()
+
+
+def environment(root):
+    paths = {"PYTHONPATH": f"{root / 'site'}:{root / 'python'}", "PYTHONDONTWRITEBYTECODE": "1"}
+    return os.environ | paths | {"MPLBACKEND": "agg"}
+
+
+def pytest(root, words, cpu=600, wall=1800):
+    """Runs tests of the copy until one fails; gives how it ended, and that test."""
+    how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    done = run([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
+    failed = [
+        line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
+    ]
+    return done, failed[0] if failed else str(done.status)
