@@ -207,9 +207,9 @@ def _rates(scene: Scene) -> tuple[float, float]:
         float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
     )
     moment = sorted(body.moments)[1 if body.is_symmetric else 2]
+    above = max(0.0, potential + lever)  # of a top that hangs, but for roundings nothing
     if body.is_symmetric:  # a drift is exact, so all error comes with the torque
-        fall = 2.0 * (potential + lever) / moment
-        rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + fall)
+        rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)
         return rate, lever / moment / rate if rate else 0.0
-    rate = math.sqrt(2.0 * (kinetic + potential + lever) / moment)
+    rate = math.sqrt(2.0 * (kinetic + above) / moment)
     return rate, rate
