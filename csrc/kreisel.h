@@ -103,8 +103,9 @@ typedef struct kr_scene {
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
 /* A symmetric body with the axis T: its moments across and along it, and com's height on it. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY for one that
- * is not diagonal and whose least moment, below this part of the largest, is lost in roundings. */
+/* Any body by its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY for one
+ * that is not diagonal and whose least moment, below this part of the largest, is lost in
+ * roundings. */
 #define KR_TENSOR_LEAST 2e-10
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
@@ -273,8 +274,9 @@ typedef struct kr_config {
      * if it is not dense; not 0 stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. Beside 30 a tol
-     * of at most 2^-100 shortens the steps: other roundings, which tell how many digits are right. */
+    /* For KR_DIGITS, instead of tol: 16, 20 or 30, or what these include; 0: by tol. Beside 30 a
+     * tol of at most 2^-100 shortens the steps: other roundings, which tell how many digits are
+     * right. */
     int digits;
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */

@@ -9,8 +9,8 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* What is equal to KR_INPUT_RTOL, of an angle in rad or of a precession or momentum in its terms, is
- * equal here. */
+/* What is equal to KR_INPUT_RTOL, of an angle in rad or of a precession or momentum in its terms,
+ * is equal here. */
 enum course {
     RESTING,    /* nothing pulls, and the apex rests */
     CIRCLE,     /* nothing pulls: a circle about the angular momentum */

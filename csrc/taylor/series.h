@@ -157,9 +157,9 @@ INLINE double log2_radius(const kr_series *s, int n)
 }
 /* Returns the step at whose end the last term is as large as the tolerance. Two terms tell the
  * radius (Jorba and Zou 2005), because every other term of an even or odd series vanishes. They are
- * those before the last, so that the step is known as soon as the last term is. From a start so near
- * an unstable equilibrium that all terms lie below the tolerance they tell nothing: no step is so
- * long that a falling top's next terms may be larger than the last. */
+ * those before the last, so that the step is known as soon as the last term is. From a start so
+ * near an unstable equilibrium that all terms lie below the tolerance they tell nothing: no step is
+ * so long that a falling top's next terms may be larger than the last. */
 INLINE double step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
