@@ -50,7 +50,7 @@ extern "C" {
     X(ERR_MEMORY,      MEMORY,    "out of memory")                                                \
     X(ERR_STEP,        FAILURE,   "the step fell below the resolution of time")                   \
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
-    X(ERR_CONVERGENCE, FAILURE,   "the implicit step did not converge")                           \
+    X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
     X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
 typedef enum kr_status {

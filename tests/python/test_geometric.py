@@ -162,3 +162,27 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
             body, (0, 0, 0), (0, *unit(down)) if np.linalg.norm(down) else (0, 1, 0, 0)
         )
         assert kr.solve(scene, 5, "geometric", error=1e-6).error <= 1e-6
+
+
+def test_a_step_too_large_on_the_way_is_tried_smaller():
+    """The first try of the search ends at a time between two steps, from where takahashi_imada4
+    cannot step: that is no failure of the request."""
+    inertia = (
+        (10.437340318241358, -0.4022846743539838, -0.55360749190751),
+        (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),
+        (-0.55360749190751, -2.3071714201043183, 16.34563885498536),
+    )
+    com = (0.09368302711849157, 0.3904260796252954, 0.5372881854466329)
+    scene = kr.Scene(
+        kr.Body(10.998507429433324, inertia, com),
+        momentum=(5.068198554729943, -17.973015404899954, -5.3371235868883895),
+        attitude=(
+            0.12559319782286385,
+            -0.04531533029063025,
+            -0.9541112022693307,
+            0.26803858529221253,
+        ),
+    )
+    times = np.linspace(0, 78.32659960393634, 33)[1:]
+    path = kr.solve(scene, times, "geometric", error=0.09172786661884054)
+    assert kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max() < 0.0918

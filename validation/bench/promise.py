@@ -227,7 +227,7 @@ def off(case, times, truth, steps):
     method."""
     try:
         path = kr.solve(case.scene, times, case.plan.method, step=abs(case.t) / steps)
-    except ValueError:
+    except (ValueError, kr.Error):
         return np.inf
     return max(map(attitude_error, principal(path), truth))
 

@@ -46,6 +46,7 @@ _GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.
 _SHORTER = 1.05  # a step too short costs less than one more run
 _AIM = 0.4  # a refined run aims at this part of the target, and
 _ENOUGH = 0.8  # one is good enough with an error below this: a larger one may lie between two looks
+_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # what steps are, at the start or on the way
 _UNLIKE = 0.1  # the error of a run further off tells nothing of a finer one's [rad]
 _LOOKS = 128  # at the error on the way, or
 _EACH_RADIAN = 4  # while the top turns by one where these are more,
@@ -132,7 +133,7 @@ class _Search:
         came = rows(self.scene, limited, times, self.progress)
         status, states, _, counts, _ = came
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
-        if status == "ERR_STEP_SIZE":
+        if status in _TOO_LARGE:
             return None
         if status != "OK":
             path = replace(path_of(self.scene, limited, came), stats=self.spent)
