@@ -2,13 +2,19 @@
 // is wrong with them, is for Python to see and to say.
 #pragma once
 #include <cmath>
+#include <cstring>
 #include <vector>
 #include "arrays.hpp"
 
-// A float or an int, and no subclass of them, as a double; false for anything else.
+// A double of numpy's, as loops over its arrays give them; its base is float, and it has no unit.
+inline bool is_numpy_double(PyObject *given)
+{
+    return PyFloat_Check(given) && std::strcmp(Py_TYPE(given)->tp_name, "numpy.float64") == 0;
+}
+// A float or an int, and no subclass of them but numpy's, as a double; false for anything else.
 inline bool plain_number(PyObject *given, double &number)
 {
-    if (PyFloat_CheckExact(given)) {
+    if (PyFloat_CheckExact(given) || is_numpy_double(given)) {
         number = PyFloat_AS_DOUBLE(given);
         return true;
     }

@@ -14,6 +14,10 @@ they belong to are told by help(kreisel.Path):
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
+A function of Python's own cannot be one: a polynomial cannot be taken through it. Where it passes
+zero shows in a path of close states, where(diff(sign(f(path)))) in numpy's words, without the
+promise that none is missed.
+
 Events are found on the polynomial that each step of method='taylor' is, none missed inside a step,
 without any effect on the path. A place counts where the sign changes, for an extremum that of the
 derivative; the start is none. A function nearer to zero than 2^-50 of its terms' sizes cannot be
@@ -51,6 +55,12 @@ __all__ = [
     "plane",
     "separatrix",
 ]
+
+
+def __dir__() -> list[str]:
+    """What a user looks for here."""
+    return sorted(__all__)
+
 
 Function = Mapping[str, float] | str
 Terms = tuple[tuple[float, int, int], ...]
@@ -207,6 +217,11 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
 def _terms(name: str, function: object) -> Terms:
     factors = {function: 1.0} if isinstance(function, str) else function
+    if callable(function):
+        raise TypeError(
+            f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: no "
+            f"polynomial can be taken through {shown(function)}"
+        )
     if not isinstance(factors, Mapping):
         raise TypeError(
             f"{name} must be a component, as 'apex_z', or a dict like "

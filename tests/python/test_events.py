@@ -220,6 +220,7 @@ def test_what_the_docstring_shows_runs():
         (lambda: events.crossing({"m_x": 0, "1": 3}), ValueError, "the function is constant"),
         (lambda: events.crossing(7), TypeError, "function must be a component, as 'apex_z', or"),
         (lambda: events.crossing({"m_x": 1}, np.inf), ValueError, "value must be finite"),
+        (lambda: events.crossing(len), TypeError, "no polynomial can be taken through .*len"),
         (lambda: events.nutation(direction=2), ValueError, "direction must be 1, -1 or 0, not 2"),
         (lambda: events.nutation(most=0), ValueError, "most must be at least 1"),
         (lambda: events.nutation(terminal=1), TypeError, "terminal must be True or False, not 1"),

@@ -25,6 +25,12 @@ def test_scenes(word, way):
         assert all(type(x) is float for x in (*made.momentum, *made.attitude, made.gravity))
 
 
+def test_numbers_from_numpy_need_no_second_look():
+    row = tuple(np.array(MOMENTUM))
+    assert isinstance(row[0], np.float64)
+    assert isinstance(core.scene(CORNER._block, row, None, np.float64(1.0), None), tuple)
+
+
 def test_whole_numbers_are_numbers():
     scene = kr.Scene(CORNER, momentum=(1, 0, -2), attitude=(0, 1, 0, 0), gravity=2)
     assert scene == kr.Scene(CORNER, (1.0, 0.0, -2.0), np.array((0, 1, 0, 0)), np.float32(2))

@@ -1,5 +1,7 @@
 """What is shown of paths, traces, methods and scenes to somebody who looks around."""
 
+import pydoc
+
 import kreisel as kr
 import pytest
 from inside import WANTED
@@ -59,3 +61,16 @@ def test_methods_show_themselves_as_a_table():
 def test_dir_of_the_scenes_lists_scenes():
     assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "named", "name_of"}
     assert all(isinstance(getattr(kr.scenes, name), kr.Scene) for name in kr.scenes.about)
+
+
+def test_dir_of_the_events_lists_what_makes_them():
+    assert dir(kr.events) == sorted(kr.events.__all__)
+
+
+def test_an_ensemble_shows_itself_in_one_line():
+    assert repr(kr.exact([kr.scenes.thesis] * 3)) == "<kreisel.ExactEnsemble: 3 scenes>"
+
+
+def test_help_tells_every_number_of_a_closed_form():
+    told = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
+    assert all(f"{name} " in told for name in ("period", "precession", "spin"))

@@ -118,6 +118,10 @@ def array(name: str, value: object, what: str) -> Array:
 
 def row(name: str, value: object, n: int, what: str) -> list[float]:
     """A list of n finite floats."""
+    if type(value) is tuple and len(value) == n and set(map(type, value)) == {float}:
+        plain = list(value)  # as most are, at a tenth of the cost
+        if all(map(math.isfinite, plain)):
+            return plain
     numbers = array(name, value, what)
     if numbers.shape != (n,):
         raise ValueError(f"{name} must be {what}, not {shown(value)}")

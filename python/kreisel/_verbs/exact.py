@@ -35,18 +35,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _Rates:
-    """period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
-    its
-                height [T]
-    precession  mean rate of the axis about the vertical [T^-1]; without torque about the angular
-                momentum
-    spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the
-                precession
-
-    The axis is that of symmetry; of a free body without one that which circulates, on the
-    momentum's side. A top that passes a pole precesses there by half a turn either way, which
-    counts as none.
-    """
+    """What a closed form tells of the motion as a whole, in the words of Exact."""
 
     scene: Scene
     period: float
@@ -59,6 +48,17 @@ class _Rates:
 class Exact(_Rates):
     """The motion of a scene in closed form; call it with a time or an array of times for a
     kreisel.Path.
+
+    period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
+                its height [T]
+    precession  mean rate of the axis about the vertical [T^-1]; without torque about the angular
+                momentum
+    spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the
+                precession
+
+    The axis is that of symmetry; of a free body without one that which circulates, on the
+    momentum's side. A top that passes a pole precesses there by half a turn either way, which
+    counts as none.
 
     As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign. Ctrl-C
     is a plain KeyboardInterrupt: there is all or nothing, for no state waits for another.
@@ -140,7 +140,7 @@ class Exact(_Rates):
         return times.reshape(-1)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ExactEnsemble:
     """The motions of n scenes in closed form; call it with a time for the states of all, an array
     (n, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array (n, k, 8).
@@ -149,17 +149,30 @@ class ExactEnsemble:
     scene alone; so are the states, bit for bit. ValueError, asked for turning points, where one
     scene has none.
 
+    A map over spin and tilt, of how far each top falls that is let go [degrees]:
+
+        >>> import numpy as np
         >>> import kreisel as kr
-        >>> tops = [kr.scenes.cusps.replace(momentum=(0, 0, m)) for m in (1, 2, 3)]
-        >>> kr.exact(tops).greatest_nutation.round(3)
-        array([2.244, 1.465, 1.141])
+        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
+        >>> spins, tilts = np.linspace(10, 30, 3), np.linspace(0, 1, 2)
+        >>> tops = [kr.Scene.spinning(top, spin, tilt) for spin in spins for tilt in tilts]
+        >>> np.degrees(kr.exact(tops).greatest_nutation).reshape(3, 2).round(1)
+        array([[  0. , 104.7],
+               [  0. ,  69.2],
+               [  0. ,  62.2]])
+
+    To make the scenes takes longer than what is told of them: some microseconds each by Scene and
+    replace, several times that by spinning and from_euler.
     """
 
     scenes: tuple[Scene, ...]
     period: Array
     precession: Array
     spin: Array
-    _plans: Array = field(repr=False)
+    _plans: Array
+
+    def __repr__(self) -> str:
+        return f"<kreisel.ExactEnsemble: {len(self)} scenes>"
 
     def __len__(self) -> int:
         return len(self.scenes)
@@ -217,8 +230,8 @@ class ExactMap(_Rates):
     """The states of bobenko_suris with this step in closed form; call it with a whole number or an
     array of them.
 
-    Its period, precession and spin are the map's own: beside those of the motion they tell the
-    error of the method.
+    Its period, precession and spin, as in Exact, are the map's own: beside those of the motion they
+    tell the error of the method.
     """
 
     step: float
