@@ -255,7 +255,7 @@ def _component(word: str) -> int:
     rows = (row for row in quantities if word in (row["name"], *row["components"]))
     row = next(rows, None)
     if row is None:
-        raise ValueError(unknown("quantity", word, components))
+        raise ValueError(unknown("quantity", word, [*components, "nutation"]))
     name = row["name"]
     if row["in_events"]:
         *most, last = map(repr, row["components"])

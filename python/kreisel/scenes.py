@@ -8,6 +8,7 @@ validation/truth/problems.json to the last bit.
 from __future__ import annotations
 
 from ._ground.arguments import Quaternion, Vector
+from ._ground.refusals import unknown
 from ._model.body import Body
 from ._model.scene import Scene
 
@@ -81,7 +82,9 @@ dzhanibekov = Scene(
 
 def named(name: str) -> Scene:
     """The scene of this name; KeyError if there is none."""
-    scene: Scene = {name: globals()[name] for name in about}[name]
+    if name not in about:
+        raise KeyError(unknown("scene", name, about))
+    scene: Scene = globals()[name]
     return scene
 
 

@@ -106,6 +106,7 @@ def test_a_full_disk_is_said_in_one_line_and_loses_nothing_else(tmp_path, option
         assert os.listdir(tmp_path) == (["kept.csv"] if more else [])
     assert (done.returncode, done.stderr.count("\n")) == (1, 1)
     assert "No space left on device" in done.stderr
+    assert option == "npz -" or "'/dev/full'" in done.stderr
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")

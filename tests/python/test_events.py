@@ -252,6 +252,7 @@ def test_what_the_docstring_shows_runs():
         ),
         (lambda: events.crossing("apexz"), ValueError, "did you mean 'apex_z'"),
         (lambda: events.crossing("omega_y"), ValueError, "did you mean 'body_velocity_y'"),
+        (lambda: events.crossing("theta", 1), ValueError, "did you mean 'nutation'"),
         (lambda: events.crossing({"omega*spin": 1}), ValueError, "did you mean 'body_velocity_"),
         (
             lambda: events.extremum("apex"),

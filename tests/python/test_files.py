@@ -38,6 +38,14 @@ def test_a_disk_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkey
     assert file.stat().st_size > 10 and os.listdir(tmp_path) == ["file"]
 
 
+@pytest.mark.parametrize("i", range(4))
+def test_a_folder_that_is_not_there_is_told_by_the_name_that_was_given(tmp_path, i):
+    file = tmp_path / "no" / "file"
+    with pytest.raises(FileNotFoundError) as refused:
+        writers()[i](file)
+    assert refused.value.filename == str(file)
+
+
 def test_two_savers_of_one_file_do_not_meet(tmp_path):
     file, runs = tmp_path / "run", [kr.start(TOP), kr.start(kr.scenes.thesis)]
     for run in runs:

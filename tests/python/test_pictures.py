@@ -96,6 +96,8 @@ def test_axes_that_are_there_are_drawn_in():
     assert list(picture) == list(axes) and picture.figure is axes[0].figure
     with pytest.raises(ValueError, match="axes must be 6, for trace, nutation and precession"):
         kr.plot([CUSPS, CUSPS], axes)
+    with pytest.raises(TypeError, match="axes must be a list of 3, not <Axes"):
+        CUSPS.plot(axes[0])
 
 
 def test_what_cannot_be_drawn_is_refused():

@@ -254,6 +254,9 @@ def test_methods_of_gsl_say_how_to_get_them(name):
         ({"methods": ["rk5"]}, ValueError, "unknown method 'rk5'; did you mean 'rk4'?"),
         ({"methods": ["rk4"]}, ValueError, r"give steps, as in steps=\[0.1, 0.01\]"),
         ({"methods": ["extrap"], "tols": [0]}, ValueError, "tols must be positive"),
+        ({"methods": ["extrap"], "tols": 1e-3}, TypeError, r"tols must be a list, .* not 0.001"),
+        ({"methods": ["rk4"], "steps": 0.1}, TypeError, r"steps must be a list, .* not 0.1"),
+        ({"methods": ["geometric"]}, ValueError, "it is for kreisel.solve alone"),
         ({"methods": ["rk4"], "steps": ["a"]}, TypeError, "steps must be a number"),
         (
             {"methods": ["rk4"], "steps": [0.1], "repeats": 0},
@@ -300,3 +303,14 @@ def test_a_scene_says_how_it_is_changed(field):
         setattr(TOP, field, 9.81)
     with pytest.raises(AttributeError, match=r"dataclasses\.replace\(body, mass=\.\.\.\)"):
         LAGRANGE.mass = 2
+
+
+@pytest.mark.parametrize("call", [kr.start, lambda s, m: kr.stream(s, [1.0], m)])
+def test_what_tries_whole_runs_is_refused_by_what_has_none(call):
+    with pytest.raises(ValueError, match=r"method='geometric' makes whole runs .* kreisel\.solve"):
+        call(TOP, "geometric")
+
+
+def test_a_scene_that_there_is_not_gets_a_hint():
+    with pytest.raises(KeyError, match="unknown scene 'tesis'; did you mean 'thesis'"):
+        kr.scenes.named("tesis")

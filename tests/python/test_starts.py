@@ -220,7 +220,7 @@ def test_the_axis_may_lie_anywhere(body):
         ({"body": CORNER}, ValueError, "spinning is for a symmetric body"),
         ({"body": kr.Body(1, (1, 2, 2), (0, 0, 0))}, ValueError, "whose axis is the third"),
         ({"body": kr.Body(1, (2, 2, 1), (0.5, 0, 0))}, ValueError, "symmetric body"),
-        ({"tilt": -0.1}, ValueError, "tilt must lie between 0 and pi, not -0.1"),
+        ({"tilt": -0.1}, ValueError, "tilt must lie between 0 and pi, .* degrees=True, not -0.1"),
         ({"tilt": 181, "degrees": True}, ValueError, "between 0 and 180, not 181"),
         ({"spin": None}, TypeError, "spin must be a number"),
         ({"precession": "1"}, TypeError, "precession must be a number"),

@@ -94,6 +94,14 @@ def _cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
+def _settings(name: str, given: Iterable[float]) -> list[float]:
+    try:
+        each = list(given)
+    except TypeError:
+        raise TypeError(f"{name} must be a list, as in {name}=[1e-3], not {shown(given)}") from None
+    return [positive(name, x) for x in each]
+
+
 @dataclass
 class _Run:
     """A method at one setting: its path, what it failed of, and the seconds of each repeat."""
@@ -168,8 +176,7 @@ def compare(
     Ctrl-C raises kreisel.CompareInterrupted, whose table has the rows so far.
     """
     instance("scene", scene, Scene)
-    by_step = [positive("steps", step) for step in steps]
-    by_tol = [positive("tols", tol) for tol in tols]
+    by_step, by_tol = _settings("steps", steps), _settings("tols", tols)
     runs = _runs(scene, t, methods, by_step, by_tol)
     rounds = whole("repeats", repeats, 1)
     tell = checked_progress(progress)

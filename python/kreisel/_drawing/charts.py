@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .._ground.arguments import Array
+from .._ground.arguments import Array, shown
 from .._ground.optional import installed
 from .._model.scene import Scene
 from .._model.turning import Turnings, turnings
@@ -65,12 +65,7 @@ def plotted(
     """Each path with the states at its events, in three axes of its own or in a new figure."""
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: solve for times")
-    picture = _laid_out(len(paths)) if axes is None else Picture(axes)
-    if len(picture) != 3 * len(paths):
-        raise ValueError(
-            f"axes must be {3 * len(paths)}, for trace, nutation and precession of each path, "
-            f"not {len(picture)}"
-        )
+    picture = _laid_out(len(paths)) if axes is None else _picture_of(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw(one, path, events, degrees)
@@ -94,6 +89,18 @@ def _laid_out(n: int) -> Picture:
         below = figure.add_subplot(grid[2, i], sharex=above)
         axes += figure.add_subplot(grid[0, i]), above, below
     return Picture(axes)
+
+
+def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
+    try:
+        picture = Picture(axes)
+    except TypeError:
+        raise TypeError(f"axes must be a list of {n}, not {shown(axes)}") from None
+    if len(picture) != n:
+        raise ValueError(
+            f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
+        )
+    return picture
 
 
 def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool) -> None:

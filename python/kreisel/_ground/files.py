@@ -11,10 +11,10 @@ from pathlib import Path
 
 
 class Growing:
-    """A file that is written piece by piece."""
+    """A file that is written piece by piece; its name is that of what could not be written."""
 
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor, self._whole = descriptor, 0
+    def __init__(self, descriptor: int, name: str) -> None:
+        self._descriptor, self._whole, self._name = descriptor, 0, name
 
     @property
     def is_empty(self) -> bool:
@@ -27,9 +27,11 @@ class Growing:
         try:
             while left:
                 left = left[os.write(self._descriptor, left) :]
-        except BaseException:
+        except BaseException as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._descriptor, self._whole)
+            if isinstance(error, OSError):
+                error.filename = self._name
             raise
         self._whole += len(data)
 
@@ -39,15 +41,15 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     """A file that is written beside its place, and put there, on the disk, at the end; whatever is
     raised before that, and where nothing was written, what stood there stays and nothing else is
     left behind."""
-    file = Path(os.path.realpath(path))
+    file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe, which has no place beside it
         with open(file, "wb", buffering=0) as out:
-            yield Growing(out.fileno())
+            yield Growing(out.fileno(), name)
         return
     new = _beside(file)
     try:
-        with open(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file)), "wb") as out:
-            grown = Growing(out.fileno())
+        with open(_begun(new, file, name), "wb") as out:
+            grown = Growing(out.fileno(), name)
             yield grown
             os.fsync(out.fileno())
         if grown.is_empty:
@@ -88,6 +90,15 @@ def refuse_no_place(path: str | os.PathLike[str]) -> None:
 
 def _beside(file: Path) -> Path:
     return file.with_name(f".{secrets.token_hex(8)}.new")
+
+
+def _begun(new: Path, file: Path, name: str) -> int:
+    """The new file that becomes this one; what is refused is told of the name that was given."""
+    try:
+        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file))
+    except OSError as error:
+        error.filename = name
+        raise
 
 
 def _mode(file: Path) -> int:

@@ -225,9 +225,8 @@ class Scene:
         if boolean("degrees", degrees):
             rate, angle = math.radians(rate), math.radians(angle)
         if not 0.0 <= angle <= math.pi:
-            raise ValueError(
-                f"tilt must lie between 0 and {'180' if degrees else 'pi'}, not {shown(tilt)}"
-            )
+            most = "180" if degrees else "pi, or up to 180 with degrees=True"
+            raise ValueError(f"tilt must lie between 0 and {most}, not {shown(tilt)}")
         if boolean("fast", fast) and not steady:
             raise ValueError("fast chooses between two steady precessions: say steady=True too")
         if boolean("steady", steady):

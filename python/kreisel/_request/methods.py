@@ -126,6 +126,8 @@ class Methods(dict[MethodName, Method]):
 
 def unknown(name: str) -> str:
     """What to say of a method that is not there."""
+    if name == "geometric":
+        return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
         return (
             f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); "
