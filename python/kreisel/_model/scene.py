@@ -92,13 +92,13 @@ class Scene:
         damping: ArrayLike | None = None,
     ) -> None:
         instance("body", body, Body)
-        words = {
-            "momentum": momentum,
-            "velocity": velocity,
-            "body_momentum": body_momentum,
-            "body_velocity": body_velocity,
-        }
-        given = {word: value for word, value in words.items() if value is not None}
+        given = {} if momentum is None else {"momentum": momentum}
+        if velocity is not None:
+            given["velocity"] = velocity
+        if body_momentum is not None:
+            given["body_momentum"] = body_momentum
+        if body_velocity is not None:
+            given["body_velocity"] = body_velocity
         made = None if attitude_xyzw is not None else _made(body, given, attitude, gravity, damping)
         if made is None:
             made = _looked_at(body, given, attitude, attitude_xyzw, gravity, damping)
