@@ -63,6 +63,11 @@ def test_dir_of_the_scenes_lists_scenes():
     assert all(isinstance(getattr(kr.scenes, name), kr.Scene) for name in kr.scenes.about)
 
 
+def test_a_run_shows_what_a_user_may_call():
+    may = {"checkpoint", "ended", "plan", "save", "stream", "to"}
+    assert {name for name in dir(kr.Run) if not name.startswith("_")} == may
+
+
 def test_dir_of_the_events_lists_what_makes_them():
     assert dir(kr.events) == sorted(kr.events.__all__)
 

@@ -80,9 +80,9 @@ class Run:
                 f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
                 "path.end goes on from there"
             )
-        return self.lead(asked, progress)
+        return self._lead(asked, progress)
 
-    def lead(self, times: Array, progress: Progress | None) -> Path:
+    def _lead(self, times: Array, progress: Progress | None) -> Path:
         """On to these times, which need no check."""
         callback = checked_progress(progress)
         if self.want is None:

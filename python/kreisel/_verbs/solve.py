@@ -125,7 +125,7 @@ def solve(
     refuse_endless(scene, end, asked.step)
     callback = checked_progress(progress)
     if sought is not None or times.size > asked.limit:
-        return Run(scene, asked, end < 0.0, sought).lead(times, callback)
+        return Run(scene, asked, end < 0.0, sought)._lead(times, callback)
     return recorded(scene, asked, times, callback)
 
 
