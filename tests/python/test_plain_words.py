@@ -31,6 +31,18 @@ def test_numbers_from_numpy_need_no_second_look():
     assert isinstance(core.scene(CORNER._block, row, None, np.float64(1.0), None), tuple)
 
 
+@pytest.mark.parametrize("way", [*WAYS, lambda row: [1, *row[1:]]])
+def test_bodies(way):
+    row = (1.0, 1.25, 1.5)
+    assert kr.Body.cuboid(way(row), way((1.0, 0.5, -1.0))) == kr.Body.cuboid(row, (1.0, 0.5, -1.0))
+
+
+@pytest.mark.parametrize("wrong", [10**400, np.nan, None, 1j])
+def test_what_is_no_number_beside_others_is_refused(wrong):
+    with pytest.raises((TypeError, ValueError), match=r"^pivot must be (3 numbers|finite), not "):
+        kr.Body.cuboid((1.0, 1.0, 1.0), (0, wrong, -1.0))
+
+
 def test_whole_numbers_are_numbers():
     scene = kr.Scene(CORNER, momentum=(1, 0, -2), attitude=(0, 1, 0, 0), gravity=2)
     assert scene == kr.Scene(CORNER, (1.0, 0.0, -2.0), np.array((0, 1, 0, 0)), np.float32(2))

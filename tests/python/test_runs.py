@@ -150,7 +150,7 @@ def test_a_run_leads_on():
     assert np.array_equal(on.to(3).states[-1], kr.solve(TOP, 3, "strang", step=0.01).states[-1])
     with pytest.raises(TypeError, match="back must be True or False"):
         kr.start(TOP, back=1)
-    with pytest.raises(ValueError, match="for kreisel.solve alone"):
+    with pytest.raises(ValueError, match=r"for kreisel.solve alone"):
         kr.start(TOP, "geometric")
     with pytest.raises(ValueError, match="step is too large"):
         kr.start(kr.scenes.thesis, "bobenko_suris4", step=100)

@@ -3,6 +3,7 @@ value."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import reprlib
 from collections.abc import Sequence
@@ -25,6 +26,7 @@ class Arrayed(Protocol):
 
 Numbers = float | Arrayed | Sequence[float] | Sequence[Arrayed]  # one, or a list, and no text
 
+_PLAIN = {float, int, np.float64}
 _T = TypeVar("_T")
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
@@ -118,10 +120,11 @@ def array(name: str, value: object, what: str) -> Array:
 
 def row(name: str, value: object, n: int, what: str) -> list[float]:
     """A list of n finite floats."""
-    if type(value) is tuple and len(value) == n and set(map(type, value)) == {float}:
-        plain = list(value)  # as most are, at a tenth of the cost
-        if all(map(math.isfinite, plain)):
-            return plain
+    if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
+        with contextlib.suppress(OverflowError):  # as most are, at a tenth of the cost
+            plain = [float(x) for x in value]
+            if len(plain) == n and all(map(math.isfinite, plain)):
+                return plain
     numbers = array(name, value, what)
     if numbers.shape != (n,):
         raise ValueError(f"{name} must be {what}, not {shown(value)}")
