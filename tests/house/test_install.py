@@ -1,5 +1,7 @@
 """The installed library serves a user's program in C and C++, found by CMake and by pkg-config."""
 
+import shutil
+
 import pytest
 from toolbox import ROOT, VERSION, compile_and_run, installed, need, need_gsl, run
 
@@ -24,6 +26,16 @@ def test_cmake_finds_the_package(prefix, tmp_path):
 def test_cmake_refuses_another_version(prefix, tmp_path):
     with pytest.raises(pytest.fail.Exception, match="compatible with requested"):
         run("cmake", "-S", HERE, "-B", tmp_path, f"-Dkreisel_ROOT={prefix}", "-Dversion=99.0")
+
+
+def test_an_installation_may_be_moved(prefix, tmp_path):
+    need("pkg-config")
+    moved = shutil.copytree(prefix, tmp_path / "elsewhere", symlinks=True)
+    folder = moved / "lib/pkgconfig"
+    flags = run("pkg-config", "--cflags", "--libs", "kreisel", PKG_CONFIG_PATH=str(folder))
+    assert str(moved) in flags and str(prefix) not in flags
+    out = compile_and_run(HERE / "main.c", moved, "-std=c99", to=tmp_path / "a.out")
+    assert out == VERSION + "\n"
 
 
 @pytest.mark.parametrize("linking", ["shared", "static"])
