@@ -1,5 +1,6 @@
 /* Ways through the closed forms that few starts take: turning heights that coincide, axes that rest
  * or arrive at a pole. */
+#include "model/body.h"
 #include "tops.h"
 
 static kr_scene top_of(double lever, kr_quat q, kr_vec3 m)
@@ -71,6 +72,63 @@ static void map_at_rest(void)
         }
     }
 }
+/* Steps in which the top turns far leave the map's momentum its sign. */
+static void far_steps(void)
+{
+    for (int i = 0; i < 60; i++) {
+        const double spin = 0.5 * (i % 10) - 2.0;
+        const kr_scene s =
+            top_of(i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.02 * i, -0.4, 0.3)), v3(0.5, -0.25, spin));
+        const kr_config config = {.step = 0.25 * (1 + i / 10)};
+        kr_exact_map map;
+        if (kr_exact_map_plan(&s, config.step, &map) != KR_OK) continue;
+        for (int k = 1; k < 4; k++) {
+            const kr_state made =
+                state_at(config.step * k, &s, kr_method_find("bobenko_suris"), config);
+            NEAR(distance(kr_exact_map_state(&map, k), made), 0.0, 1e-11);
+        }
+    }
+}
+/* A Lagrange top is one whichever axis of the description is its own. */
+static void any_axis(void)
+{
+    for (int i = 0; i < 6; i++) {
+        const int k = i % 3;
+        const double lone = i < 3 ? 0.5 : 1.5;
+        kr_scene s = top_of(1.0, q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.25, 1.0));
+        kr_exact exact = {0};
+        s.body.inertia = v3(k == 0 ? lone : 1.0, k == 1 ? lone : 1.0, k == 2 ? lone : 1.0);
+        s.body.com = v3(k == 0, k == 1, k == 2);
+        const kr_working w = kr_body_working(&s.body);
+        IS(w.inertia.x == 1.0 && w.inertia.y == 1.0 && w.inertia.z == lone);
+        IS(w.com.x == 0.0 && w.com.y == 0.0 && fabs(w.com.z) == 1.0);
+        IS(kr_method_applies(kr_method_find("bobenko_suris"), &s.body));
+        IS(kr_exact_plan(&s, &exact) == KR_OK);
+        const kr_config truly = {.tol = 1e-15};
+        NEAR(distance(kr_exact_state(&exact, 3.0), state_at(3.0, &s, taylor(), truly)), 0.0, 1e-13);
+    }
+}
+/* The same of tensors that are no diagonal ones, with the centre of mass at the fixed point, too. */
+static void any_tensor(void)
+{
+    for (int k = 0; k < 3; k++)
+        for (int reach = 0; reach < 2; reach++) {
+            const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));
+            const kr_vec3 a = q_turn(turn, v3(k == 0, k == 1, k == 2));
+            const double e[3] = {a.x, a.y, a.z};
+            double j[9];
+            kr_body b = {0};
+            for (int i = 0; i < 9; i++) j[i] = (i % 4 == 0) - 0.5 * e[i / 3] * e[i % 3];
+            IS(kr_body_from_tensor(1.0, j, v_scale(reach, a), &b) == KR_OK);
+            const kr_working w = kr_body_working(&b);
+            NEAR(w.inertia.x, 1.0, 1e-15);
+            IS(w.inertia.x == w.inertia.y && w.com.x == 0.0 && w.com.y == 0.0);
+            NEAR(w.inertia.z, 0.5, 1e-15);
+            NEAR(fabs(w.com.z), reach, 1e-15);
+            const kr_vec3 axis = q_turn(q_mul(b.axes, w.axes), v3(0.0, 0.0, 1.0));
+            NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
+        }
+}
 /* What the units of a scene refuse, the turning points refuse; and a sphere that hangs beside its
  * centre has a closed form without gravity, too. */
 static void units(void)
@@ -94,6 +152,9 @@ int main(void)
 {
     courses_at_poles();
     map_at_rest();
+    far_steps();
+    any_axis();
+    any_tensor();
     units();
     separatrix();
     return check_result();

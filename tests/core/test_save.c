@@ -342,6 +342,9 @@ static void hostile_times(const kr_method *method)
     memcpy(bad, saved, size);
     forge(bad, size, HEADER + offsetof(kr_top, steps), (int64_t)1 << 40, 8);
     IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    forge(bad, size, HEADER + offsetof(kr_top, steps), ((int64_t)1 << 53) + 1, 8);
+    forge(bad, size, HEADER + offsetof(kr_top, kept_steps), ((int64_t)1 << 53) + 1, 8);
+    IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     kr_top_free(top);
 }
 /* Nothing of a method's work is taken that is as often run through as a number below 1 says. */
