@@ -75,11 +75,11 @@ static void map_at_rest(void)
 /* Steps in which the top turns far leave the map's momentum its sign. */
 static void far_steps(void)
 {
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < 600; i++) {
         const double spin = 0.5 * (i % 10) - 2.0;
         const kr_scene s =
-            top_of(i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.02 * i, -0.4, 0.3)), v3(0.5, -0.25, spin));
-        const kr_config config = {.step = 0.25 * (1 + i / 10)};
+            top_of(i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.002 * i, -0.4, 0.3)), v3(0.5, -0.25, spin));
+        const kr_config config = {.step = 0.25 * (1 + i / 20)};
         kr_exact_map map;
         if (kr_exact_map_plan(&s, config.step, &map) != KR_OK) continue;
         for (int k = 1; k < 4; k++) {

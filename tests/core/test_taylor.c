@@ -240,9 +240,25 @@ static void own_kernel(void)
     }
     NEAR(found[1], found[0], 1e-13);
 }
+/* A search up to the end of a step makes no other step. */
+static void searched_to_the_end(void)
+{
+    const kr_scene s = tilted();
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
+    kr_event event = {.terms = &height, .count = 1};
+    kr_hit hit = {0};
+    kr_top *top = make(&s, taylor(), (kr_config){0}), *twin = make(&s, taylor(), (kr_config){0});
+    IS(kr_top_step(twin) == KR_OK && kr_top_watch(top, 1, &event) == KR_OK);
+    IS(kr_top_seek(top, kr_top_state(twin).t, &hit) == KR_OK && hit.which < 0);
+    IS(same(kr_top_state(top), kr_top_state(twin)));
+    IS(kr_top_stats(top).steps == 1 && kr_top_stats(twin).steps == 1);
+    kr_top_free(top);
+    kr_top_free(twin);
+}
 
 int main(void)
 {
+    searched_to_the_end();
     own_kernel();
     kernels_one_by_one();
     kernels();
