@@ -108,7 +108,7 @@ static void any_axis(void)
         NEAR(distance(kr_exact_state(&exact, 3.0), state_at(3.0, &s, taylor(), truly)), 0.0, 1e-13);
     }
 }
-/* The same of tensors that are no diagonal ones, with the centre of mass at the fixed point, too. */
+/* The same of tensors that are not diagonal, also with the centre of mass at the fixed point. */
 static void any_tensor(void)
 {
     for (int k = 0; k < 3; k++)

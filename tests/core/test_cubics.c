@@ -21,7 +21,7 @@ static void lone_roots(void)
         IS(top == 1);
     }
 }
-/* Newton's method leaves a start without a slope where it is; means that do not meet have an end. */
+/* Newton's method leaves a start without a slope alone; means that do not meet have an end. */
 static void without_an_end(void)
 {
     const dd square[3] = {pair(-1.0), pair(0.0), pair(0.0)};
