@@ -60,10 +60,7 @@ static kr_status choose_units(kr_top *top)
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
-    return isfinite(top->momentum_unit) && top->momentum_unit > 0.0 && isfinite(top->main.step) &&
-                   v_finite(top->main.damping)
-               ? KR_OK
-               : KR_ERR_ARGUMENT;
+    return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
 static kr_state to_own(const kr_top *top, const kr_state *state)
 {
@@ -351,8 +348,7 @@ kr_status kr_top_step(kr_top *top)
 {
     if (!top) return KR_ERR_ARGUMENT;
     if (is_adaptive(top)) return adaptive_step(top);
-    const double next = grid(top, top->steps + 1);
-    return next == top->asked ? KR_ERR_STEP : kr_top_advance(top, next);
+    return kr_top_advance(top, grid(top, top->steps + 1)); /* another double, before the horizon */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

@@ -18,7 +18,7 @@ const kr_exact_isa *kr_exact_isa_at(int i)
 static const kr_exact_isa *here(void)
 {
     int i = 0;
-    while (!kr_exact_isa_at(i)->runs_here()) i++;
+    while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
     return kr_exact_isa_at(i);
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
@@ -50,7 +50,7 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 static const kr_exact_maps *maps_here(void)
 {
 #ifdef KR_X86
-    if (kr_has_avx2()) return &kr_exact_maps_avx2;
+    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: one processor answers in one way */
 #endif
     return &kr_exact_maps_base;
 }

@@ -186,12 +186,14 @@ INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
 
+/* A longer time overflows where a product is made without a fused one. */
+static const double longest = 0x1p990;
 /* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
 INLINE int is_within(const kr_exact *e, double span)
 {
     const double most = 0x1p50;
-    return fabs(span * e->nutation.fast) < most && fabs(span * e->first.fast) < most &&
-           fabs(span * e->second.fast) < most;
+    return fabs(span) < longest && fabs(span * e->nutation.fast) < most &&
+           fabs(span * e->first.fast) < most && fabs(span * e->second.fast) < most;
 }
 /* Returns the state `span` after the beginning, as one at time t. Each kind of series calls the
  * kernel with constants, so that the compiler leaves out what that kind does not need. */

@@ -59,7 +59,7 @@ static void about_start(const initial *s, const dd c[3], double guess, turning *
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     if (b.hi > 0.0) {
         r->up = dd_half(dd_add(r->span, b));
-        r->down = r->up.hi > 0.0 ? dd_div(product, r->up) : dd_of(0.0);
+        r->down = dd_div(product, r->up);
     } else {
         r->down = dd_half(dd_sub(r->span, b));
         r->up = r->down.hi > 0.0 ? dd_div(product, r->down) : dd_of(0.0);
@@ -106,10 +106,10 @@ static void sharpen(const initial *s, turning *r, int top)
              climb = dd_square(s->climb);
     /* A distance is kept above this level, far below rounding, so that quotients stay finite. */
     const dd level = dd_of(1e-36);
-    if (!top && r->third.hi > 0.0) {
+    if (!top) {
         if (r->down.hi > r->up.hi)
             r->up = dd_div(climb, dd_mul(r->down, r->third));
-        else if (r->up.hi > 0.0)
+        else if (r->up.hi > 0.0) /* untaken: where not, all three heights are one */
             r->down = dd_div(climb, dd_mul(r->up, r->third));
     }
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
@@ -119,7 +119,7 @@ static void sharpen(const initial *s, turning *r, int top)
     if (top) {
         if (s->g.hi * r->minus2.hi < r->minus3.hi)
             r->minus2 = dd_div(minus, dd_mul(r->minus1, r->minus3));
-        else if (r->minus2.hi > 0.0)
+        else if (r->minus2.hi > 0.0) /* untaken: as above */
             r->minus3 = dd_div(minus, dd_mul(r->minus1, r->minus2));
     }
     r->span = dd_max(r->span, level);
@@ -190,11 +190,6 @@ static void lagrange_series(kr_exact *exact, const initial *s, const turning *r,
     const int dual = T < 1.0;
     const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0,
                  quarter = sqrt(sqrt(nome));
-    const double at0 =
-        -0.5 * (sqrt(m1 * p2 * r->plus3.hi) - up * down * sqrt(p1 * m2 * r->minus3.hi));
-    const double at1 =
-        -0.5 * (sqrt(p2 * m1 * r->minus3.hi) - up * down * sqrt(m2 * p1 * r->plus3.hi));
-    const int low = fabs(at0) >= fabs(at1);
     double f[6];
     exact->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
     exact->slope[0] = -y1 * shrink / pi;
@@ -210,12 +205,14 @@ static void lagrange_series(kr_exact *exact, const initial *s, const turning *r,
         theta_scale(&exact->alpha, sqrt(0.5 * p2) / theta_at(exact->alpha.even, 1.0));
     theta_scale(&exact->beta,
                 sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / theta_at(exact->beta.even, 0.0));
-    /* The momentum's size is taken at the turning height where it is the larger. */
-    phase_start(&exact->nutation, dd_of(low ? 0.0 : 0.25));
+    /* The momentum's size is taken at the lower turning height, where it is the larger: m1 p2 >= p1
+     * m2 and plus3 >= minus3. Its series, theta3 on an axis, is positive. */
+    const double lowest =
+        -0.5 * (sqrt(m1 * p2 * r->plus3.hi) - up * down * sqrt(p1 * m2 * r->minus3.hi));
+    phase_start(&exact->nutation, dd_of(0.0));
     factors_at(exact, 0.0, f);
     const double norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
-    exact->momentum = i1 * (low ? at0 : at1) * sqrt(norm) / length(f[4], f[5]);
-    if (f[4] < 0.0) exact->momentum = -exact->momentum;
+    exact->momentum = i1 * lowest * sqrt(norm) / length(f[4], f[5]);
 }
 /* Returns the phase of the start [turns], 0 .. 1/4, by its distance from the nearer turning
  * height. */
@@ -246,8 +243,7 @@ static void lagrange_start(kr_exact *exact, const initial *s, const turning *r, 
     double f[6];
     phase_start(&exact->nutation, s->climb.hi < 0.0 ? dd_neg(here) : here);
     factors_at(exact, 0.0, f);
-    const double sign = exact->momentum < 0.0 ? -1.0 : 1.0;
-    const dd both = turns_between(sign * f[4], sign * f[5], top->m.x, top->m.y);
+    const dd both = turns_between(-f[4], -f[5], top->m.x, top->m.y); /* momentum <= 0 */
     dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
     dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
     if (size[0] < size[1] && 2.0 * size[0] < size[2])

@@ -95,27 +95,24 @@ static double pole_at(const kr_exact_map *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the momentum's scale: its size at that of the two symmetric links where it is the larger,
- * and its sign by W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
+/* Sets the momentum's scale: its size at the lower of the two symmetric links, where it is the
+ * larger, for 1 + |W|^2 = (1 + E)/(1 + b s); and its sign by W ~ alpha beta' - beta alpha'. Returns
+ * the largest |W|^2. */
 static double set_momentum(kr_exact_map *map, const map_link *k)
 {
-    double size[2], f[6], g[6], h[6];
+    double f[6], g[6], h[6];
     kr_exact *curve = &map->curve;
-    for (int i = 0; i < 2; i++) {
-        const dd s = i == 0 ? k->s1 : k->s2,
-                 above = dd_sub(dd_scale(k->sign, k->energy), dd_mul(k->b, s));
-        size[i] = dd_sub(dd_div(above, map_height(k, s)), dd_square(k->l)).hi;
-    }
-    const int high = size[1] > size[0];
-    phase_start(&curve->nutation, dd_of(high ? 0.25 : 0.0));
+    const dd above = dd_sub(dd_scale(k->sign, k->energy), dd_mul(k->b, k->s1));
+    const double square = dd_sub(dd_div(above, map_height(k, k->s1)), dd_square(k->l)).hi,
+                 across = fmax(square, 0.0);
+    phase_start(&curve->nutation, dd_of(0.0));
     factors_at(curve, -0.5, f);
     factors_at(curve, 0.5, g);
     factors_at(curve, 0.0, h);
     const double re = (f[0] * g[2] - f[1] * g[3]) - (f[2] * g[0] - f[3] * g[1]);
-    curve->momentum =
-        k->unit * sqrt(fmax(size[high], 0.0)) * pole_at(map, 0.0) / length(h[4], h[5]);
+    curve->momentum = k->unit * sqrt(across) * pole_at(map, 0.0) / length(h[4], h[5]);
     if (re * h[4] < 0.0) curve->momentum = -curve->momentum;
-    return fmax(size[high], 0.0) + k->l.hi * k->l.hi;
+    return across + k->l.hi * k->l.hi;
 }
 /* Sets the phases at the start. Of the phases of alpha, beta and the momentum one is the sum of the
  * others; the two whose sizes are the largest are used. */

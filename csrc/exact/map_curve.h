@@ -104,7 +104,7 @@ static void find_roots(map_link *k)
         dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
     int top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
-    if (top || k->b.hi == 0.0) {
+    if (top) { /* as where b = 0, which leaves a quadratic */
         /* The lone root V = b v3 leaves v^2 - B v - C for the two others, with C = c0 / V >= 0. */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
         const dd third = newton_cubic(dd_of(1.0), scaled, guess), product = dd_div(c[0], third);

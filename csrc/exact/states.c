@@ -90,7 +90,8 @@ static void replace_beyond(const kr_exact *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},
                  more = rates[0] > rates[1] ? rates[0] : rates[1],
-                 reach = 0x1p49 / (more > rates[2] ? more : rates[2]), begin = e->begin;
+                 reach = fmin(longest, 0x1p49 / (more > rates[2] ? more : rates[2])),
+                 begin = e->begin;
     int late = 0;
     for (int i = 0; i < n; i++) late |= !(fabs(b->t[i] - begin) < reach);
     for (int i = 0; late && i < n; i++) {

@@ -99,9 +99,11 @@ static double elliptic_rf(double x, double y, double z)
  * from the two others; `top` says whether it is the largest or the smallest. */
 static double lone_root(double c2, double c1, double c0, int *top)
 {
-    const double square = c2 * c2 - 3.0 * c1, d = square > 0.0 ? sqrt(square) : 0.0;
-    const double r =
-        d > 0.0 ? (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d) : 1.0;
+    const double square = c2 * c2 - 3.0 * c1;
+    *top = 1;
+    if (!(square > 0.0)) return -c2 / 3.0; /* All are one. */
+    const double d = sqrt(square),
+                 r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
     *top = r >= 0.0;
     return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
 }

@@ -153,10 +153,7 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
     /* A row that was not made yet is taken to cost as much work per unit of time as the last
      * one. */
-    if (best > row)
-        next.h *=
-            gbs_cost(row < target && a->work[row] < 0.9 * a->work[row - 1] ? best + 1 : best) /
-            gbs_cost(row);
+    if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }

@@ -28,12 +28,12 @@ static inline int kr_has_base(void) { return 1; }
 #if defined KR_X86
 static inline int kr_has_avx2(void)
 {
-    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    return (__builtin_cpu_supports("avx2") != 0) & (__builtin_cpu_supports("fma") != 0);
 }
 static inline int kr_has_avx512(void)
 {
-    return kr_has_avx2() && __builtin_cpu_supports("avx512f") &&
-           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
+    return kr_has_avx2() & (__builtin_cpu_supports("avx512f") != 0) &
+           (__builtin_cpu_supports("avx512vl") != 0) & (__builtin_cpu_supports("avx512dq") != 0);
 }
 #endif
 #endif

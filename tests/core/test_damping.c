@@ -171,9 +171,37 @@ static void saved(void)
     kr_top_free(b);
     kr_top_free(c);
 }
+/* The vertical momentum of a sphere decays to its half at I / D log 2, and is found there. */
+static void half_momentum(void)
+{
+    const double I = 1.75, D = 0.3;
+    const kr_scene s = damped(v3(I, I, I), v3(D, D, D), v3(0.5, -0.25, 1.0));
+    static const char *const names[] = {"m_x", "m_y", "m_z"};
+    const double half[] = {0.25, -0.125, 0.5};
+    for (int i = 0; i < 3; i++) {
+        const kr_term terms[] = {{1.0, kr_component_find(names[i]), kr_component_find("1")},
+                                 {-half[i], kr_component_find("1"), kr_component_find("1")}};
+        kr_event event = {.terms = terms, .count = 2};
+        kr_hit hit = {0};
+        kr_top *top = make(&s, taylor(), PLAIN);
+        IS(kr_top_watch(top, 1, &event) == KR_OK && kr_top_seek(top, 20.0, &hit) == KR_OK);
+        IS(hit.which == 0 && hit.direction == (i == 1 ? 1 : -1));
+        NEAR(kr_top_state(top).t, I / D * log(2.0), 1e-13);
+        kr_top_free(top);
+    }
+}
+/* A damping beyond all numbers in the top's own units is refused. */
+static void beyond_numbers(void)
+{
+    kr_scene s = damped(v3(1e-200, 1e-200, 1e-200), v3(1e300, 1e300, 1e300), v3(0, 0, 1e-200));
+    kr_top *top = NULL;
+    IS(kr_top_create(&s, taylor(), PLAIN, &top) == KR_ERR_ARGUMENT && !top);
+}
 
 int main(void)
 {
+    half_momentum();
+    beyond_numbers();
     sphere();
     symmetric();
     power();

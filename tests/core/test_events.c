@@ -59,9 +59,11 @@ static void headless(void)
     for (int i = 0; i < n; i++) NEAR(u[i], t[i], 1e-11);
     for (size_t i = 0; i < sizeof turning / sizeof *turning; i++) {
         const kr_term product = term(1.0, "spin", turning[i]);
-        kr_event turns = {.terms = &product, .count = 1};
+        const kr_term turned = term(1.0, turning[i], "spin");
+        kr_event turns = {.terms = &product, .count = 1}, other = {.terms = &turned, .count = 1};
         IS(kr_top_watch(whole, 1, &turns) == KR_OK &&
            kr_top_watch(level, 1, &turns) == KR_ERR_ARGUMENT);
+        IS(kr_top_watch(level, 1, &other) == KR_ERR_ARGUMENT);
     }
     kr_top_free(whole);
     kr_top_free(level);
@@ -136,7 +138,31 @@ static void at_the_border(void)
     }
     kr_top_free(top);
 }
-
+/* What has been passed between two searches, in the same step or in the next, is not found any
+ * more; what lies behind is, where it was. */
+static void overtaken(void)
+{
+    const kr_scene s = scene_of(1);
+    double all[MANY];
+    kr_event e = {.terms = &height, .count = 1, .extremum = 1}, f = e;
+    kr_top *whole = watched(&s, (kr_config){0}, &e, 1);
+    const int n = seek_all(whole, 20.0, all, NULL);
+    for (int i = 0; i + 1 < n; i++)
+        for (double gap = 1e-6; gap < 20.0; gap *= 2.0) {
+            const double before = all[i] - 1e-6, after = all[i] + gap;
+            int next = i + 1;
+            kr_hit hit;
+            kr_top *top = watched(&s, (kr_config){0}, &f, 1);
+            IS(kr_top_advance(top, before) == KR_OK);
+            IS(kr_top_seek(top, before + 1e-9, &hit) == KR_OK && hit.which < 0);
+            IS(kr_top_advance(top, after) == KR_OK);
+            while (next < n && all[next] < after) next++;
+            IS(kr_top_seek(top, 20.0, &hit) == KR_OK || after > 20.0);
+            if (next < n) NEAR(kr_top_state(top).t, all[next], 1e-11);
+            kr_top_free(top);
+        }
+    kr_top_free(whole);
+}
 static void two_in_one_step(void)
 {
     const kr_scene s = scene_of(1);
@@ -349,6 +375,7 @@ int main(void)
     nutation_of_lagrange_tops();
     path_is_the_same();
     at_the_border();
+    overtaken();
     two_in_one_step();
     starts();
     both_at_once();

@@ -70,9 +70,10 @@ static void not_loaded(void)
         {.terms = &height, .count = 1},
         {.terms = &height, .count = 1, .extremum = 1, .direction = 1},
         {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
-    const kr_event_search odd[] = {{-2, 0.0, 0.0, 0, 0}, {1 << 20, 0.0, 0.0, 0, 0},
-                                   {0, NAN, 0.0, 0, 0},  {0, 0.0, INFINITY, 0, 0},
-                                   {0, 0.0, 0.0, 2, 0},  {0, 0.0, 0.0, 0, -2}};
+    const kr_event_search odd[] = {
+        {-2, 0.0, 0.0, 0, 0}, {1 << 20, 0.0, 0.0, 0, 0}, {0, NAN, 0.0, 0, 0}, {0, -1.0, 0.0, 0, 0},
+        {0, 3.0, 0.0, 0, 0},  {0, 0.0, INFINITY, 0, 0},  {0, 0.0, 0.0, 2, 0}, {0, 0.0, 0.0, -2, 0},
+        {0, 0.0, 0.0, 0, -2}, {0, 0.0, 0.0, 0, 2}};
     kr_top *top = watched(&s, (kr_config){0}, &e, 1);
     const size_t size = kr_top_save_size(top);
     kr_hit hit;

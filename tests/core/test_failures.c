@@ -1,6 +1,7 @@
 /* What a run that fails leaves behind: the last good state of its path, outputs as they were, and a
  * top that goes on from there as if it had come no other way. */
 #include <stdlib.h>
+#include "driver/top.h"
 #include "random.h"
 #include "tops.h"
 
@@ -219,6 +220,42 @@ static void no_way_aside(const char *name, int limit)
     }
     IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
 }
+static int stop_once(void *context) { return --*(int *)context == 0; }
+/* Where a side step has been stopped, the state at the point before it is still there, bit by
+ * bit. */
+static int stopped_aside(const char *name, const kr_scene *s, double tol, int calls)
+{
+    int left = 0, back = 0;
+    const kr_config config = {.tol = tol, .poll = stop_once, .context = &left};
+    kr_top *top = make(s, kr_method_find(name), config),
+           *twin = make(s, kr_method_find(name), config);
+    kr_status status = kr_top_step(twin);
+    const kr_state first = kr_top_state(twin);
+    if (status == KR_OK) status = kr_top_step(twin);
+    const double second = kr_top_state(twin).t;
+    if (status == KR_OK && kr_top_advance(top, 0.5 * first.t) == KR_OK) {
+        left = calls;
+        status = kr_top_advance(top, first.t + 0.9 * (second - first.t));
+        left = 0;
+        if (status == KR_ERR_INTERRUPTED && top->main.clock == second) {
+            back = 1;
+            IS(kr_top_advance(top, first.t) == KR_OK && same(kr_top_state(top), first));
+        }
+    }
+    kr_top_free(top);
+    kr_top_free(twin);
+    return back;
+}
+static void all_stopped_aside(const char *name)
+{
+    int back = 0;
+    for (int i = 0; i < 4000; i++) {
+        const kr_scene s = loose_scene();
+        const double tol = uniform(0.25, 0.99);
+        for (int calls = 1; calls < 6; calls++) back += stopped_aside(name, &s, tol, calls);
+    }
+    IS(back > 0);
+}
 
 /* What the method has done counts, whatever came of it. */
 static void costs_stay(void)
@@ -277,6 +314,7 @@ static void refused_aside(void)
 
 int main(void)
 {
+    all_stopped_aside("extrap");
     costs_stay();
     from_no_attitude();
     refused_aside();

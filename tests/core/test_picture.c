@@ -138,6 +138,18 @@ static void test_way(void)
     NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(v_length(at(KR_PICTURE_POINTS - 1)), 0.98 + 0.02 / KR_PICTURE_POINTS, 1e-6);
 }
+/* A trail that holds more than is drawn, and one that has forgotten its begin. */
+static void test_trails(void)
+{
+    enum { LONG = 5 * KR_PICTURE_POINTS };
+    static kr_quat attitude[LONG];
+    const kr_body body = kr_scene_default().body;
+    for (int k = 0; k < LONG; k++) attitude[k] = q_exp(v3(0.0, 0.0, 0.001 * k));
+    const kr_trail all = {attitude, LONG, LONG - 1, 0.01}, last = {attitude, 3, 100, 0.1};
+    IS(kr_picture_way(&body, &all, 1.0, point) == KR_PICTURE_POINTS);
+    IS(kr_picture_rod(&body, &last, 1.0, 0.1, point) == 3);
+    IS(kr_picture_way(&body, &last, 1.0, point) == 3);
+}
 
 static kr_vec3 centre(int ring)
 {
@@ -208,6 +220,7 @@ int main(void)
     test_box_of_a_plate_and_of_none();
     test_reach();
     test_way();
+    test_trails();
     test_rod();
     test_section();
     kr_stage_clear(&stage);

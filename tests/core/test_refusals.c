@@ -182,9 +182,17 @@ static void more_digits(void)
     }
     for (int i = 0; i < 3; i++) kr_top_free(tops[i]);
 }
+/* Without a top there is no status but this, whatever is asked of it. */
+static void no_top(void)
+{
+    size_t done = 7;
+    IS(kr_top_record(NULL, 0, NULL, NULL, &done) == KR_ERR_ARGUMENT && done == 0);
+    IS(kr_top_record(NULL, 1, NULL, NULL, NULL) == KR_ERR_ARGUMENT);
+}
 
 int main(void)
 {
+    no_top();
     scenes();
     bodies();
     makers();

@@ -324,12 +324,59 @@ static void hostile(const kr_method *method)
     for (int i = 0; i < 4; i++) IS(strcmp(counting[i], method->name) != 0 || refused > 0);
     kr_top_free(top);
 }
+/* So are a start beyond the horizon, and more steps than recovery would make once more. */
+static void hostile_times(const kr_method *method)
+{
+    enum { HEADER = 104 };
+    static unsigned char saved[MOST], bad[MOST];
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = kr_top_save_size(top);
+    const double late = 1e300;
+    int64_t bits;
+    save(top, saved);
+    memcpy(&bits, &late, sizeof bits);
+    memcpy(bad, saved, size);
+    forge(bad, size, HEADER + offsetof(kr_scene, start.t), bits, 8);
+    IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    memcpy(bad, saved, size);
+    forge(bad, size, HEADER + offsetof(kr_top, steps), (int64_t)1 << 40, 8);
+    IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    forge(bad, size, HEADER + offsetof(kr_top, steps), ((int64_t)1 << 53) + 1, 8);
+    forge(bad, size, HEADER + offsetof(kr_top, kept_steps), ((int64_t)1 << 53) + 1, 8);
+    IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
+    kr_top_free(top);
+}
+/* Nothing of a method's work is taken that is as often run through as a number below 1 says. */
+static void hostile_work(const char *name)
+{
+    enum { HEADER = 104, TOP = 1288 };
+    static unsigned char saved[MOST], bad[MOST];
+    const kr_method *method = kr_method_find(name);
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    const size_t size = kr_top_save_size(top);
+    int refused = 0;
+    save(top, saved);
+    for (size_t at = HEADER + TOP; at + 4 <= HEADER + TOP + 8 * method->work; at += 4)
+        for (int number = -1; number < 1; number++) {
+            memcpy(bad, saved, size);
+            forge(bad, size, at, number, 4);
+            refused += kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT;
+        }
+    IS(refused > 0);
+    kr_top_free(top);
+}
 
 int main(void)
 {
+    hostile_work("suzuki4");
+    hostile_work("takahashi_imada4");
+    hostile_work("extrap");
     for (size_t i = 0; i < kr_method_count(); i++) {
         hostile(kr_method_at(i));
         hostile_counts(kr_method_at(i));
+        hostile_times(kr_method_at(i));
     }
     if (sizeof(void *) == 8)
         for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));

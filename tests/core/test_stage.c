@@ -256,6 +256,21 @@ static void test_failure(void)
     IS(stage.actor[1].status == KR_ERR_NOT_FINITE && isfinite(stage.actor[1].now.q.w));
     IS(stage.actor[0].status == KR_OK && stage.actor[0].steps == 1000);
 }
+/* Where no top can go on the stage's clock stays, and nothing is told of one that is compared. */
+static void test_all_fail(void)
+{
+    kr_scene scene = kr_scene_default();
+    kr_stage_clear(&stage);
+    scene.start.m = (kr_vec3){1e3, -2e3, 1e3};
+    IS(kr_stage_add(&stage, &scene, kr_method_find("rk4"), 1000000, 0.0, -1) == KR_OK);
+    IS(kr_stage_advance(&stage, 1000000000, INT64_MAX) < 1000000000);
+    IS(stage.actor[0].status == KR_ERR_NOT_FINITE);
+    const int64_t stopped = stage.clock;
+    IS(kr_stage_advance(&stage, 1000000000, INT64_MAX) == stopped);
+    scene = kr_scene_default();
+    IS(kr_stage_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, 0) == KR_OK);
+    IS(isnan(measured(1, KR_STAGE_ERROR)) && isfinite(measured(1, number_of("energy"))));
+}
 /* A top that is too fast for its step does not keep the caller, and gets there in the end. */
 static void test_breath(void)
 {
@@ -299,6 +314,7 @@ int main(void)
     test_refusals();
     test_steps_without_a_common_multiple();
     test_failure();
+    test_all_fail();
     kr_stage_clear(&stage);
     kr_stage_clear(&other);
     return check_result();

@@ -1,6 +1,7 @@
 /* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens
  * when it fails. */
 #include <stdlib.h>
+#include "driver/top.h"
 #include "taylor/taylor.h"
 #include "tops.h"
 
@@ -217,9 +218,48 @@ static void refusals(void)
     fails(1.0, 0, 0x1p60, KR_ERR_STEP);
     fails(1.0, 0, -0x1p60, KR_ERR_STEP);
 }
+/* A kernel of no table goes as the one that it is a copy of, in its own name; events on its way are
+ * found. */
+static void own_kernel(void)
+{
+    const kr_scene s = tilted();
+    const kr_kernel mine = kr_taylor_isa(0)->plain[KR_ORDER_28];
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
+    double found[2];
+    for (int i = 0; i < 2; i++) {
+        kr_event event = {.terms = &height, .count = 1, .extremum = 1};
+        kr_hit hit = {0};
+        int order;
+        kr_top *top = make(&s, taylor(), (kr_config){0});
+        kr_taylor_use(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
+        IS(strcmp(kr_top_kernel(top, &order), i ? "other" : kr_taylor_isa(0)->name) == 0);
+        IS(order == mine.order && kr_top_watch(top, 1, &event) == KR_OK);
+        IS(kr_top_seek(top, 20.0, &hit) == KR_OK && hit.which == 0);
+        found[i] = kr_top_state(top).t;
+        kr_top_free(top);
+    }
+    NEAR(found[1], found[0], 1e-13);
+}
+/* A search up to the end of a step makes no other step. */
+static void searched_to_the_end(void)
+{
+    const kr_scene s = tilted();
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
+    kr_event event = {.terms = &height, .count = 1};
+    kr_hit hit = {0};
+    kr_top *top = make(&s, taylor(), (kr_config){0}), *twin = make(&s, taylor(), (kr_config){0});
+    IS(kr_top_step(twin) == KR_OK && kr_top_watch(top, 1, &event) == KR_OK);
+    IS(kr_top_seek(top, kr_top_state(twin).t, &hit) == KR_OK && hit.which < 0);
+    IS(same(kr_top_state(top), kr_top_state(twin)));
+    IS(kr_top_stats(top).steps == 1 && kr_top_stats(twin).steps == 1);
+    kr_top_free(top);
+    kr_top_free(twin);
+}
 
 int main(void)
 {
+    searched_to_the_end();
+    own_kernel();
     kernels_one_by_one();
     kernels();
     references();

@@ -19,6 +19,7 @@ FLAGS = (
     *("-Werror=incompatible-pointer-types", "-Werror=int-conversion"),
 )
 FUZZ = ("1", "20000")  # the seed, and how many rounds
+LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # times what the test takes of a processor when nothing is changed
 # What tells the time or asks a signal for it may fail on a busy machine without being wrong.
 UNSURE = ("tests/python/test_stopping.py",)
@@ -82,7 +83,8 @@ class Trial:
     def tried(self, name, changed, seconds):
         """Links a test with the core, and runs it."""
         program = self.root / "objects" / name
-        self.linked([*self.core, *self.programs[name]], changed, program, "gcc")
+        how = ("gcc", *LINKED.get(name, ()))
+        self.linked([*self.core, *self.programs[name]], changed, program, *how)
         done = run([program, *(FUZZ if name == "fuzz" else ())], self.root, seconds, 20 * seconds)
         golden = self.root / "tests/core/golden.txt"
         is_wrong = name == "golden" and done.said != golden.read_text()

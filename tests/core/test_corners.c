@@ -1,0 +1,161 @@
+/* Ways through the closed forms that few starts take: turning heights that coincide, axes that rest
+ * or arrive at a pole. */
+#include "model/body.h"
+#include "tops.h"
+
+static kr_scene top_of(double lever, kr_quat q, kr_vec3 m)
+{
+    const kr_scene s = {
+        {1.0, {1.0, 1.0, 0.5}, {0.0, 0.0, lever}, {1, 0, 0, 0}, 0.0}, 1.0, {0.0, q, m}, {0, 0, 0}};
+    return s;
+}
+static kr_turning turning_of(const kr_scene *s)
+{
+    kr_turning r = {0};
+    IS(kr_exact_turning(s, &r) == KR_OK);
+    return r;
+}
+static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without a rounding */
+/* Energies that are the separatrix's to the last bit, from the lowest place and from half way up,
+ * rising and falling: the pendulum's law tan(nutation / 4) = exp(-rate t) from
+ * the lowest place on. */
+static void separatrix(void)
+{
+    const kr_scene tops[] = {top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(2.0, 0.0, 0.0)),
+                             top_of(2.0, level, v3(0.0, -2.0, 0.0)),
+                             top_of(2.0, level, v3(0.0, 2.0, 0.0))};
+    for (int i = 0; i < 3; i++) {
+        const kr_turning r = turning_of(&tops[i]);
+        const double rate = i == 0 ? 1.0 : sqrt(2.0), aside = log(1.0 + sqrt(2.0)) / rate,
+                     lowest = i == 0   ? 0.0
+                              : i == 1 ? -aside
+                                       : aside;
+        kr_exact exact = {0};
+        IS(strcmp(r.course, "separatrix") == 0 && r.t_least == INFINITY);
+        if (i == 1) IS(r.t_greatest == INFINITY);
+        if (i != 1) NEAR(r.t_greatest, lowest, 1e-9);
+        IS(kr_exact_plan(&tops[i], &exact) == KR_OK);
+        for (double t = 0.0; t < 6.0; t += 0.5) {
+            const kr_state there = kr_exact_state(&exact, t);
+            const double angle = kr_state_nutation(&tops[i], &there),
+                         want = 4.0 * atan(exp(-rate * fabs(t - lowest)));
+            NEAR(angle, want, 1e-9);
+        }
+    }
+}
+/* Axes that swing or pass so near a pole that they count as hanging, steady or in a rosette. */
+static void courses_at_poles(void)
+{
+    const kr_quat low = q4(1e-13, v3(1.0, 0.0, 0.0));
+    const kr_scene hanging = top_of(1.0, low, v3(0.0, 0.0, 0.0)),
+                   through = top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(0.5, -0.25, 1.0)),
+                   over = top_of(1.0, q_one(), v3(0.5, -0.25, 1.0));
+    IS(strcmp(turning_of(&hanging).course, "hanging") == 0);
+    IS(strcmp(turning_of(&through).course, "rosette") == 0);
+    IS(strcmp(turning_of(&over).course, "rosette") == 0);
+}
+/* The map of a free symmetric body whose axis rests, leaning: without momentum, turning about it,
+ * and about the vertical. */
+static void map_at_rest(void)
+{
+    const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
+    for (int i = 0; i < 4; i++) {
+        kr_scene s = top_of(1.0, level, m[i]);
+        const kr_config config = {.step = 0.5};
+        kr_exact_map map;
+        s.gravity = 0.0;
+        IS(kr_exact_map_plan(&s, config.step, &map) == KR_OK);
+        for (int k = 1; k < 40; k += 7) {
+            const kr_state made = state_at(0.5 * k, &s, kr_method_find("bobenko_suris"), config),
+                           at_once = kr_exact_map_state(&map, k);
+            NEAR(distance(at_once, made), 0.0, 1e-13);
+        }
+    }
+}
+/* Steps in which the top turns far leave the map's momentum its sign. */
+static void far_steps(void)
+{
+    for (int i = 0; i < 600; i++) {
+        const double spin = 0.5 * (i % 10) - 2.0;
+        const kr_scene s =
+            top_of(i % 2 ? 1.0 : -1.0, q_exp(v3(0.3 + 0.002 * i, -0.4, 0.3)), v3(0.5, -0.25, spin));
+        const kr_config config = {.step = 0.25 * (1 + i / 20)};
+        kr_exact_map map;
+        if (kr_exact_map_plan(&s, config.step, &map) != KR_OK) continue;
+        for (int k = 1; k < 4; k++) {
+            const kr_state made =
+                state_at(config.step * k, &s, kr_method_find("bobenko_suris"), config);
+            NEAR(distance(kr_exact_map_state(&map, k), made), 0.0, 1e-11);
+        }
+    }
+}
+/* A Lagrange top is one whichever axis of the description is its own. */
+static void any_axis(void)
+{
+    for (int i = 0; i < 6; i++) {
+        const int k = i % 3;
+        const double lone = i < 3 ? 0.5 : 1.5;
+        kr_scene s = top_of(1.0, q_exp(v3(0.6, -0.4, 0.3)), v3(0.5, -0.25, 1.0));
+        kr_exact exact = {0};
+        s.body.inertia = v3(k == 0 ? lone : 1.0, k == 1 ? lone : 1.0, k == 2 ? lone : 1.0);
+        s.body.com = v3(k == 0, k == 1, k == 2);
+        const kr_working w = kr_body_working(&s.body);
+        IS(w.inertia.x == 1.0 && w.inertia.y == 1.0 && w.inertia.z == lone);
+        IS(w.com.x == 0.0 && w.com.y == 0.0 && fabs(w.com.z) == 1.0);
+        IS(kr_method_applies(kr_method_find("bobenko_suris"), &s.body));
+        IS(kr_exact_plan(&s, &exact) == KR_OK);
+        const kr_config truly = {.tol = 1e-15};
+        NEAR(distance(kr_exact_state(&exact, 3.0), state_at(3.0, &s, taylor(), truly)), 0.0, 1e-13);
+    }
+}
+/* The same of tensors that are not diagonal, also with the centre of mass at the fixed point. */
+static void any_tensor(void)
+{
+    for (int k = 0; k < 3; k++)
+        for (int reach = 0; reach < 2; reach++) {
+            const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));
+            const kr_vec3 a = q_turn(turn, v3(k == 0, k == 1, k == 2));
+            const double e[3] = {a.x, a.y, a.z};
+            double j[9];
+            kr_body b = {0};
+            for (int i = 0; i < 9; i++) j[i] = (i % 4 == 0) - 0.5 * e[i / 3] * e[i % 3];
+            IS(kr_body_from_tensor(1.0, j, v_scale(reach, a), &b) == KR_OK);
+            const kr_working w = kr_body_working(&b);
+            NEAR(w.inertia.x, 1.0, 1e-15);
+            IS(w.inertia.x == w.inertia.y && w.com.x == 0.0 && w.com.y == 0.0);
+            NEAR(w.inertia.z, 0.5, 1e-15);
+            NEAR(fabs(w.com.z), reach, 1e-15);
+            const kr_vec3 axis = q_turn(q_mul(b.axes, w.axes), v3(0.0, 0.0, 1.0));
+            NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
+        }
+}
+/* What the units of a scene refuse, the turning points refuse; and a sphere that hangs beside its
+ * centre has a closed form without gravity, too. */
+static void units(void)
+{
+    kr_turning r;
+    kr_scene s = top_of(1.0, level, v3(0.0, 0.0, 0.0));
+    kr_exact exact = {0};
+    s.body.inertia = v3(1e-310, 1e-310, 1e-310);
+    IS(kr_exact_turning(&s, &r) == KR_ERR_ARGUMENT);
+    s.body.inertia = v3(1e-300, 1e-300, 1e-300);
+    s.gravity = 0.0, s.start.m = v3(0.0, 0.0, 1e-315);
+    IS(kr_exact_turning(&s, &r) == KR_ERR_ARGUMENT);
+    s = top_of(0.5, level, v3(0.5, -0.25, 1.0));
+    s.gravity = 0.0, s.body.inertia = v3(1.0, 1.0, 1.0), s.body.com.x = 0.25;
+    IS(kr_exact_plan(&s, &exact) == KR_OK);
+    const kr_state end = kr_exact_state(&exact, 3.0);
+    NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
+}
+
+int main(void)
+{
+    courses_at_poles();
+    map_at_rest();
+    far_steps();
+    any_axis();
+    any_tensor();
+    units();
+    separatrix();
+    return check_result();
+}
