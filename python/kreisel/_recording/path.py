@@ -216,7 +216,7 @@ class Path(Tables):
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state."""
+        """The scene that begins, at t = 0, with the last state. IndexError if there is none."""
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
