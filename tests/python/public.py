@@ -78,9 +78,9 @@ def functions(space):
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__
-        if name[0] != "_" and own and name not in NAMES and hasattr(thing, "__name__"):
-            if not inspect.ismodule(thing):
-                yield name, thing
+        made = inspect.isclass(thing) or inspect.isroutine(thing)
+        if name[0] != "_" and own and name not in NAMES and made:
+            yield name, thing
 
 
 def of_class(cls):

@@ -34,6 +34,7 @@ FLAGS = [True, False, np.True_]
 COUNTS = [1, 2, np.int64(3)]
 SIZES = [1, 0.5, np.float32(2)]
 VECTORS = [(0, 0, 1), [1.0, -2.0, 0.5], np.array([0.1, 0.2, 0.3], np.float32)]
+INERTIAS = [(1, 2, 2.5), np.diag([3, 2, 4])]
 ATTITUDES = [(1, 0, 0, 0), TILT, np.array(TILT)]
 TIMES = [0.5, [0.0, 0.25, 0.5], np.array([0.5, 1]), -0.5, 0, []]
 FUNCTIONS = ["apex_z", {"m_x": 2.0, "apex_z*apex_z": 1, "1": -0.5}]
@@ -43,7 +44,7 @@ RIGHT = {
     **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b", "given"], ATTITUDES),
     **dict.fromkeys(["com", "pivot", "by", "normal", "v", "momentum", "velocity"], VECTORS),
     **dict.fromkeys(["body_momentum", "body_velocity", "angles", "rates", "value"], VECTORS),
-    **dict.fromkeys(["inertia", "inertia_about_com"], [(1, 2, 2.5), np.diag([3, 2, 4])]),
+    **dict.fromkeys(["inertia", "inertia_about_com"], INERTIAS),
     **dict.fromkeys(["mass", "radius", "height", "half", "density", "length", "i1", "i3"], SIZES),
     **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
     **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
@@ -98,7 +99,7 @@ WORDS = {  # what a function's **words are
 PARTICULAR = {  # where a word means something else than elsewhere
     **dict.fromkeys(["apex.path", "rod.path", "h_eps.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
-    **dict.fromkeys(["plot.path"], [*PATHS, PATHS[:2]]),
+    "plot.path": [*PATHS, PATHS[:2]],
     "Body.cuboid.half": VECTORS,
     "Body.ellipsoid.half": VECTORS,
     "exact.scene": [*SCENES, SCENES[:2]],
@@ -142,14 +143,20 @@ ODD = [
     *(np.zeros((2, 3, 4)), np.array([1, "x"], object), np.ma.array([1, 2, 3], mask=[0, 1, 0])),
     *(np.float16(1), np.longdouble(3), np.complex64(1), np.int8(-1), np.uint64(2**64 - 1)),
     *(np.str_("x"), np.datetime64("2026-01-01"), np.zeros(3, "i4,f8"), np.broadcast_to(1.0, 10**6)),
-    *(np.full(3, np.nan), np.zeros(3, bool), np.zeros(3, "S3"), np.zeros(6)[::-2], np.zeros(3, ">f8")),
+    *(
+        np.full(3, np.nan),
+        np.zeros(3, bool),
+        np.zeros(3, "S3"),
+        np.zeros(6)[::-2],
+        np.zeros(3, ">f8"),
+    ),
 ]
 SCALARS = st_numpy.scalar_dtypes() | st_numpy.unicode_string_dtypes(max_len=4)
 SHAPES = st_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4)
 HOSTILE = st.one_of(
     st.sampled_from(ODD),
     st.sampled_from(ODD),
-    st.sampled_from(sum(RIGHT.values(), [])),
+    st.sampled_from([value for values in RIGHT.values() for value in values]),
     st.floats(),
     st.integers(),
     st.text(st.characters(exclude_characters="/."), max_size=6),
