@@ -203,3 +203,15 @@ def test_any_bytes_are_a_path_or_refused(data, file):
     data.draw(st.sampled_from(PATHS)).save(file)
     file.write_bytes(data.draw(bent(file.read_bytes())))
     tried(lambda: kr.load(file), lambda found: None)
+
+
+def test_a_damaged_archive_is_told_in_short(file):
+    PATHS[0].save(file)
+    data = bytearray(file.read_bytes())
+    data[26:28] = (2000).to_bytes(
+        2, "little"
+    )  # letters of the first name, which go on into numbers
+    file.write_bytes(data)
+    with pytest.raises(ValueError, match="it is damaged: File name in directory") as refused:
+        kr.load(file)
+    assert len(str(refused.value)) < 400
