@@ -7,7 +7,7 @@ validation/truth/problems.json to the last bit.
 
 from __future__ import annotations
 
-from ._ground.arguments import Quaternion, Vector
+from ._ground.arguments import Quaternion, Vector, shown
 from ._ground.refusals import unknown
 from ._model.body import Body
 from ._model.scene import Scene
@@ -81,7 +81,9 @@ dzhanibekov = Scene(
 
 
 def named(name: str) -> Scene:
-    """The scene of this name; KeyError if there is none."""
+    """The scene of this name; KeyError if there is none, TypeError for what is no name."""
+    if not isinstance(name, str):
+        raise TypeError(f"name must be a text, not {shown(name)}")
     if name not in about:
         raise KeyError(unknown("scene", name, about))
     scene: Scene = globals()[name]

@@ -29,6 +29,20 @@ WITH_UNIT = np.array([1.0, 2.0, 3.0]).view(Metres)
         lambda: kr.quaternion.from_rotation(np.eye(3)),
         lambda: kr.events.nutation().value(TOP),
         lambda: scaled_units("thesis"),
+        lambda: scaled_units(kr.scenes.thesis.body).into(None),
+        lambda: scaled_units(kr.scenes.thesis.body).back(None),
+        lambda: kr.methods["rk4"].applies_to(TOP),
+        lambda: kr.methods["rk4"].suits(TOP.body),
+        lambda: kr.scenes.named(None),
+        lambda: kr.Scene.from_toml(0),
+        lambda: kr.Body.rod(1e160, (0, 0, 1), mass=1),
+        lambda: kr.Body.disk(1e160, (0, 0, 1), mass=1),
+        lambda: kr.Body.sphere(1e160, (0, 0, 1), density=1),
+        lambda: kr.exact(kr.scenes.thesis).potential(np.array([], complex)),
+        lambda: kr.plot(kr.solve(TOP, [1, 2]), axes=[1, 2, 3]),
+        lambda: kr.rod(kr.exact(kr.scenes.thesis)([0, 1, 2])).plot(axes=True),
+        lambda: kr.rod(kr.exact(kr.scenes.thesis)([0, 1, 2])).plot(thickness=0),
+        lambda: kr.rod(kr.exact(kr.scenes.thesis)([0, 1, 2])).plot(elevation="high"),
         lambda: kr.solve(TOP, MASKED),
         lambda: kr.solve(TOP, WITH_UNIT),
         lambda: TOP.replace(momentum=MASKED),
@@ -54,3 +68,19 @@ def test_a_message_names_the_place_and_not_the_whole_array():
     with pytest.raises(TypeError) as refused:
         kr.solve(TOP, ["soon"] * 100_000)
     assert len(str(refused.value)) < 400
+
+
+@pytest.mark.parametrize("i", [3, -4, 2**63])
+def test_a_path_has_no_scene_at_a_state_that_it_has_not(i):
+    path = kr.solve(TOP, [0, 1, 2])
+    assert path.scene_at(np.int8(-1)) == path.end
+    with pytest.raises(IndexError, match="a path of 3 states has none of the number"):
+        path.scene_at(i)
+
+
+def test_unknown_names_are_told_in_short():
+    with pytest.raises(AttributeError, match="a path has no 'xxx") as refused:
+        getattr(kr.solve(TOP, []), "x" * 10_000)
+    assert len(str(refused.value)) < 1000
+    with pytest.raises(KeyError, match="did you mean 'thesis'"):
+        kr.scenes.named("thesi")

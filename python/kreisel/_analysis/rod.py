@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL
-from .._ground.arguments import Array, Vector, instance
+from .._ground.arguments import Array, Vector, instance, number, positive
 from .._model.body import Body
 from .._recording.path import Path
 
@@ -96,11 +96,12 @@ class Rod:
         States must be so close that each bends little to the next. ImportError without matplotlib.
         """
         from .._drawing.charts import new_axes
-        from .._drawing.solids import ORANGE, bar
+        from .._drawing.solids import ORANGE, bar, drawable
 
-        drawn = new_axes() if axes is None else axes
-        seen = colour or ORANGE, elevation, azimuth
-        bar(self.centre, self.frame, self.section, drawn, thickness, *seen)
+        drawn = new_axes() if axes is None else drawable(axes)
+        side = None if thickness is None else positive("thickness", thickness)
+        turned = number("elevation", elevation), number("azimuth", azimuth)
+        bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
         return drawn
 
 

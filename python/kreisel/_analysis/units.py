@@ -74,7 +74,7 @@ def _lagrange(body: Body) -> tuple[float, float]:
 
 
 def _scaled(scene: Scene, length: float, mass: float) -> Scene:
-    body, inertia = scene.body, mass * length**2
+    body, inertia = instance("scene", scene, Scene).body, mass * length**2
     new = Body(
         mass * body.mass,
         inertia * np.array(body.inertia),

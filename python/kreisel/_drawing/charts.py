@@ -12,7 +12,7 @@ from .._ground.arguments import Array, shown
 from .._ground.optional import installed
 from .._model.scene import Scene
 from .._model.turning import Turnings, turnings
-from .solids import BLUE, FAINT, ORANGE, bare, view
+from .solids import BLUE, FAINT, ORANGE, bare, drawable, view
 
 with installed("'kreisel[plot]'"):
     import matplotlib
@@ -100,6 +100,8 @@ def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
         raise ValueError(
             f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
         )
+    for one in picture:
+        drawable(one)
     return picture
 
 

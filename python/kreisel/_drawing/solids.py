@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._ground.arguments import Array
+from .._ground.arguments import Array, shown
 from .._ground.optional import installed
 
 with installed("'kreisel[plot]'"):
@@ -27,6 +27,13 @@ def view(
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
     across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
     return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
+
+
+def drawable(axes: object) -> Axes:
+    """What can be drawn in; TypeError for anything else."""
+    if not isinstance(axes, Axes):
+        raise TypeError(f"axes must be matplotlib's, as of figure.add_subplot(), not {shown(axes)}")
+    return axes
 
 
 def faces(

@@ -27,6 +27,7 @@ _HEADER = re.compile(
     rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
     re.DOTALL,
 )
+_TOLD = 100  # letters of what is wrong with a zip, which may come from the file
 
 
 def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
@@ -61,7 +62,7 @@ class Archive:
             with ZipFile(file) as archive:
                 self._members = _members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
-            raise ValueError(f"it is damaged: {error}") from None
+            raise ValueError(f"it is damaged: {str(error)[:_TOLD]}") from None
 
     def text(self, name: str) -> str:
         """The text of this name."""

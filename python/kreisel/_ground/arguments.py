@@ -105,7 +105,7 @@ def array(name: str, value: object, what: str) -> Array:
         given = np.asarray(value)
     except ValueError:
         raise ValueError(f"{name} must be {what}, not {shown(value)}") from None
-    if given.size and given.dtype.kind not in "iuf":
+    if given.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {what}, not {shown(value)}")
     with np.errstate(over="ignore"):
         numbers = given.astype(np.float64)

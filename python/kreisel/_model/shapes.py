@@ -57,13 +57,15 @@ def tube(inner: object, outer: object, height: object) -> Shape:
 
 def disk(radius: object) -> Shape:
     """Round and thin, across the third axis."""
-    side = positive("radius", radius) ** 2 / 4.0
+    r = positive("radius", radius)
+    side = r * r / 4.0
     return Shape("disk", 0.0, (side, side, 0.0))
 
 
 def rod(length: object) -> Shape:
     """Straight and thin, along the third axis."""
-    return Shape("rod", 0.0, (0.0, 0.0, positive("length", length) ** 2 / 12.0))
+    whole = positive("length", length)
+    return Shape("rod", 0.0, (0.0, 0.0, whole * whole / 12.0))
 
 
 def sphere(radius: object, shell: object) -> Shape:
@@ -71,7 +73,7 @@ def sphere(radius: object, shell: object) -> Shape:
     r = positive("radius", radius)
     thin = boolean("shell", shell)
     side = r * r / (3.0 if thin else 5.0)
-    volume = 0.0 if thin else 4.0 / 3.0 * math.pi * r**3
+    volume = 0.0 if thin else 4.0 / 3.0 * math.pi * r * r * r
     return Shape("shell" if thin else "sphere", volume, (side, side, side))
 
 

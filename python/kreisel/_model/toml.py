@@ -22,7 +22,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     ValueError begins with the name."""
     if isinstance(source, str) and "\n" in source:
         return parse(source)
-    with open(source, "rb") as file:
+    with open(os.fspath(source), "rb") as file:  # a number would be of an open file
         return worded(os.fspath(source), lambda: parse(bounded(file)))
 
 

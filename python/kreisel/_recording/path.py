@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from operator import index
 from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
@@ -211,12 +212,12 @@ class Path(Tables):
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
-        _, *q = self.states[i, :5]
-        return self.scene.replace(attitude=q, momentum=self.m[i])
+        (state,) = self.states[places(len(self), index(i))]
+        return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state."""
+        """The scene that begins, at t = 0, with the last state. IndexError if there is none."""
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from .._core import modified_energy, modified_energy4, values
-from .._ground.arguments import Array, frozen, number
+from .._ground.arguments import Array, frozen, number, shown
 from .._ground.names import MethodName, Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._model.scene import Scene
@@ -88,7 +88,7 @@ class States(Quantities):
                     f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
                 )
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
-            raise AttributeError(f"a path has no {name!r}; {nearest(name, known)}")
+            raise AttributeError(f"a path has no {shown(name)}; {nearest(name, known)}")
 
     def _part(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, cast
 from .._core import flags as FLAGS
 from .._core import method_applies, method_suits
 from .._core import methods as core_methods
-from .._ground.arguments import shown
+from .._ground.arguments import instance, shown
 from .._ground.names import MethodName
 from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
@@ -98,12 +98,13 @@ class Method:
 
     def applies_to(self, body: Body) -> bool:
         """Whether it can move this body under any gravity; `tops` says in words which it can."""
-        return method_applies(self.name, body._block)
+        return method_applies(self.name, instance("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Whether it can move this scene: without gravity more bodies have a closed form, and few
         methods move what is damped."""
-        any_body = not self.flags & _SOME and not scene._is_damped
+        damped = instance("scene", scene, Scene)._is_damped
+        any_body = not self.flags & _SOME and not damped
         return any_body or method_suits(self.name, scene._block)
 
 

@@ -1,0 +1,110 @@
+"""All that is public of kreisel: what to call, by name, and the words that it takes."""
+
+import dataclasses
+import inspect
+
+import kreisel as kr
+import words
+from kreisel import quaternion
+from words import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
+
+DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
+FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted
+NAMES = "MethodName", "QuantityName"  # types of texts, which nobody calls
+NAMESPACES = kr, kr.events, quaternion, kr.scenes
+
+
+def always(thing):
+    return lambda: thing
+
+
+def table():
+    return kr.compare(TOP, 0.5, ["rk4"], [0.1], repeats=1)
+
+
+def run(scene, method="auto", **more):
+    """What starts a run anew for each call, for it goes on."""
+    return lambda: kr.start(scene, method, max_steps=MOST, **more)
+
+
+SELVES = {  # things of each class that has methods
+    kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
+    kr.Body: [always(body) for body in RIGHT["body"]],
+    kr.Choice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
+    kr.Event: [always(LOW), always(kr.events.loop(most=2, terminal=True))],
+    kr.Events: [always(PATHS[2].events)],
+    kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
+    kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
+    kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
+    kr.Method: [always(method) for method in kr.methods.values()],
+    kr.Nutation: [always(kr.Nutation(0.1, 0.2, 3.0, 4.0))],
+    kr.Path: [always(path) for path in PATHS],
+    kr.Plan: [always(path.plan) for path in PATHS],
+    kr.Rod: [always(kr.rod(kr.exact(LAGRANGE)([0, 1, 2])))],
+    kr.Row: [always(table()[0])],
+    kr.Run: [
+        run(TOP),
+        run(DAMPED),
+        run(LAGRANGE, "strang", step=0.125, back=True),
+        run(TOP, digits=20, events=[LOW], want=["q"]),
+    ],
+    kr.Scene: [always(scene) for scene in words.SCENES],
+    kr.Stats: [always(PATHS[0].stats)],
+    kr.Table: [always(table())],
+    kr.Units: [always(kr.scaled_units(LAGRANGE.body))],
+    kr.View: [always(kr.view(TOP, open=False))],
+}
+
+
+USERS = kr.Body, kr.Scene  # make these; all else kreisel makes, and they read
+RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
+
+
+def calls():
+    """By name: what makes the things to call, and their parameters."""
+    found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
+    for space in NAMESPACES:
+        prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
+        for name, thing in functions(space):
+            if thing not in SELVES or thing in USERS:
+                found[prefix + name] = [always(thing)], parameters(thing)
+            if thing in SELVES:
+                found |= of_class(thing)
+    return found
+
+
+def functions(space):
+    """The functions and classes of a module that are public, and its own."""
+    for name in getattr(space, "__all__", None) or vars(space):
+        thing = getattr(space, name)
+        own = space is kr or getattr(thing, "__module__", "") == space.__name__
+        made = inspect.isclass(thing) or inspect.isroutine(thing)
+        if name[0] != "_" and own and name not in NAMES and made:
+            yield name, thing
+
+
+def of_class(cls):
+    return {f"{cls.__name__}.{name}": member(cls, name, found) for name, found in members(cls)}
+
+
+def members(cls):
+    """What is public of a class, and of ours."""
+    for name in dir(cls):
+        found = inspect.getattr_static(cls, name)
+        inner = getattr(found, "__func__", getattr(found, "fget", getattr(found, "func", found)))
+        ours = (getattr(inner, "__module__", None) or "").startswith("kreisel")
+        if ours and (name[0] != "_" or name in DUNDERS):
+            yield name, found
+
+
+def member(cls, name, found):
+    """A method, bound, and its parameters; of a property what reads it."""
+    if isinstance(found, classmethod):
+        return [always(getattr(cls, name))], parameters(getattr(cls, name))
+    if inspect.isfunction(found):
+        return [lambda of=of: getattr(of(), name) for of in SELVES[cls]], parameters(found)[1:]
+    return [lambda of=of: lambda: getattr(of(), name) for of in SELVES[cls]], []
+
+
+def parameters(thing):
+    return list(inspect.signature(thing).parameters.values())

@@ -1,0 +1,193 @@
+"""Any call of all that is public ends: with a result, or in a line that refuses it as the words of
+its kind do.
+
+By default few examples of a fixed seed; KREISEL_CALLS=1000 tries so many of each call, at random.
+"""
+
+import contextlib
+import dataclasses
+import inspect
+import itertools
+import os
+import signal
+import webbrowser
+from types import GeneratorType
+
+import kreisel as kr
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from public import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
+from words import HOSTILE, MOST, PARTICULAR, RIGHT, WORDS
+
+ASKED = os.environ.get("KREISEL_CALLS")
+EXAMPLES = settings(
+    max_examples=int(ASKED or 40),
+    derandomize=not ASKED,
+    deadline=None,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+SECONDS = 60  # after which a call is one that does not end
+LETTERS = 1000  # of the longest refusal: some tell all the names there are
+REFUSALS = TypeError, ValueError, MemoryError, kr.Error
+LEFT_OUT = "it keeps what want="  # says a path of an array that was not wanted
+IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
+IDIOMS |= {"end": IndexError, "named": KeyError}
+PLACES = {"file", "source", "path", "checkpoint", "open"}  # words of files
+LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours
+LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in their refusals
+SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}  # and so may these
+
+CALLS = calls()
+pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*made up")
+
+
+class Endless(BaseException):
+    """A call that does not end."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def place(tmp_path_factory):
+    """Files go where they may, pages to no browser, and what does not end is ended."""
+
+    def end(*_):
+        raise Endless
+
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("calls")
+        patch.chdir(folder)
+        patch.setenv("XDG_CACHE_HOME", str(folder))
+        patch.setattr(webbrowser, "open", lambda *_, **__: True)
+        kr.solve(kr.scenes.asymmetric, [1, 2]).save("top.npz")
+        kr.scenes.thesis.to_toml("top.toml")
+        kr.start(kr.scenes.asymmetric).save("top.run")
+        before = signal.signal(signal.SIGALRM, end)
+        yield
+        signal.signal(signal.SIGALRM, before)
+
+
+def right(name, word):
+    """Values that are right for a word of a call."""
+    return PARTICULAR.get(f"{name}.{word}") or RIGHT[word]
+
+
+def is_tame(name, word, value):
+    """Whether a value, however wrong, asks for no more than moments."""
+    limit = LIMITED.get(word, 10.0 if word in SLOW.get(name, ()) else None)
+    if limit is None:
+        return True
+    try:
+        sizes = np.abs(np.asarray(value).astype(float, casting="same_kind"))
+    except (TypeError, ValueError, OverflowError, MemoryError):
+        return word not in SLOW.get(name, ()) and not isinstance(value, int)
+    sizes = sizes[np.isfinite(sizes)]
+    return bool(((sizes <= limit) & ((sizes >= 0.01) | (sizes == 0.0))).all())
+
+
+@st.composite
+def given_words(draw, name, parameters):
+    """Words of a call: up to two with any value, the others right or left out."""
+    listed, named = [], {}
+    names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
+    odd = draw(st.sets(st.sampled_from(names), max_size=2))
+    for p in parameters:
+        if p.kind is p.VAR_KEYWORD:
+            some = draw(st.sets(st.sampled_from(WORDS[p.name]), max_size=2))
+            named |= {word: draw(value(name, word, p.name in odd)) for word in some}
+        elif p.kind is p.VAR_POSITIONAL:
+            listed = draw(st.lists(value(name, p.name, p.name in odd), max_size=3))
+        elif p.default is p.empty or p.name in odd or draw(st.booleans()):
+            named[p.name] = draw(value(name, p.name, p.name in odd))
+    if "max_steps" in names:
+        assume("max_steps" not in odd or len(odd) == 1)
+        named.setdefault("max_steps", MOST)
+    return listed, named
+
+
+def value(name, word, any_value):
+    values = HOSTILE if any_value else st.sampled_from(right(name, word))
+    return values.filter(lambda value: is_tame(name, word, value))
+
+
+def allowed(name, parameters):
+    """The exceptions in which a call may end."""
+    member = name.rpartition(".")[2]
+    idiom = (IDIOMS[member],) if member in IDIOMS else ()
+    files = bool(PLACES & {p.name for p in parameters}) or name.startswith("View.")
+    return REFUSALS + idiom + (OSError,) * files
+
+
+def used(result):
+    """What a caller does with a result: reads the first of its pieces, or looks at it."""
+    if isinstance(result, GeneratorType):
+        result = list(itertools.islice(result, 3))
+    assert isinstance(repr(result), str)
+    plt.close("all")
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_any_call_ends_with_a_result_or_a_refusal(name):
+    makes, parameters = CALLS[name]
+
+    @EXAMPLES
+    @given(st.data())
+    def tried(data):
+        call = data.draw(st.sampled_from(makes))()
+        listed, named = [], {}
+        if parameters:
+            listed, named = data.draw(given_words(name, parameters))
+        signal.alarm(SECONDS)
+        try:
+            used(call(*listed, **named))
+        except allowed(name, parameters) as refused:
+            assert len(str(refused)) < LETTERS or isinstance(refused, OSError)  # names the file
+        except AttributeError as refused:
+            assert LEFT_OUT in str(refused)
+        finally:
+            signal.alarm(0)
+
+    tried()
+
+
+def test_no_name_is_forgotten():
+    names = {name for name in kr.__all__ if inspect.isroutine(getattr(kr, name))}
+    classes = {name for name in kr.__all__ if inspect.isclass(getattr(kr, name))}
+    assert names | classes <= {name.partition(".")[0] for name in CALLS} | {"Nutation", "Stats"}
+    assert {cls.__name__ for cls in (*SELVES, *FAILURES)} == classes
+    for space in NAMESPACES:
+        of = space.__name__.partition(".")[2]
+        for name in getattr(space, "__all__", ()):
+            if of and inspect.isroutine(getattr(space, name)):
+                assert f"{of}.{name}" in CALLS
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_each_word_has_values_that_are_right(name):
+    for p in CALLS[name][1]:
+        kind = WORDS.get(p.name, [p.name]) if p.kind is p.VAR_KEYWORD else [p.name]
+        assert all(right(name, word) for word in kind)
+
+
+@pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
+def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
+    """What kreisel makes is as it made it; who puts something else in gets some exception."""
+
+    @EXAMPLES
+    @given(st.data())
+    def tried(data):
+        thing = data.draw(st.sampled_from(SELVES[cls]))()
+        field = data.draw(st.sampled_from(dataclasses.fields(cls))).name
+        name, (_, parameters) = data.draw(st.sampled_from(list(of_class(cls).items())))
+        odd = data.draw(HOSTILE)
+        words = {p.name: right(name, p.name)[0] for p in parameters if p.default is p.empty}
+        signal.alarm(SECONDS)
+        with contextlib.suppress(Exception):
+            bent = dataclasses.replace(thing, **{field: odd})
+            member = name.partition(".")[2]
+            used(getattr(bent, member)(**words) if parameters else getattr(bent, member))
+        signal.alarm(0)
+
+    tried()

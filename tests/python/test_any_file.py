@@ -1,0 +1,217 @@
+"""Any file ends as one: what it holds, which can be used, or a line that refuses it.
+
+Valid ones are bent: letters flipped, cut out and doubled, words replaced, and where a sum guards
+them the sum is made anew. KREISEL_CALLS as in test_any_call.
+"""
+
+import io
+import json
+import re
+import zipfile
+import zlib
+
+import kreisel as kr
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_any_call import EXAMPLES, LETTERS
+from words import LOW, MOST, TOP
+
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:no body has this inertia", "ignore:.*made up", "ignore:.*to rounding only"
+)
+SPINNING = """gravity = 2
+[spinning]
+spin = 8.5
+tilt = 0.25
+degrees = false
+[body.cuboid]
+half = [0.5, 1, 2]
+pivot = [0, 0, -1]
+"""
+TEXTS = [TOP.to_toml(), kr.scenes.thesis.replace(damping=0.1).to_toml(), SPINNING]
+TOKENS = ["nan", "-inf", "-1", "0", "1e400", "1e308", "5e-324", "[]", "{}", "true", '"x"', "[[1]]"]
+TOKENS += [
+    "9" * 400,
+    "1979-05-27",
+    "[" * 500,
+    "\0",
+    "\udce9",
+    "é",
+    "mass",
+    "[body]",
+    "[0, 0, 1]",
+    "",
+]
+VALUES = [None, True, -1, 0, 1, 2.5, 1e308, 5e-324, 10**30, "", "x", "taylor", [], [1], {}, [[]]]
+VALUES += [{"x": 1}, ["energy"], float("nan"), float("inf"), "9" * 5000, [None] * 4, "state", "1"]
+PATHS = [
+    kr.solve(TOP, [1.0, 2.0], digits=20),
+    kr.solve(TOP, 20.0, events=[LOW]),
+    kr.solve(TOP, [1.0, 2.0], want=("nutation", "frame")),
+    kr.solve(kr.scenes.thesis, 2.0, "geometric", error=1e-6),
+]
+
+
+def begun(**words):
+    run = kr.start(TOP, max_steps=MOST, **words)
+    run.to(0.5)
+    return run.checkpoint
+
+
+CHECKPOINTS = [begun(), begun(method="strang", step=0.125), begun(events=[LOW], digits=20)]
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    return tmp_path_factory.mktemp("files") / "any"
+
+
+@st.composite
+def bent(draw, data):
+    """Bytes with up to four changes."""
+    for _ in range(draw(st.integers(1, 4))):
+        at = draw(st.integers(0, len(data)))
+        end = min(len(data), at + draw(st.integers(0, 40)))
+        piece = data[at:end]
+        new = [piece[::-1], b"", piece * 2, draw(st.binary(max_size=9)), bytes(len(piece))]
+        data = data[:at] + draw(st.sampled_from(new)) + data[end:]
+    return data
+
+
+@st.composite
+def bent_text(draw, text):
+    """TOML with up to three words replaced, or letters changed."""
+    if draw(st.booleans()):
+        return draw(bent(text.encode())).decode("utf-8", "surrogateescape")
+    for _ in range(draw(st.integers(1, 3))):
+        words = list(re.finditer(r"[\w.+-]+|\[.*\]|=|\n", text)) or [re.match("", text)]
+        word = draw(st.sampled_from(words))
+        text = text[: word.start()] + draw(st.sampled_from(TOKENS)) + text[word.end() :]
+    return text
+
+
+@st.composite
+def bent_head(draw, head):
+    """A table in JSON of which one word is gone, or has another value, or a part of one has."""
+    head = json.loads(json.dumps(head))
+    table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
+    word = draw(st.sampled_from(sorted(table)))
+    if draw(st.booleans()) and isinstance(table[word], list) and table[word]:
+        at = draw(st.integers(0, len(table[word]) - 1))
+        table[word][at] = draw(st.sampled_from(VALUES))
+    elif draw(st.integers(0, 9)):
+        table[word] = draw(st.sampled_from(VALUES))
+    else:
+        del table[word]
+    return head
+
+
+def tried(read, use):
+    """Reads; what was read is used."""
+    try:
+        found = read()
+        use(found)
+    except (TypeError, ValueError, MemoryError, OSError, kr.Error) as refused:
+        assert len(str(refused)) < LETTERS
+
+
+def used_scene(scene):
+    assert kr.Scene.from_toml(scene.to_toml()) == scene
+    used_path(kr.solve(scene, [0.0, 0.125], max_steps=MOST))
+
+
+def used_path(path):
+    assert isinstance(repr(path), str) and isinstance(repr(path.plan), str)
+    for name in path.want or ("energy", "nutation", "precession_angle", "frame"):
+        assert len(getattr(path, name)) == len(path)
+    if path.events is not None:
+        assert len(path.events.t) == len(path.events.which) == len(path.events)
+
+
+def used_run(run):
+    used_path(run.to(run.t + (-0.125 if run.t < 0.0 else 0.125)))
+    assert kr.resume(run.checkpoint).t == run.t
+
+
+@EXAMPLES
+@given(st.sampled_from(TEXTS).flatmap(bent_text))
+def test_any_text_is_a_scene_or_refused(text):
+    tried(lambda: kr.Scene.from_toml(text + "\n"), used_scene)
+
+
+@EXAMPLES
+@given(st.sampled_from(CHECKPOINTS).flatmap(bent))
+def test_any_bytes_are_a_run_or_refused(data):
+    tried(lambda: kr.resume(data, max_steps=MOST), used_run)
+
+
+@EXAMPLES
+@given(st.data())
+def test_any_checkpoint_of_a_right_sum_is_a_run_or_refused(data):
+    start, _, body = data.draw(st.sampled_from(CHECKPOINTS)).partition(b"\n")
+    _, _, body = body.partition(b"\n")
+    line, _, memory = body.partition(b"\n")
+    if data.draw(st.booleans()):
+        line = json.dumps(data.draw(bent_head(json.loads(line)))).encode()
+    else:
+        line, memory = data.draw(
+            st.tuples(bent(line), st.just(memory)) | st.tuples(st.just(line), bent(memory))
+        )
+    body = line + b"\n" + memory
+    whole = start + b"\n%08x\n" % zlib.crc32(body) + body
+    tried(lambda: kr.resume(whole, max_steps=MOST), used_run)
+
+
+def members(path, file):
+    """What is in the archive of a path, name by name."""
+    path.save(file)
+    with zipfile.ZipFile(file) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def array(text):
+    """A text as numpy keeps it."""
+    out = io.BytesIO()
+    np.save(out, np.array(text))
+    return out.getvalue()
+
+
+@EXAMPLES
+@given(data=st.data())
+def test_any_archive_is_a_path_or_refused(data, file):
+    """Zips of right sums, whose members are bent."""
+    inside = members(data.draw(st.sampled_from(PATHS)), file)
+    name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
+    text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""
+    if name == "head.npy":
+        inside[name] = array(json.dumps(data.draw(bent_head(json.loads(text)))))
+    elif name == "scene.npy":
+        inside[name] = array(data.draw(bent_text(text)).encode("utf-8", "replace").decode())
+    else:
+        inside[name] = data.draw(bent(inside[name]))
+    with zipfile.ZipFile(file, "w") as archive:
+        for each, content in inside.items():
+            archive.writestr(each, content)
+    tried(lambda: kr.load(file), used_path)
+
+
+@EXAMPLES
+@given(data=st.data())
+def test_any_bytes_are_a_path_or_refused(data, file):
+    data.draw(st.sampled_from(PATHS)).save(file)
+    file.write_bytes(data.draw(bent(file.read_bytes())))
+    tried(lambda: kr.load(file), lambda found: None)
+
+
+def test_a_damaged_archive_is_told_in_short(file):
+    PATHS[0].save(file)
+    data = bytearray(file.read_bytes())
+    data[26:28] = (2000).to_bytes(
+        2, "little"
+    )  # letters of the first name, which go on into numbers
+    file.write_bytes(data)
+    with pytest.raises(ValueError, match="it is damaged: File name in directory") as refused:
+        kr.load(file)
+    assert len(str(refused.value)) < 400

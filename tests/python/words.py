@@ -1,0 +1,165 @@
+"""For each word that a public function takes, values that are right; and values that are right
+nowhere, or in few places."""
+
+import fractions
+import itertools
+
+import kreisel as kr
+import numpy as np
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as st_numpy
+from tops import CORNER, FREE, GENERAL, LAGRANGE, TILT
+
+TOP = kr.scenes.asymmetric
+DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
+MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), made_up=True)
+PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
+SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
+LOW = kr.events.nutation(direction=1)
+WANTED = kr.solve(TOP, [0.0, 0.5], want=("energy", "apex"))
+PATHS = [
+    kr.solve(TOP, [0.0, 1.0, 2.0]),
+    kr.solve(LAGRANGE, 1, "strang", step=0.125, every=2),
+    kr.solve(TOP, 5, events=[LOW]),
+    WANTED,
+    kr.solve(TOP, []),
+    kr.solve(FREE, -1, digits=20),
+    kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1]),
+    kr.solve(DAMPED, 1),
+]
+MOST = 300  # steps of a run: a call that asks for more ends there
+CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
+TOML = TOP.to_toml()
+FLAGS = [True, False, np.True_]
+COUNTS = [1, 2, np.int64(3)]
+SIZES = [1, 0.5, np.float32(2)]
+VECTORS = [(0, 0, 1), [1.0, -2.0, 0.5], np.array([0.1, 0.2, 0.3], np.float32)]
+INERTIAS = [(1, 2, 2.5), np.diag([3, 2, 4])]
+ATTITUDES = [(1, 0, 0, 0), TILT, np.array(TILT)]
+TIMES = [0.5, [0.0, 0.25, 0.5], np.array([0.5, 1]), -0.5, 0, []]
+FUNCTIONS = ["apex_z", {"m_x": 2.0, "apex_z*apex_z": 1, "1": -0.5}]
+FILES = ["top.npz", "top.toml", "top.run", "top.csv", "top.html", "new"]
+
+RIGHT = {
+    **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b", "given"], ATTITUDES),
+    **dict.fromkeys(["com", "pivot", "by", "normal", "v", "momentum", "velocity"], VECTORS),
+    **dict.fromkeys(["body_momentum", "body_velocity", "angles", "rates", "value"], VECTORS),
+    **dict.fromkeys(["inertia", "inertia_about_com"], INERTIAS),
+    **dict.fromkeys(["mass", "radius", "height", "half", "density", "length", "i1", "i3"], SIZES),
+    **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
+    **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
+    **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
+    **dict.fromkeys(["made_up", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
+    **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
+    **dict.fromkeys(["n", "every", "most", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS),
+    **dict.fromkeys(["function", "where"], FUNCTIONS),
+    **dict.fromkeys(["file", "source", "path"], FILES),
+    **dict.fromkeys(["t", "times"], TIMES),
+    "rounded": [0.0, 1e-3],
+    "damping": [0.1, (0.1, 0.2, 0.3)],
+    "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
+    "scene": SCENES,
+    "what": [*SCENES, PATHS[1]],
+    "method": ["auto", "strang", "taylor", "rk4", "exact", "extrap", "geometric", *kr.methods],
+    "methods": ["strang", ["rk4", "taylor"], None],
+    "step": [0.125, 0.01],
+    "steps": [[0.1], (0.125, 0.25)],
+    "tol": [1e-6, 1e-12],
+    "tols": [[1e-6], (1e-3, 1e-6)],
+    "digits": [16, 20, 30],
+    "max_steps": [MOST, 10],
+    "error": [1e-3, 1e-6],
+    "want": [["energy"], ("nutation", "q"), ()],
+    "names": ["energy", "apex", "nutation"],
+    "progress": [lambda *_: None, None],
+    "events": [[LOW], [kr.events.loop(), kr.events.plane((0, 1, 0))], []],
+    "truth": ["auto", "exact", PATHS[0]],
+    "checkpoint": [CHECKPOINT, "top.run"],
+    "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
+    "seed": [0, 7],
+    "map": ["bobenko_suris", None],
+    "rotation": [PATHS[0].rotation[0]],
+    "direction": [1, -1, 0],
+    "of": ["apex", "m"],
+    "name": ["thesis", "energy", "asymmetric"],
+    "size": [16, 32],
+    "axes": [None],
+    "colour": [None, "red"],
+    "message": ["it stopped"],
+    "status": ["ERR_LIMIT"],
+    "terms": [LOW.terms],
+    "extremum": FLAGS,
+    "table": [None],
+    "key": ["taylor", "rk4"],
+}
+WORDS = {  # what a function's **words are
+    "more": ["direction", "where", "most", "terminal"],
+    "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
+}
+PARTICULAR = {  # where a word means something else than elsewhere
+    **dict.fromkeys(["apex.path", "rod.path", "h_eps.path", "Event.value.path"], PATHS),
+    **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
+    "plot.path": [*PATHS, PATHS[:2]],
+    "Body.cuboid.half": VECTORS,
+    "Body.ellipsoid.half": VECTORS,
+    "exact.scene": [*SCENES, SCENES[:2]],
+    "compare.t": [0.5, [0.25, 0.5]],
+    "quaternion.unit.name": ["attitude"],
+    "quaternion.from_xyzw.name": ["attitude"],
+    "quaternion.from_xyzw.value": ATTITUDES,
+}
+
+
+class Unit:
+    """A number with a unit."""
+
+    unit = "m"
+
+    def __float__(self):
+        return 1.0
+
+
+class Array:
+    """What numpy takes for an array, and cannot."""
+
+    def __array__(self, dtype=None, copy=None):
+        raise ValueError("no array today")
+
+
+KNOT = []
+KNOT.append(KNOT)
+LONG = "x" * 100_000
+ODD = [
+    *(None, True, False, np.False_, 0, -0.0, -1, 0.5, 2**31, 2**63, 2**64, -(2**63), 10**400),
+    *(float("nan"), float("inf"), -float("inf"), 5e-324, 1e-308, 1e-160, 1e160, 1e308, 1j),
+    *("", "x", "nan", "0", LONG, "a\0b", "\udce9", "a*b*c", "apex_z", "m_x*m_x", b"", b"PK", b"kr"),
+    *((), [], {}, set(), object(), int, len, ..., KNOT, [KNOT], {"x": KNOT}, {LONG: 1}, {1: 2}),
+    *(range(3), range(10**12), iter([1.0, 2.0]), itertools.count(), fractions.Fraction(1, 3)),
+    *([0, 0, 0], [0] * 4, [1, 2], [1] * 9, ["a", "b", "c"], [[1, 2], [3]], [None] * 3, [0.1] * 50),
+    *([5e-324] * 3, [1e308] * 3, [1e308] * 4, [1, float("nan"), 1], [1e-200, 1, 1e200], [LONG]),
+    *(slice(None), slice(0, 10**30, 0), Unit(), Array(), memoryview(b"abcdefgh"), lambda: None),
+    *(TOP, MADE_UP, PATHS[0], WANTED, LOW, kr.methods["rk4"], kr.events, kr.Body, kr.Scene),
+    *(np.array(1.0), np.array("x"), np.array(None), np.array([], int), np.zeros((0, 3)), np.eye(3)),
+    *(np.zeros((2, 3, 4)), np.array([1, "x"], object), np.ma.array([1, 2, 3], mask=[0, 1, 0])),
+    *(np.float16(1), np.longdouble(3), np.complex64(1), np.int8(-1), np.uint64(2**64 - 1)),
+    *(np.str_("x"), np.datetime64("2026-01-01"), np.zeros(3, "i4,f8"), np.broadcast_to(1.0, 10**6)),
+    *(
+        np.full(3, np.nan),
+        np.zeros(3, bool),
+        np.zeros(3, "S3"),
+        np.zeros(6)[::-2],
+        np.zeros(3, ">f8"),
+    ),
+]
+SCALARS = st_numpy.scalar_dtypes() | st_numpy.unicode_string_dtypes(max_len=4)
+SHAPES = st_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4)
+HOSTILE = st.one_of(
+    st.sampled_from(ODD),
+    st.sampled_from(ODD),
+    st.sampled_from([value for values in RIGHT.values() for value in values]),
+    st.floats(),
+    st.integers(),
+    st.text(st.characters(exclude_characters="/."), max_size=6),
+    st.lists(st.floats(), max_size=5),
+    st_numpy.arrays(SCALARS, SHAPES),
+)
