@@ -4,7 +4,7 @@
 #include "model/quantities.h"
 #include "random.h"
 #include "taylor/taylor.h"
-#include "tops.h"
+#include "watched.h"
 
 enum { MANY = 64 };
 static kr_scene scene_of(int i)
@@ -17,12 +17,6 @@ static kr_scene scene_of(int i)
     s.gravity = i == 2 ? -2.5 : 1.5;
     return s;
 }
-static kr_top *watched(const kr_scene *s, kr_config config, kr_event *events, size_t n)
-{
-    kr_top *top = make(s, taylor(), config);
-    IS(kr_top_watch(top, n, events) == KR_OK);
-    return top;
-}
 /* Writes the times of the events up to `end`, at most MANY, and returns how many there are. */
 static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
 {
@@ -34,12 +28,6 @@ static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
         n++;
     }
     return n;
-}
-static kr_term term(double factor, const char *of, const char *times)
-{
-    const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
-    IS(t.of >= 0 && t.times >= 0);
-    return t;
 }
 static kr_term height; /* that of the apex; set by main */
 

@@ -1,6 +1,6 @@
 /* Checkpoints of tops that watch for events. */
 #include "taylor/taylor.h"
-#include "tops.h"
+#include "watched.h"
 
 enum { MANY = 64 };
 static kr_scene scene(void)
@@ -12,23 +12,12 @@ static kr_scene scene(void)
     s.gravity = -2.5;
     return s;
 }
-static kr_top *watched(const kr_scene *s, kr_config config, kr_event *events, size_t n)
-{
-    kr_top *top = make(s, taylor(), config);
-    IS(kr_top_watch(top, n, events) == KR_OK);
-    return top;
-}
 static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
 {
     int n = 0;
     while (n < MANY && kr_top_seek(top, end, &hits[n]) == KR_OK && hits[n].which >= 0)
         t[n++] = kr_top_state(top).t;
     return n;
-}
-static kr_term term(double factor, const char *of, const char *times)
-{
-    const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
-    return t;
 }
 static kr_term height; /* that of the apex; set by main */
 

@@ -7,22 +7,13 @@ import numpy as np
 import pytest
 from tops import unit
 
+from validation.truth.quadrature import product
+
 TIMES = (1.5, 8.0)
 
 
 def exact(numbers):
     return [mp.mpf(float(x)) for x in numbers]
-
-
-def product(p, q):
-    w, x, y, z = p
-    a, b, c, d = q
-    return [
-        w * a - x * b - y * c - z * d,
-        w * b + x * a + y * d - z * c,
-        w * c - x * d + y * a + z * b,
-        w * d + x * c - y * b + z * a,
-    ]
 
 
 def turn(vector, angle):
