@@ -14,10 +14,10 @@ const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const $ = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
-addEventListener(
-  "error",
-  ({ message }) => ($("words").textContent = `The page cannot go on: ${message}`),
-);
+// An event without an error is a note of the browser's, as that a size is told a frame later.
+addEventListener("error", ({ message, error }) => {
+  if (error) $("words").textContent = `The page cannot go on: ${message}`;
+});
 const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);

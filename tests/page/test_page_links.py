@@ -245,6 +245,12 @@ def test_no_graphics_is_told(browser):
     plain.close()
 
 
+def test_a_note_of_the_browser_is_no_failure(page):
+    note = "ResizeObserver loop completed with undelivered notifications."
+    page.evaluate("note => dispatchEvent(new ErrorEvent('error', { message: note }))", note)
+    assert "The page cannot go on" not in words(page)
+
+
 def test_no_scripts_is_told(browser):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
