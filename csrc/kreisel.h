@@ -402,8 +402,8 @@ typedef struct kr_outcome {
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
-    size_t times;         /* of each top */
-    const double *t;      /* [times], or [n][times] where each has its own */
+    size_t times;    /* of each top */
+    const double *t; /* [times], or [n][times] where each has its own */
     int own_times;
     kr_state *states;     /* [n][times]; those behind `done` get NaN; may be NULL */
     double *reduced;      /* [n][reductions], NaN for a top that failed; may be NULL */

@@ -9,7 +9,8 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
 {
     static const kr_lanes_isa isas[] = {
 #if defined KR_X86
-        {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512, kr_lanes_look_avx512},
+        {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
+         kr_lanes_look_avx512},
         {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2},
 #endif
         {"base", &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base},
@@ -47,13 +48,14 @@ static void choose_order(kr_lanes *l, double tol)
     static const struct {
         double until, less;
         int order;
-    } rows[] = {{-16.0, 0.0, 12}, {-24.0, 3.0, 16}, {-33.0, 3.0, 18}, {-42.0, 5.0, 22},
-                {-INFINITY, 5.0, 26}};
+    } rows[] = {{-18.0, 1.0, 12}, {-26.0, 3.0, 14}, {-32.0, 4.5, 16},
+                {-38.0, 6.0, 18}, {-48.0, 7.5, 20}, {-INFINITY, 2.5, 24}};
+    const double least = -55.5;
     const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
     int i = 0;
     while (log2_tol < rows[i].until) i++;
     l->order = rows[i].order;
-    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, -53.0));
+    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, least));
 }
 void kr_fleet_begin(kr_worker *worker)
 {
@@ -187,9 +189,10 @@ static int take(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = {slot->asked,
-                        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
-                        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    const kr_state s = {
+        slot->asked,
+        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
     if (!kr_state_is_good(s.q, s.m)) {
         give_up(worker, lane);
         return 0;

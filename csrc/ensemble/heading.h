@@ -55,8 +55,8 @@ INLINE quat quat_mul(quat a, quat b)
 }
 INLINE quat quat_unit(quat q)
 {
-    const wide n = 1.0 / wide_sqrt(wide_fma(
-                             q.w, q.w, wide_fma(q.x, q.x, wide_fma(q.y, q.y, q.z * q.z))));
+    const wide n =
+        1.0 / wide_sqrt(wide_fma(q.w, q.w, wide_fma(q.x, q.x, wide_fma(q.y, q.y, q.z * q.z))));
     const quat r = {n * q.w, n * q.x, n * q.y, n * q.z};
     return r;
 }
@@ -115,43 +115,40 @@ INLINE sums products(kr_lanes *l, int n, int headless)
     return a;
 }
 
-/* What all terms of a piece share. */
-typedef struct {
-    triple k, up, down, d;
-    wide part_x, part_y, inverse; /* 1 / (1 + (P, d)) at t */
-} piece;
-
 /* Sets the coefficient n of f', and with it n + 1 of f. */
-INLINE void next_rate(kr_lanes *l, const piece *c, const sums *a, int n, wide share)
+INLINE void next_rate(kr_lanes *l, const sums *a, int n, wide share)
 {
     const triple w = triple_load(l->w[n]);
-    wide sum = triple_dot(w, c->d);
+    wide sum = triple_dot(w, triple_load(l->axis));
     if (n == 0)
         sum = sum + triple_dot(w, triple_load(l->p[0]));
     else
-        sum = wide_fma(c->part_x, a->wp_x, wide_fma(c->part_y, a->wp_y, sum));
-    const wide rate = (sum - a->quotient) * c->inverse;
+        sum =
+            wide_fma(wide_load(l->part[0]), a->wp_x, wide_fma(wide_load(l->part[1]), a->wp_y, sum));
+    const wide rate = (sum - a->quotient) * wide_load(l->inverse);
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
 /* Sets the coefficients n + 1. */
-INLINE void next_coefficient(kr_lanes *l, const piece *c, int n, int headless)
+INLINE void next_coefficient(kr_lanes *l, int n, int headless)
 {
     const sums a = products(l, n, headless);
     const wide share = wide_splat(1.0 / (n + 1));
-    const triple p = triple_load(l->p[n]);
+    const triple p = triple_load(l->p[n]), k = triple_load(l->k), up = triple_load(l->up),
+                 down = triple_load(l->down);
+    /* What waits for the newest products stands last. */
     const triple w = {
-        share * wide_fma(c->k.x, a.ww.x, wide_fma(c->up.x, p.y, c->down.x * p.z)),
-        share * wide_fma(c->k.y, a.ww.y, wide_fma(c->up.y, p.z, c->down.y * p.x)),
-        share * wide_fma(c->k.z, a.ww.z, wide_fma(c->up.z, p.x, c->down.z * p.y)),
+        wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
+        wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
+        wide_fma(share * k.z, a.ww.z, share * wide_fma(up.z, p.x, down.z * p.y)),
     };
     const triple next = {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
                          share * (a.plus.z - a.minus.z)};
     triple_store(l->w[n + 1], w);
     triple_store(l->p[n + 1], next);
     if (headless) return;
-    next_rate(l, c, &a, n, share);
-    wide_store(l->near[n + 1], triple_dot(next, c->d));
+    next_rate(l, &a, n, share);
+    wide_store(l->near[n + 1], triple_dot(next, triple_load(l->axis)));
 }
 
 /* Returns the axis of the body, with its sign, that is next to P. */
@@ -171,18 +168,15 @@ INLINE triple axis_next_to(triple p)
 }
 INLINE void expand(kr_lanes *l, int headless)
 {
-    const triple p = triple_load(l->p[0]);
-    piece c = {triple_load(l->k), triple_load(l->up), triple_load(l->down), {p.x, p.x, p.x},
-               wide_load(l->part[0]), wide_load(l->part[1]), p.x};
     if (!headless) {
-        c.d = axis_next_to(p);
-        const wide near = 1.0 + triple_dot(p, c.d);
-        c.inverse = 1.0 / near;
+        const triple p = triple_load(l->p[0]), d = axis_next_to(p);
+        const wide near = 1.0 + triple_dot(p, d);
+        triple_store(l->axis, d);
         wide_store(l->near[0], near);
+        wide_store(l->inverse, 1.0 / near);
         wide_store(l->turn[0], wide_splat(0.0));
-        triple_store(l->axis, c.d);
     }
-    for (int n = 0; n < l->order; n++) next_coefficient(l, &c, n, headless);
+    for (int n = 0; n < l->order; n++) next_coefficient(l, n, headless);
 }
 
 /* rough_log2 and rough_exp2 are those of taylor/series.h, lane by lane. */
@@ -195,8 +189,8 @@ INLINE wide rough_exp2(wide x)
 {
     const wide moved = x + 0x1.8p52, f = x - (moved - 0x1.8p52);
     const wide power = wide_of_bits((wide_bits(moved) + 1023) << 52);
-    return power * wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)),
-                            wide_splat(1.0004));
+    return power *
+           wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, as the n-th term has it. */
 INLINE wide log2_radius(kr_lanes *l, int n)
@@ -281,8 +275,8 @@ INLINE quat swing(triple p, triple d)
 INLINE quat attitude(kr_lanes *l, const point *at, int headless)
 {
     if (headless) {
-        const wide zero = wide_splat(0.0), sign = wide_choose(wide_less(at->p.z, zero),
-                                                              wide_splat(-1.0), wide_splat(1.0));
+        const wide zero = wide_splat(0.0),
+                   sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
         /* Below the horizon it goes by way of the other pole, half a turn about the first axis. */
         const triple d = {zero, zero, sign};
         const quat s = quat_unit(swing(at->p, d)), over = {-s.x, s.w, -s.z, s.y};

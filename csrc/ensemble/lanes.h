@@ -28,12 +28,13 @@ typedef struct kr_lanes {
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
     kr_lane_number turn[KR_LANES_ORDER + 1];                     /* of f */
     kr_lane_number near[KR_LANES_ORDER + 1];                     /* of 1 + (P, d) */
+    kr_lane_number inverse;                                      /* 1 / (1 + (P, d)) at t */
     kr_lane_vector axis;                                         /* d */
     kr_lane_quaternion q;                                        /* attitude at t */
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
-    kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    kr_lane_vector part;        /* 1 - Ax / Az, 1 - Ay / Az: of (W, P); and 0 */
+    kr_lane_vector k, up, down;           /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
+    kr_lane_vector part;                  /* 1 - Ax / Az, 1 - Ay / Az: of (W, P); and 0 */
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 back in time */
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, most_steps;

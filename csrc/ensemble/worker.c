@@ -130,14 +130,15 @@ static int is_sound(size_t n, const kr_reduction reduction[])
 /* Lays out the memory of a worker behind it. */
 static kr_worker *laid_out(size_t reductions, int in_lanes)
 {
-    const size_t rows = KR_LANES_MOST + 1,
-                 size = sizeof(kr_worker) + LINE * sizeof(double) +
-                        (in_lanes ? sizeof(kr_lanes) : 0) + reductions * sizeof(kr_reduction) +
-                        rows * reductions * sizeof(kr_kept);
+    const size_t rows = KR_LANES_MOST + 1, size = sizeof(kr_worker) + LINE * sizeof(double) +
+                                                  (in_lanes ? sizeof(kr_lanes) : 0) +
+                                                  reductions * sizeof(kr_reduction) +
+                                                  rows * reductions * sizeof(kr_kept);
     if (reductions > SIZE_MAX / 1024) return NULL;
     kr_worker *worker = calloc(1, size);
     if (!worker) return NULL;
-    double *line = worker->memory + (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE;
+    double *line =
+        worker->memory + (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE;
     if (in_lanes) worker->lanes = (kr_lanes *)line;
     worker->kept = (kr_kept *)(line + (in_lanes ? sizeof(kr_lanes) / sizeof(double) : 0));
     worker->reduction = (kr_reduction *)(worker->kept + rows * reductions);

@@ -11,7 +11,7 @@
 #include <string.h>
 #include "isa.h"
 
-#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) || \
+#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) ||           \
     !defined __SSE2__
 enum { LANES = 1 };
 typedef double wide;
