@@ -109,7 +109,6 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
     worker->interrupted = 0;
-    worker->busy = 0;
     if (worker->lanes) kr_fleet_begin(worker);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
     for (size_t i = 0; i < tops->n && !worker->interrupted; i++) move(worker, i);
@@ -156,7 +155,7 @@ static kr_status equip(kr_worker *worker)
         status = kr_top_blank(&kr_method_exact, &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
-    return status == KR_ERR_ARGUMENT ? status : KR_OK;
+    return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
 }
 kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                            const kr_reduction reduction[], kr_worker **out)
@@ -168,6 +167,7 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
     worker->config = config;
     worker->method = method;
     worker->reductions = reductions;
+    if (in_lanes) kr_fleet_equip(worker);
     if (reductions) memcpy(worker->reduction, reduction, reductions * sizeof *reduction);
     const kr_status status = equip(worker);
     if (status == KR_OK)

@@ -44,7 +44,11 @@ static inline const double *kr_worker_times(const kr_tops *tops, size_t i)
     return tops->own_times ? tops->t + i * tops->times : tops->t;
 }
 
-/* Makes the lanes those of this config. */
+/* Chooses the lanes' instruction set, order and tolerance, by the config. */
+void kr_fleet_equip(kr_worker *worker);
+/* Goes on with others: this is for tests and measurements. */
+void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol);
+/* Empties the lanes. */
 void kr_fleet_begin(kr_worker *worker);
 /* Takes a top in, as soon as a lane is free. */
 void kr_fleet_add(kr_worker *worker, size_t i);
