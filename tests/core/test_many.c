@@ -117,7 +117,8 @@ static void instruction_sets_agree(void)
         kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
         IS(kr_worker_run(worker, &g.tops) == KR_OK);
         for (size_t k = 0; k < TOPS; k++) {
-            IS(!is_fused || strcmp(kr_lanes_isa_at(0)->name, "base") == 0 || same_row(&f, k, &g, k));
+            IS(!is_fused || strcmp(kr_lanes_isa_at(0)->name, "base") == 0 ||
+               same_row(&f, k, &g, k));
             IS(distance(f.states[k * TIMES + 6], g.states[k * TIMES + 6]) < 1e-6);
         }
     }
@@ -309,7 +310,8 @@ static void bad_words(void)
     IS(kr_worker_create(NULL, config, 1, &beyond, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(NULL, config, 1, &kind, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(NULL, config, 0, NULL, NULL) == KR_ERR_ARGUMENT && !worker);
-    IS(kr_reduce_name(KR_REDUCE_COUNT) == NULL && strcmp(kr_reduce_name(KR_REDUCE_MIN), "min") == 0);
+    IS(kr_reduce_name(KR_REDUCE_COUNT) == NULL &&
+       strcmp(kr_reduce_name(KR_REDUCE_MIN), "min") == 0);
     worker = made(NULL, config);
     IS(kr_worker_run(worker, NULL) == KR_ERR_ARGUMENT);
     IS(kr_worker_run(NULL, &f.tops) == KR_ERR_ARGUMENT);
