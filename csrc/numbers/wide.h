@@ -16,6 +16,7 @@
 enum { LANES = 1 };
 typedef double wide;
 typedef int64_t whole; /* the bits of a wide, or as many integers */
+typedef uint64_t natural; /* the same without a sign, whose shifts may lose bits */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
 static inline wide wide_sqrt(wide a) { return sqrt(a); }
@@ -59,6 +60,7 @@ typedef __m128d mask;
 #  endif
 typedef double wide __attribute__((vector_size(8 * LANES)));
 typedef int64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64_t natural __attribute__((vector_size(8 * LANES)));
 INLINE wide wide_splat(double a) { return a - (wide){0}; }
 INLINE wide wide_sqrt(wide a) { return (wide)WIDE_DO(sqrt_pd, a); }
 INLINE mask wide_less(wide a, wide b) { return WIDE_LESS(a, b); }
