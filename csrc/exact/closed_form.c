@@ -23,7 +23,11 @@ static kr_exact lagrange_closed_form(const exact_top *top)
                            dd_sub(half, half_spin));
     } else
         lagrange_moving(&exact, &seen, &s, i1, half_spin);
-    if (below) turn_over_framed(&exact);
+    if (below) {
+        turn_over(&exact);
+        fill_frame_below(exact.frame);
+        exact.framed = 1;
+    }
     return exact;
 }
 /* Sets the closed form up for a user's scene. Where `own` is not 0, it stays in working axes and

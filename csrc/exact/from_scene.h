@@ -5,6 +5,7 @@
  * one. */
 #ifndef KR_EXACT_FROM_SCENE_H
 #define KR_EXACT_FROM_SCENE_H
+#include "numbers/binary.h"
 #include "single.h"
 
 /* A scene's top, and what leads back to the scene. */
@@ -14,7 +15,6 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-static int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 
 /* The working axes of a spherical body follow its centre of mass up to rounding. This gives the
  * turn for the rest of the way, and returns |com|. */
@@ -59,16 +59,20 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
         reach = tilt_on(b, &w, &tilt);
         turn_first(own->q, tilt);
     }
-    const int power = pull.power - ilogb(top->units.moment) + 2 * ilogb(top->units.time);
+    const int power =
+        pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
     const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
-    own->lever = dd_make(ldexp(lever.hi, power), ldexp(lever.lo, power));
+    own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
     return KR_OK;
 }
 /* Brings the closed form to the frame of description and the user's units; `unit` is its unit of
  * time in the user's. */
 static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
 {
-    if (!is_one(top->axes)) set_axes(exact, top->axes);
+    if (!is_one(top->axes)) {
+        fill_frame_axes(exact->frame, exact->framed, top->axes);
+        exact->framed = 1;
+    }
     to_user(exact, start, unit, top->units.moment / top->units.time);
 }
 #endif

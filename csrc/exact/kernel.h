@@ -196,4 +196,16 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     const state_lanes r = {time, q, m};
     return r;
 }
+
+/* A longer time overflows where a product is made without a fused one. */
+static const double longest = 0x1p990;
+/* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
+INLINE mask is_within(const exact_lanes *e, wide span)
+{
+    const wide most = wide_splat(0x1p50);
+    return mask_and(mask_and(wide_less(wide_abs(span), wide_splat(longest)),
+                             wide_less(wide_abs(span * e->nutation.fast), most)),
+                    mask_and(wide_less(wide_abs(span * e->first.fast), most),
+                             wide_less(wide_abs(span * e->second.fast), most)));
+}
 #endif

@@ -231,7 +231,11 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
         return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
-    if (below) turn_over_framed(&r.curve);
+    if (below) {
+        turn_over(&r.curve);
+        fill_frame_below(r.curve.frame);
+        r.curve.framed = 1;
+    }
     to_frame_and_units(&r.curve, &top, scene->start.t, 1.0);
     r.curve.period *= fabs(step);
     r.curve.precession /= step;

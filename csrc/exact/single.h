@@ -1,28 +1,11 @@
-/* The closed form of one top: its frame, its states, and motions without a nutation. This header is
+/* The closed form of one top: its states, and motions without a nutation. This header is
  * source that is compiled once per instruction set, because its double-doubles want the fused
  * product. */
 #ifndef KR_EXACT_SINGLE_H
 #define KR_EXACT_SINGLE_H
+#include "frame.h"
 #include "phase.h"
 
-/* Carries q into a frame f, which is given by what it makes of 1, i, j and k. */
-INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
-{
-    return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
-              v3((q.w * f[0].x + q.x * f[1].x) + (q.y * f[2].x + q.z * f[3].x),
-                 (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
-                 (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
-}
-
-/* A longer time overflows where a product is made without a fused one. */
-static const double longest = 0x1p990;
-/* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
-INLINE int is_within(const kr_exact *e, double span)
-{
-    const double most = 0x1p50;
-    return fabs(span) < longest && fabs(span * e->nutation.fast) < most &&
-           fabs(span * e->first.fast) < most && fabs(span * e->second.fast) < most;
-}
 /* Returns the state `span` after the beginning, as one at time t. Each kind of series calls the
  * kernel with constants, so that the compiler leaves out what that kind does not need. */
 static inline kr_state state_after(const kr_exact *e, double t, dd span)
@@ -77,25 +60,10 @@ static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd s
     exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
     exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
-/* Puts the closed form into the frame q -> left q right, which is kept as what it makes of 1, i, j
- * and k. */
+/* Puts the closed form into the frame q -> left q right. */
 static inline void set_frame(kr_exact *exact, kr_quat left, kr_quat right)
 {
-    const double w = left.w, x = left.x, y = left.y, z = left.z;
-    const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
-    for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(columns[i], right);
+    fill_frame(exact->frame, left, right);
     exact->framed = 1;
-}
-/* Turns the closed form of a top that was seen from below back. */
-static inline void turn_over_framed(kr_exact *exact)
-{
-    turn_over(exact);
-    set_frame(exact, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
-}
-/* Brings the closed form from working axes to the frame of description. */
-static inline void set_axes(kr_exact *exact, kr_quat axes)
-{
-    if (!exact->framed) set_frame(exact, q_one(), q_one());
-    for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(exact->frame[i], q_conj(axes));
 }
 #endif

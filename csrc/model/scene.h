@@ -18,6 +18,9 @@ typedef struct kr_pull {
 } kr_pull;
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
+/* Says of all but the body what kr_scene_check says. */
+kr_status kr_scene_check_start(const kr_scene *scene);
+
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
 /* Gives kr_scene_horizon where these are known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
