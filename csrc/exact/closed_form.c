@@ -10,25 +10,24 @@
 static kr_exact lagrange_closed_form(const exact_top *top)
 {
     const int below = top->lever.hi < 0.0;
-    const exact_top seen = below ? seen_from_below(top) : *top;
-    const dd i1 = equal_moment(&seen);
-    const initial s = initial_of(&seen, i1);
-    const dd half_spin = half_spin_of(&seen, &s, i1);
-    kr_exact exact = {0};
-    if (stands(&s)) {
-        const dd half = dd_half(s.w[2]);
-        exact.constant.z = seen.m.z;
-        exact.side = 1.0;
-        steady_closed_form(&exact, rounded(seen.q), dd_add(half, half_spin),
-                           dd_sub(half, half_spin));
+    setting s;
+    s.top = below ? seen_from_below(top) : *top;
+    begin_setting(&s);
+    if (stands(&s.start)) {
+        const dd half = dd_half(s.start.w[2]);
+        memset(&s.exact, 0, sizeof s.exact);
+        s.exact.constant.z = s.top.m.z;
+        s.exact.side = 1.0;
+        steady_closed_form(&s.exact, rounded(s.top.q), dd_add(half, s.half_spin),
+                           dd_sub(half, s.half_spin));
     } else
-        lagrange_moving(&exact, &seen, &s, i1, half_spin);
+        lagrange_moving(&s, 1);
     if (below) {
-        turn_over(&exact);
-        fill_frame_below(exact.frame);
-        exact.framed = 1;
+        turn_over(&s.exact);
+        fill_frame_below(s.exact.frame);
+        s.exact.framed = 1;
     }
-    return exact;
+    return s.exact;
 }
 /* Sets the closed form up for a user's scene. Where `own` is not 0, it stays in working axes and
  * own units and begins at time 0, as the method `exact` wants it. */

@@ -138,7 +138,7 @@ INLINE void heights_about_top(const initial *s, wide guess, turning *r)
     sharpen(s, r, 0);
 }
 /* Finds the turning heights, by that cubic in which the two roots that are close lose no digits. */
-INLINE turning turning_heights(const initial *s)
+static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
     const dd b[2] = {dd_sub(dd_mul(s->w[1], s->a[2]), dd_mul(s->w[2], s->a[1])),
@@ -164,7 +164,7 @@ INLINE turning turning_heights(const initial *s)
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the like at the upper pole, with 1 - u in place of 1 + u. There the sum may start from
  * u3 or from u2, whichever is farther from the pole and hence has the larger p0. */
-INLINE dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
+static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_div(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
@@ -195,7 +195,7 @@ typedef struct arguments {
 
 /* Returns the arguments, which are incomplete integrals of the first kind. p1 and p2 stand for 1 +
  * u1 and 1 + u2, m1 and m2 for 1 - u1 and 1 - u2. */
-INLINE arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r, dd average)
+static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
     const dd k2 = dd_max(dd_div(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
@@ -236,7 +236,7 @@ INLINE void series_of_kind(exact_lanes *exact, const turning *r, const arguments
         theta_scale(&exact->beta, low * wide_sqrt(kp) / theta_at(exact->beta.even, zero));
     }
 }
-INLINE void lagrange_series(exact_lanes *exact, const turning *r, const arguments *a)
+static inline void lagrange_series(exact_lanes *exact, const turning *r, const arguments *a)
 {
     const mask dual = wide_less(a->T, wide_splat(1.0));
     if (mask_all(dual)) {
@@ -254,7 +254,7 @@ INLINE void lagrange_series(exact_lanes *exact, const turning *r, const argument
 /* Sets the horizontal momentum's size. It is taken at the lower turning height, where it is the
  * larger: m1 p2 >= p1 m2 and plus3 >= minus3 (arguments_of has the letters). Its series, theta3 on
  * an axis, is positive. */
-INLINE void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r, wide i1)
+static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r, wide i1)
 {
     const wide way = minus_where(is_negative(s->sum.hi)) *
                      minus_where(is_negative(s->difference.hi));
@@ -285,7 +285,7 @@ INLINE dd place(const turning *r, wide mean)
  * momentum have three phases, of which one is the sum of the others. Each is poorly known where its
  * size is near zero, so the two largest are used; but the momentum's, which is known less well
  * where it is nearly vertical, is used only if it is larger by far. */
-INLINE void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
+static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                            wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
@@ -326,25 +326,50 @@ INLINE dd half_spin_of(const exact_top *top, const initial *s, dd i1)
     return dd_half(
         dd_mul(dd_sub(dd_div(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* Sets up the closed form of a top whose axis does not stand and whose lever is positive, in its own
- * units. */
-INLINE void lagrange_moving(exact_lanes *exact, const exact_top *top, const initial *s, dd i1,
-                            dd half_spin)
+/* What is known on the way to a closed form, stage by stage. */
+typedef struct setting {
+    exact_lanes exact;
+    exact_top top;
+    dd i1, half_spin;
+    initial start;
+    turning heights;
+    dd mean, nu, k1, k2; /* agm(1, k'), and rates without half_spin */
+    arguments at;
+} setting;
+
+/* Says what leads to all the rest. */
+static void begin_setting(setting *s)
 {
-    const turning r = turning_heights(s);
-    dd nu, k1, k2;
-    memset(exact, 0, sizeof *exact);
-    exact->constant.z = top->m.z;
-    exact->side = wide_splat(1.0);
-    const dd mean = lagrange_rates(s, &r, &nu, &k1, &k2);
-    const arguments a = arguments_of(exact, s, &r, mean);
-    lagrange_series(exact, &r, &a);
-    set_momentum_size(exact, s, &r, i1.hi);
-    const dd first = dd_add(k1, half_spin), second = dd_sub(k2, half_spin);
-    exact->nutation = phase_of(nu);
+    s->i1 = equal_moment(&s->top);
+    s->start = initial_of(&s->top, s->i1);
+    s->half_spin = half_spin_of(&s->top, &s->start, s->i1);
+}
+static void set_angles(setting *s)
+{
+    const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
+    exact_lanes *exact = &s->exact;
+    set_momentum_size(exact, &s->start, &s->heights, s->i1.hi);
+    exact->nutation = phase_of(s->nu);
     exact->first = phase_of(first);
     exact->second = phase_of(second);
-    lagrange_start(exact, s, &r, i1.hi, mean.hi, top);
-    set_rates(exact, nu.hi, first.hi, second.hi);
+    lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
+    set_rates(exact, s->nu.hi, first.hi, second.hi);
+}
+/* Sets up closed forms in own units, of tops that have begun, whose axis does not stand and whose
+ * lever is positive. Each stage is done for all before the next, because one that is done again finds
+ * its code in the processor's nearest cache, which does not hold that of all. */
+INLINE void lagrange_moving(setting s[], int n)
+{
+    for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);
+    for (int i = 0; i < n; i++)
+        s[i].mean = lagrange_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
+    for (int i = 0; i < n; i++) {
+        memset(&s[i].exact, 0, sizeof s[i].exact);
+        s[i].exact.constant.z = s[i].top.m.z;
+        s[i].exact.side = wide_splat(1.0);
+        s[i].at = arguments_of(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
+    }
+    for (int i = 0; i < n; i++) lagrange_series(&s[i].exact, &s[i].heights, &s[i].at);
+    for (int i = 0; i < n; i++) set_angles(&s[i]);
 }
 #endif

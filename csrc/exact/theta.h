@@ -84,7 +84,7 @@ INLINE wide elliptic_rf(wide x, wide y, wide z)
     for (int i = 0; i < 60; i++) {
         const wide most = wide_max(wide_abs(mean - x),
                                    wide_max(wide_abs(mean - y), wide_abs(mean - z)));
-        const mask live = wide_at_most(4e-3 * mean, most);
+        const mask live = wide_at_most(8e-3 * mean, most);
         if (!mask_any(live)) break;
         const wide sx = wide_sqrt(x), sy = wide_sqrt(y), sz = wide_sqrt(z),
                    l = sx * (sy + sz) + sy * sz;
