@@ -20,12 +20,13 @@ typedef struct known_body {
     int fits; /* it is one for lanes */
     kr_working working;
     kr_vec3 apex;       /* of the body, in the frame of description; up to its sign */
+    double per_inertia; /* 1 / I1 */
     double mass, reach; /* fractions of mass and |com| */
     int power;          /* the sum of their exponents */
     int framed[2];      /* whether tops seen from above, and from below, have a frame */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
-    int gravity_power;
+    int gravity_power; /* its exponent, less that of the unit of moment */
     kr_swing swing;
 } known_body;
 
@@ -69,6 +70,7 @@ static void know(const kr_body *body, known_body *known)
     known->reach = q_turn_back(known->working.axes, pull.com).z;
     known->power = pull.power;
     known->apex = q_turn(axes, v3(0.0, 0.0, 1.0));
+    known->per_inertia = 1.0 / known->working.inertia.x;
     known->gravity = 0.0;
     fill_frame_below(known->frame[1]);
     for (int below = 0; below < 2; below++) {
@@ -98,17 +100,19 @@ static void know_gravity(const kr_scene *scene, known_body *known)
     known->gravity = scene->gravity;
     known->gravity_fraction = fraction_of(scene->gravity, &known->gravity_power);
     known->swing = kr_scene_swing(scene, &known->working);
+    known->gravity_power -= exponent_of(known->swing.moment);
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
 /* Guesses whether u3 is the lone root (lone_root), by the cubic in u of the same motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
- * depends on it. `lever` and m are in own units, i1 is the moment in them. */
-static int guess_kind(kr_quat q, kr_vec3 apex, kr_vec3 m, double i1, double lever)
+ * depends on it. `lever` is in own units, m in those of time alone. */
+static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double lever)
 {
-    const kr_vec3 a = q_turn(q, apex);
-    const double part = 1.0 / i1, n = part * v_dot(m, a), l = part * m.z, g = 2.0 * part * lever;
+    const kr_vec3 a = q_turn(q, known->apex);
+    const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
+                 g = 2.0 * known->swing.moment * part * lever;
     const double square = part * part * v_dot(m, m), e = square - n * n + g * a.z;
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
@@ -119,20 +123,18 @@ static int enter(waiting kinds[2], const kr_scene *scene, size_t index, const kn
     const kr_vec3 damping = scene->damping, m = scene->start.m;
     if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
     if (scene->gravity == 0.0 || kr_scene_check_start(scene) != KR_OK) return 0;
-    const double moment = known->swing.moment,
-                 most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z)),
-                 time = kr_swing_time(known->swing, most);
-    if (time == 0.0) return 0;
-    const int power =
-        known->power + known->gravity_power - exponent_of(moment) + 2 * exponent_of(time);
-    if (power < -1000 || power > 1000) return 0; /* It has no power of two. */
-    const double gravity = known->gravity_fraction, scale = power_of_2(power),
+    const double most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z));
+    int unit;
+    if (!kr_swing_time(&known->swing, most, &unit)) return 0;
+    const int power = known->power + known->gravity_power + 2 * unit;
+    /* A number beyond these may have no power of two. */
+    if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
+    const double gravity = known->gravity_fraction, scale = power_of_2(power), time = power_of_2(unit),
                  lever = known->mass * (gravity * known->reach);
-    const double numbers[] = {known->mass, gravity, known->reach,      scale,
-                              moment,      time,    scene->start.t};
+    const double numbers[] = {known->mass,         gravity, known->reach,  scale,
+                              known->swing.moment, time,    scene->start.t};
     const int below = lever < 0.0;
-    waiting *w = &kinds[guess_kind(scene->start.q, known->apex, v_scale(time / moment, m),
-                                   known->working.inertia.x / moment, scale * lever)];
+    waiting *w = &kinds[guess_kind(known, scene->start.q, v_scale(time, m), scale * lever)];
     put_scene(w, scene, known);
     put(w->in, w->count, MASS, numbers, 7);
     w->framed[w->count] = known->framed[below];
@@ -311,7 +313,7 @@ static void write_group(const kr_exact_asked *asked, group g, const exact_lanes 
 {
     const int many = asked->times > FEW_TIMES;
     forms f;
-    memcpy(&f, exact, sizeof f);
+    if (many || asked->plans) memcpy(&f, exact, sizeof f);
     for (int i = 0; i < LANES && (many || asked->plans); i++) {
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];

@@ -26,13 +26,14 @@ INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         q[i] = sum[i] = dd_splat(1.0);
     }
     for (int step = 0; mask_any(live) && step < 100; step++) {
-        const dd ag = dd_mul(a, g), mean = dd_half(dd_add(a, g));
-        const wide half = dd_half(dd_sub(a, g)).hi;
+        const dd ag = dd_mul(a, g), mean = dd_half(dd_add_near(a, g));
+        const wide half = 0.5 * ((a.hi - g.hi) + (a.lo - g.lo));
         mask again = wide_more(wide_abs(half), enough * mean.hi);
         for (int i = 0; i < n; i++) {
-            const dd both = dd_add(p[i], ag), e = dd_over(dd_sub(p[i], ag), both);
+            const dd both = dd_add_near(p[i], ag),
+                     e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
             q[i] = dd_choose(live, dd_half(dd_mul(q[i], e)), q[i]);
-            sum[i] = dd_choose(live, dd_add(sum[i], q[i]), sum[i]);
+            sum[i] = dd_choose(live, dd_add_near(sum[i], q[i]), sum[i]);
             p[i] = dd_choose(live, dd_scale(0.25, dd_over(dd_square(both), p[i])), p[i]);
             again = mask_or(again, wide_more(wide_abs(e.hi), enough));
         }

@@ -90,6 +90,12 @@ static inline dd dd_add(dd a, dd b)
     s = two_sum_ordered(s.hi, s.lo + t.hi);
     return two_sum_ordered(s.hi, s.lo + t.lo);
 }
+/* Returns a + b with an error of 2^-104 |a| + 2^-104 |b|, in half of the time. */
+static inline dd dd_add_near(dd a, dd b)
+{
+    const dd s = two_sum(a.hi, b.hi);
+    return two_sum_ordered(s.hi, s.lo + (a.lo + b.lo));
+}
 static inline dd dd_sub(dd a, dd b) { return dd_add(a, dd_neg(b)); }
 static inline dd dd_mul(dd a, dd b)
 {
