@@ -25,7 +25,7 @@ typedef void kr_exact_many(const kr_exact *exact, size_t n, const double t[], kr
  * `times` times, where that is not 0: at t[0], t[1], ... or, with `own_times`, the i-th at t[i times]
  * and on. Its states begin at states[i times]; `status` says what kr_exact_plan says of each. Of a
  * top that it refuses nothing is written but that. Every top gets the bits that kr_exact_plan and
- * kr_exact_state give it. */
+ * kr_exact_state give it, whatever the others are. */
 typedef struct kr_exact_asked {
     size_t n;
     const kr_scene *scenes;
@@ -36,18 +36,19 @@ typedef struct kr_exact_asked {
     kr_state *states;
     kr_status *status;
 } kr_exact_asked;
-/* plans.c makes these. */
-typedef void kr_exact_all(const kr_exact_asked *asked);
+/* plans.c makes these; `one` is what plans one top alone. */
+typedef void kr_exact_all(const kr_exact_one *one, const kr_exact_asked *asked);
 typedef struct kr_exact_width {
     const char *name;
     int (*runs_here)(void);
+    const kr_exact_one *one;
     kr_exact_all *all;
 } kr_exact_width;
 /* Returns the i-th instruction set for which many tops were compiled, the widest first; NULL beyond
  * the last. */
 const kr_exact_width *kr_exact_width_at(int i);
 /* Does what is asked, by the widest that runs here. */
-kr_exact_all kr_exact_do;
+void kr_exact_do(const kr_exact_asked *asked);
 
 extern const kr_exact_one kr_exact_one_base, kr_exact_one_avx2;
 extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;

@@ -32,7 +32,7 @@ typedef struct turning {
 
 INLINE initial initial_of(const exact_top *top, dd i1)
 {
-    const dd i = dd_div(dd_splat(1.0), i1);
+    const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
     s.minus = axis_of(top->q, s.a, &s.plus);
     s.w[0] = dd_times(top->m.x, i);
@@ -53,12 +53,12 @@ INLINE void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
-    const dd product = dd_div(c[0], r->third),
-             b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    const dd product = dd_over(c[0], r->third),
+             b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
     /* The others solve v^2 - b v - product = 0, where product >= 0. */
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     const dd large = dd_half(dd_add(r->span, dd_abs(b))),
-             small = dd_choose(is_positive(large.hi), dd_div(product, large), dd_splat(0.0));
+             small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
     const mask upwards = is_positive(b.hi);
     r->up = dd_choose(upwards, large, small);
     r->down = dd_choose(upwards, small, large);
@@ -79,9 +79,9 @@ INLINE void about_top(const initial *s, wide guess, turning *r)
                      dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
     /* The others solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
-    const dd e0 = dd_div(c[0], r->minus1), e1 = dd_div(dd_sub(c[1], e0), r->minus1);
+    const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
-    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_div(e0, large));
+    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
     const mask beyond = is_positive(e1.hi);
     r->minus3 = large;
     r->minus2 = dd_choose(is_positive(large.hi), small, dd_splat(0.0));
@@ -100,7 +100,7 @@ INLINE void about_top(const initial *s, wide guess, turning *r)
 INLINE void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
-             smaller = dd_div(product, dd_mul(larger, beside));
+             smaller = dd_over(product, dd_mul(larger, beside));
     const mask known = is_positive(larger.hi); /* Where not, all three heights are one. */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
@@ -119,7 +119,7 @@ INLINE void sharpen(const initial *s, turning *r, int top)
         sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
-    r->plus1 = dd_div(plus, dd_mul(r->plus2, r->plus3));
+    r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
     if (top)
         sharpen_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
@@ -166,22 +166,22 @@ static turning turning_heights(const initial *s)
  * u3 or from u2, whichever is farther from the pole and hence has the larger p0. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
-    const dd kp = dd_sqrt(dd_div(r->g32, r->g31)), zero = dd_splat(0.0);
+    const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
-    const dd p[2] = {dd_div(r->plus3, r->g31), dd_div(dd_choose(far, r->minus3, r->minus2),
+    const dd p[2] = {dd_over(r->plus3, r->g31), dd_over(dd_choose(far, r->minus3, r->minus2),
                                                       dd_choose(far, r->g31, r->minus1))};
     dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
-    *k1 = dd_div(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
+    *k1 = dd_over(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
     *k2 = zero;
     if (mask_any(far)) {
         const dd rate =
-            dd_div(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_scale(-4.0, r->minus3));
+            dd_over(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_scale(-4.0, r->minus3));
         *k2 = dd_choose(is_positive(r->minus3.hi), rate, zero);
     }
     if (!mask_all(far)) {
-        const dd extra = dd_half(dd_mul(dd_div(r->span, r->minus2), sum[1]));
-        const dd rate = dd_div(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)),
+        const dd extra = dd_half(dd_mul(dd_over(r->span, r->minus2), sum[1]));
+        const dd rate = dd_over(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)),
                                r->minus1);
         const dd wound = dd_choose(is_negative(s->difference.hi), *nu, dd_neg(*nu));
         *k2 = dd_choose(far, *k2, dd_add(rate, wound));
@@ -198,11 +198,12 @@ typedef struct arguments {
 static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r, dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
-    const dd k2 = dd_max(dd_div(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
+    const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
     const wide d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi,
-               m2 = r->minus2.hi, m32 = m1 * r->g32.hi;
+               m2 = r->minus2.hi, per_m32 = 1.0 / (m1 * r->g32.hi);
     const wide b1 = wide_sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
-    const wide b2 = wide_sqrt(m2 * third / m32) * elliptic_rf(d * r->minus3.hi / m32, d / m1, one);
+    const wide b2 = wide_sqrt(m2 * third * per_m32) *
+                    elliptic_rf(d * r->minus3.hi * per_m32, d * r->g32.hi * per_m32, one);
     arguments a;
     a.T = theta_stretch(exact, average, k2);
     const wide limit = 1.57079632679489661923 * a.T;
@@ -217,12 +218,12 @@ INLINE void series_of_kind(exact_lanes *exact, const turning *r, const arguments
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), p2 = r->plus2.hi, m1 = r->minus1.hi,
                zero = wide_splat(0.0), shrink = dual ? 1.0 / a->T : wide_splat(1.0);
-    const exponential e = exponential_of(dd_of(dual ? -pi / a->T : -pi * a->T));
+    const exponential e = exponential_of(dd_of(-pi * (dual ? shrink : a->T)));
     const wide nome = e.plus * (e.even + e.odd), y1 = a->y1 * shrink, y2 = a->y2 * shrink;
     const wide high = wide_sqrt(0.5 * p2), low = wide_sqrt(0.5 * m1);
     set_curve(exact, dual ? LAGRANGE_DUAL : LAGRANGE);
-    exact->slope[0] = -y1 / pi;
-    exact->slope[1] = -y2 / pi;
+    exact->slope[0] = y1 * (-1.0 / pi);
+    exact->slope[1] = y2 * (-1.0 / pi);
     exact->alpha = theta_series(THETA1, nome, y1, dual);
     exact->beta = theta_series(dual ? THETA4 : THETA2, nome, y2, dual);
     exact->horizontal = theta_series(THETA3, nome, y1 + y2, dual);
@@ -270,15 +271,16 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
  * height. */
 INLINE dd place(const turning *r, wide mean)
 {
-    const wide zero = wide_splat(0.0), one = wide_splat(1.0), low = r->down.hi / r->span.hi;
-    const wide high = wide_max(r->up.hi / r->span.hi,
-                               wide_choose(is_positive(r->down.hi), zero, one));
-    const wide dn = r->third.hi / r->g31.hi, kp = r->g32.hi / r->g31.hi,
-               turn = mean / 6.283185307179586477;
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
+               per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
+    const wide high =
+        wide_max(r->up.hi * per_span, wide_choose(is_positive(r->down.hi), zero, one));
+    const wide dn = r->third.hi * per_g31, kp = r->g32.hi * per_g31, per_dn = 1.0 / dn,
+               turn = mean * (1.0 / 6.283185307179586477);
     const mask below = wide_at_most(low * dn, high);
-    const wide away = turn * wide_sqrt(wide_choose(below, low, high / dn)) *
-                      elliptic_rf(wide_choose(below, high, kp * low / dn),
-                                  wide_choose(below, dn, kp / dn), one);
+    const wide away = turn * wide_sqrt(wide_choose(below, low, high * per_dn)) *
+                      elliptic_rf(wide_choose(below, high, kp * low * per_dn),
+                                  wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets where on the curve the start lies, and the two phases there. alpha, beta and the horizontal
@@ -289,14 +291,15 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
                            wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
-    const quat_lanes q = rounded(p);
-    const wide zero = wide_splat(0.0), mh = length(top->m.x, top->m.y);
+    const wide zero = wide_splat(0.0);
+    const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
+               beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
+    const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    const wide of_first = length(q.w, q.z) / wide_sqrt(0.5 * r->plus2.hi),
-               of_second = length(q.x, q.y) / wide_sqrt(0.5 * r->minus1.hi),
-               of_both =
-                   wide_choose(is_positive(mh), mh / (i1 * wide_sqrt(top_square)), zero);
+    /* The squares of their sizes, in terms of the largest that they have. */
+    const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
+               of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
     phase_start(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
     factors_at(exact, 0.0, f);
@@ -304,8 +307,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     const dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
     const dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
     const mask least = wide_less(of_first, of_second);
-    const mask by_second = mask_and(least, wide_less(2.0 * of_first, of_both)),
-               by_first = mask_and(mask_not(least), wide_less(2.0 * of_second, of_both));
+    const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
+               by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
@@ -324,7 +327,7 @@ INLINE dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(
-        dd_mul(dd_sub(dd_div(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
+        dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
 /* What is known on the way to a closed form, stage by stage. */
 typedef struct setting {

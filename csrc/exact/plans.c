@@ -20,12 +20,15 @@ typedef struct known_body {
     int fits; /* it is one for lanes */
     kr_working working;
     kr_vec3 apex;       /* of the body, in the frame of description; up to its sign */
+    double per_inertia; /* 1 / I1 */
     double mass, reach; /* fractions of mass and |com| */
     int power;          /* the sum of their exponents */
-    int framed[2];      /* whether tops seen from above, and from below, have a frame */
+    int turned;         /* whether axes of work and description differ: `axes` leads to these */
+    kr_quat axes;
+    int framed[2]; /* whether the frames of tops seen from above, and from below, are known */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
-    int gravity_power;
+    int gravity_power; /* its exponent, less that of the unit of moment */
     kr_swing swing;
 } known_body;
 
@@ -69,12 +72,24 @@ static void know(const kr_body *body, known_body *known)
     known->reach = q_turn_back(known->working.axes, pull.com).z;
     known->power = pull.power;
     known->apex = q_turn(axes, v3(0.0, 0.0, 1.0));
+    known->per_inertia = 1.0 / known->working.inertia.x;
     known->gravity = 0.0;
-    fill_frame_below(known->frame[1]);
-    for (int below = 0; below < 2; below++) {
-        known->framed[below] = below || !is_one(axes);
-        if (!is_one(axes)) fill_frame_axes(known->frame[below], below, axes);
+    known->axes = axes;
+    known->turned = !is_one(axes);
+    known->framed[0] = known->framed[1] = 0;
+}
+/* Gives the frame of such a top, and returns 0 if it has none. */
+static int get_frame(known_body *known, int below, kr_quat out[4])
+{
+    kr_quat *frame = known->frame[below];
+    if (!below && !known->turned) return 0;
+    if (!known->framed[below]) {
+        if (below) fill_frame_below(frame);
+        if (known->turned) fill_frame_axes(frame, below, known->axes);
+        known->framed[below] = 1;
     }
+    memcpy(out, frame, sizeof known->frame[below]);
+    return 1;
 }
 static void put(double in[][MANY], int to, int from, const double numbers[], int count)
 {
@@ -98,46 +113,43 @@ static void know_gravity(const kr_scene *scene, known_body *known)
     known->gravity = scene->gravity;
     known->gravity_fraction = fraction_of(scene->gravity, &known->gravity_power);
     known->swing = kr_scene_swing(scene, &known->working);
+    known->gravity_power -= exponent_of(known->swing.moment);
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
 /* Guesses whether u3 is the lone root (lone_root), by the cubic in u of the same motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
- * depends on it. `lever` and m are in own units, i1 is the moment in them. */
-static int guess_kind(kr_quat q, kr_vec3 apex, kr_vec3 m, double i1, double lever)
+ * depends on it. `lever` is in own units, m in those of time alone. */
+static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double lever)
 {
-    const kr_vec3 a = q_turn(q, apex);
-    const double part = 1.0 / i1, n = part * v_dot(m, a), l = part * m.z, g = 2.0 * part * lever;
+    const kr_vec3 a = q_turn(q, known->apex);
+    const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
+                 g = 2.0 * known->swing.moment * part * lever;
     const double square = part * part * v_dot(m, m), e = square - n * n + g * a.z;
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
 /* Lets a top wait with those of its kind, and says whether it may. */
-static int enter(waiting kinds[2], const kr_scene *scene, size_t index, const known_body *known)
+static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_body *known)
 {
     const kr_vec3 damping = scene->damping, m = scene->start.m;
     if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
     if (scene->gravity == 0.0 || kr_scene_check_start(scene) != KR_OK) return 0;
-    const double moment = known->swing.moment,
-                 most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z)),
-                 time = kr_swing_time(known->swing, most);
-    if (time == 0.0) return 0;
-    const int power =
-        known->power + known->gravity_power - exponent_of(moment) + 2 * exponent_of(time);
-    if (power < -1000 || power > 1000) return 0; /* It has no power of two. */
-    const double gravity = known->gravity_fraction, scale = power_of_2(power),
+    const double most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z));
+    int unit;
+    if (!kr_swing_time(&known->swing, most, &unit)) return 0;
+    const int power = known->power + known->gravity_power + 2 * unit;
+    /* A number beyond these may have no power of two. */
+    if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
+    const double gravity = known->gravity_fraction, scale = power_of_2(power), time = power_of_2(unit),
                  lever = known->mass * (gravity * known->reach);
-    const double numbers[] = {known->mass, gravity, known->reach,      scale,
-                              moment,      time,    scene->start.t};
-    const int below = lever < 0.0;
-    waiting *w = &kinds[guess_kind(scene->start.q, known->apex, v_scale(time / moment, m),
-                                   known->working.inertia.x / moment, scale * lever)];
+    const double numbers[] = {known->mass,         gravity, known->reach,  scale,
+                              known->swing.moment, time,    scene->start.t};
+    waiting *w = &kinds[guess_kind(known, scene->start.q, v_scale(time, m), scale * lever)];
     put_scene(w, scene, known);
     put(w->in, w->count, MASS, numbers, 7);
-    w->framed[w->count] = known->framed[below];
-    if (known->framed[below])
-        memcpy(w->frame[w->count], known->frame[below], sizeof known->frame[below]);
+    w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
 }
@@ -228,6 +240,11 @@ static became end_group(group w, setting *s)
     return r;
 }
 
+/* What is asked, and what plans a top alone. */
+typedef struct job {
+    const kr_exact_one *one;
+    const kr_exact_asked *asked;
+} job;
 /* The closed forms of a group, as doubles. */
 typedef struct forms {
     double form[FORM][LANES];
@@ -266,9 +283,10 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     return r;
 }
 /* Reads the k-th state of a group's lanes that are good. */
-static void read_states(const kr_exact_asked *asked, group g, const exact_lanes *exact,
+static void read_states(const job *j, group g, const exact_lanes *exact,
                         unsigned good, size_t k)
 {
+    const kr_exact_asked *asked = j->asked;
     const waiting *w = g.all;
     double t[LANES], s[8][LANES];
     for (int i = 0; i < LANES; i++)
@@ -291,14 +309,15 @@ static void read_states(const kr_exact_asked *asked, group g, const exact_lanes 
             forms f;
             memcpy(&f, exact, sizeof f);
             put_form(&f, w, place, &one);
-            *out = kr_exact_state(&one, t[i]);
+            *out = j->one->state(&one, t[i]);
         }
     }
 }
-static void plan_alone(const kr_exact_asked *asked, size_t index)
+static void plan_alone(const job *j, size_t index)
 {
+    const kr_exact_asked *asked = j->asked;
     kr_exact one;
-    asked->status[index] = kr_exact_plan(&asked->scenes[index], &one);
+    asked->status[index] = j->one->plan(&asked->scenes[index], 0, &one);
     if (asked->status[index] != KR_OK) return;
     if (asked->plans) asked->plans[index] = one;
     if (asked->times > 0)
@@ -306,12 +325,13 @@ static void plan_alone(const kr_exact_asked *asked, size_t index)
                                asked->states + index * asked->times);
 }
 /* Writes what was asked of a group's lanes that are good. */
-static void write_group(const kr_exact_asked *asked, group g, const exact_lanes *exact,
+static void write_group(const job *j, group g, const exact_lanes *exact,
                         unsigned good)
 {
+    const kr_exact_asked *asked = j->asked;
     const int many = asked->times > FEW_TIMES;
     forms f;
-    memcpy(&f, exact, sizeof f);
+    if (many || asked->plans) memcpy(&f, exact, sizeof f);
     for (int i = 0; i < LANES && (many || asked->plans); i++) {
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
@@ -321,22 +341,22 @@ static void write_group(const kr_exact_asked *asked, group g, const exact_lanes 
             KR_NAME(kr_exact_many)(out, asked->times, times_of(asked, index),
                                    asked->states + index * asked->times);
     }
-    for (size_t k = 0; k < asked->times && !many; k++) read_states(asked, g, exact, good, k);
+    for (size_t k = 0; k < asked->times && !many; k++) read_states(j, g, exact, good, k);
 }
 /* Ends the motion of a group, and does what is asked for it. */
-static void finish_group(const kr_exact_asked *asked, group g, setting *s)
+static void finish_group(const job *j, group g, setting *s)
 {
     const became b = end_group(g, s);
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
         const size_t index = g.all->index[g.first + i];
-        asked->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
-        if (b.alone >> i & 1) plan_alone(asked, index);
+        j->asked->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
+        if (b.alone >> i & 1) plan_alone(j, index);
     }
-    write_group(asked, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
+    write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
 /* Does what is asked for those who wait. Lanes without a top do what the first one does. */
-APART void flush(const kr_exact_asked *asked, waiting *w)
+APART void flush(const job *j, waiting *w)
 {
     setting s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
@@ -344,12 +364,13 @@ APART void flush(const kr_exact_asked *asked, waiting *w)
         for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
     for (int i = 0; i < groups; i++) begin_group((group){w, i * LANES}, &s[i]);
     lagrange_moving(s, groups);
-    for (int i = 0; i < groups; i++) finish_group(asked, (group){w, i * LANES}, &s[i]);
+    for (int i = 0; i < groups; i++) finish_group(j, (group){w, i * LANES}, &s[i]);
     w->count = w->turned[0] = w->turned[1] = 0;
     wide_leave();
 }
-void KR_NAME(kr_exact_all)(const kr_exact_asked *asked)
+void KR_NAME(kr_exact_all)(const kr_exact_one *one, const kr_exact_asked *asked)
 {
+    const job j = {one, asked};
     known_body known;
     waiting kinds[2];
     for (int i = 0; i < 2; i++) kinds[i].count = kinds[i].turned[0] = kinds[i].turned[1] = 0;
@@ -358,9 +379,9 @@ void KR_NAME(kr_exact_all)(const kr_exact_asked *asked)
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
             know(&scene->body, &known);
         if (known.fits && known.gravity != scene->gravity) know_gravity(scene, &known);
-        if (!known.fits || !enter(kinds, scene, i, &known)) plan_alone(asked, i);
+        if (!known.fits || !enter(kinds, scene, i, &known)) plan_alone(&j, i);
         for (int kind = 0; kind < 2; kind++)
-            if (kinds[kind].count == MANY) flush(asked, &kinds[kind]);
+            if (kinds[kind].count == MANY) flush(&j, &kinds[kind]);
     }
-    for (int kind = 0; kind < 2; kind++) flush(asked, &kinds[kind]);
+    for (int kind = 0; kind < 2; kind++) flush(&j, &kinds[kind]);
 }

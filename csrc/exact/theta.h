@@ -20,28 +20,30 @@ INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     const wide enough = wide_splat(1e-8);
     dd a = dd_splat(1.0), g = kp, p[2], q[2];
     mask live = wide_equal(enough, enough);
-    wide rest = wide_splat(0.0); /* (a - g)^2 / 4 a^2 at the last step */
+    wide apart = wide_splat(0.0); /* (a - g)/2 at the last step */
     for (int i = 0; i < n; i++) {
         p[i] = start[i]; /* p[i] holds p_n^2. */
         q[i] = sum[i] = dd_splat(1.0);
     }
     for (int step = 0; mask_any(live) && step < 100; step++) {
-        const dd ag = dd_mul(a, g), mean = dd_half(dd_add(a, g));
-        const wide apart = dd_half(dd_sub(a, g)).hi / mean.hi;
-        mask again = wide_more(wide_abs(apart), enough);
+        const dd ag = dd_mul(a, g), mean = dd_half(dd_add_near(a, g));
+        const wide half = 0.5 * ((a.hi - g.hi) + (a.lo - g.lo));
+        mask again = wide_more(wide_abs(half), enough * mean.hi);
         for (int i = 0; i < n; i++) {
-            const dd both = dd_add(p[i], ag), e = dd_div(dd_sub(p[i], ag), both);
+            const dd both = dd_add_near(p[i], ag),
+                     e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
             q[i] = dd_choose(live, dd_half(dd_mul(q[i], e)), q[i]);
-            sum[i] = dd_choose(live, dd_add(sum[i], q[i]), sum[i]);
-            p[i] = dd_choose(live, dd_scale(0.25, dd_div(dd_square(both), p[i])), p[i]);
+            sum[i] = dd_choose(live, dd_add_near(sum[i], q[i]), sum[i]);
+            p[i] = dd_choose(live, dd_scale(0.25, dd_over(dd_square(both), p[i])), p[i]);
             again = mask_or(again, wide_more(wide_abs(e.hi), enough));
         }
-        rest = wide_choose(live, apart * apart, rest);
+        apart = wide_choose(live, half, apart);
         a = dd_choose(live, mean, a);
         live = mask_and(live, again);
         if (mask_any(live)) g = dd_choose(live, dd_sqrt(ag), g);
     }
-    /* The last step takes a g = a^2 (1 - rest / 2). */
+    /* The last step takes a g = a^2 (1 - rest / 2), with rest = (a - g)^2 / 4 a^2. */
+    const wide part = apart / a.hi, rest = part * part;
     for (int i = 0; i < n; i++) {
         const dd square = dd_square(a);
         const wide e = (dd_sub(p[i], square).hi + 0.5 * rest * square.hi) / (2.0 * square.hi);
@@ -70,7 +72,7 @@ INLINE wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     const mask dual = wide_less(T, wide_splat(1.0));
     if (mask_any(dual)) {
         const dd stretch =
-            dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+            dd_over(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
         exact->stretch = wide_choose(dual, stretch.hi, exact->stretch);
         exact->stretch_rest = wide_choose(dual, stretch.lo, exact->stretch_rest);
     }
@@ -80,7 +82,7 @@ INLINE wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
  * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
 INLINE wide elliptic_rf(wide x, wide y, wide z)
 {
-    wide mean = (x + y + z) * (1.0 / 3), dx, dy, dz, e2, e3;
+    wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
         const wide most = wide_max(wide_abs(mean - x),
                                    wide_max(wide_abs(mean - y), wide_abs(mean - z)));
@@ -93,8 +95,9 @@ INLINE wide elliptic_rf(wide x, wide y, wide z)
         z = wide_choose(live, 0.25 * (z + l), z);
         mean = wide_choose(live, 0.25 * (mean + l), mean);
     }
-    dx = 1.0 - x / mean;
-    dy = 1.0 - y / mean;
+    inverse = 1.0 / mean;
+    dx = 1.0 - x * inverse;
+    dy = 1.0 - y * inverse;
     dz = -(dx + dy);
     e2 = dx * dy - dz * dz;
     e3 = dx * dy * dz;
@@ -125,20 +128,20 @@ INLINE wide lone_root(wide c2, wide c1, wide c0, mask *top)
     const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));
-    return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) / 3.0;
+    return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
  * method. The slope at the start serves for both steps, because it need not be better than that. */
 INLINE dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
-               zero = wide_splat(0.0);
-    const mask flat = wide_equal(slope, zero);
+               zero = wide_splat(0.0),
+               inverse = wide_choose(wide_equal(slope, zero), zero, 1.0 / slope);
     dd x = dd_of(start);
     for (int i = 0; i < 2; i++) {
         const dd f =
             dd_add(dd_mul(dd_add(dd_mul(dd_add(dd_mul(lead, x), c[2]), x), c[1]), x), c[0]);
-        x = dd_sub(x, dd_of(wide_choose(flat, zero, f.hi / slope)));
+        x = dd_sub(x, dd_of(f.hi * inverse));
     }
     return x;
 }

@@ -40,25 +40,24 @@ kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com)
 }
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
 {
-    const double moment = next_power_of_2(v_largest(working->inertia));
+    const double moment = times_power_of_2(1.0, power_above(v_largest(working->inertia)));
     const kr_pull pull = kr_scene_pull(scene, working->com);
     const double part = v_largest(v_scale(pull.gravity * pull.mass, pull.com));
     const int power = pull.power - exponent_of(moment), odd = power & 1;
     const kr_swing swing = {
-        moment, times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
+        moment, 1.0 / moment, times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
     return swing;
 }
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
     const kr_swing swing = kr_scene_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
-    const double time = kr_swing_time(swing, v_largest(scene->start.m));
-    if (time == 0.0) return KR_ERR_ARGUMENT;
+    int time;
+    if (!kr_swing_time(&swing, v_largest(scene->start.m), &time)) return KR_ERR_ARGUMENT;
     units->moment = swing.moment;
-    units->time = time;
-    units->lever =
-        vec_times_power(v_scale(pull.gravity * pull.mass, pull.com),
-                        pull.power - exponent_of(swing.moment) + 2 * exponent_of(time));
+    units->time = times_power_of_2(1.0, time);
+    units->lever = vec_times_power(v_scale(pull.gravity * pull.mass, pull.com),
+                                   pull.power - exponent_of(swing.moment) + 2 * time);
     return KR_OK;
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)

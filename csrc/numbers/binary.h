@@ -33,12 +33,12 @@ static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the power of two that is x or somewhat more, if that is a double; 1 for zero. */
-static inline double next_power_of_2(double x)
+/* Returns the power of the two that is x or somewhat more, if that is a double; 0 for zero. */
+static inline int power_above(double x)
 {
     int exponent = 0;
     fraction_of(x, &exponent);
-    return times_power_of_2(1.0, exponent < 1024 ? exponent : 1023);
+    return exponent < 1024 ? exponent : 1023;
 }
 /* Returns the exponent e of 2^e <= |x| < 2^(e + 1), for x that is not zero. */
 static inline int exponent_of(double x)
