@@ -19,6 +19,7 @@ from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
+from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Scene
 from ._model.starts import starts
@@ -36,6 +37,7 @@ from .quaternion import attitude_error, conventions, from_rotation
 
 __all__ = [
     "Apex",
+    "Bodies",
     "Body",
     "Choice",
     "CompareInterrupted",
