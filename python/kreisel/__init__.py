@@ -21,7 +21,7 @@ from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
 from ._model.bodies import Bodies
 from ._model.body import Body
-from ._model.scene import Scene
+from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._request.methods import Method, methods
@@ -41,6 +41,7 @@ __all__ = [
     "Body",
     "Choice",
     "CompareInterrupted",
+    "Ensemble",
     "Error",
     "Event",
     "Events",

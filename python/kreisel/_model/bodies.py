@@ -259,6 +259,22 @@ class Bodies(ShapedBodies, Many[Body]):
         """(..., 4) the rotations from the principal axes to the frames of description"""
         return self._columns.get("axes", spread(_UPRIGHT, (*self.shape, 4)))
 
+    @classmethod
+    def _of_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+        """The bodies of a list; one where all are equal."""
+        first = bodies[0]
+        if all(body is first or (body == first and body._block == first._block) for body in bodies):
+            return first
+        tensors = [tensor_of("inertia", body.inertia) for body in bodies]
+        made = cls(
+            np.reshape([body.mass for body in bodies], shape),
+            np.reshape(tensors, (*shape, 3, 3)),
+            np.reshape([body.com for body in bodies], (*shape, 3)),
+            rounded=np.reshape([body.rounded for body in bodies], shape),
+            made_up=np.reshape([body.made_up for body in bodies], shape),
+        )
+        return made._renamed()
+
     def _over(self, shape: Shape) -> Bodies:
         """These bodies, broadcast to a shape."""
         front = len(shape) - len(self.shape)

@@ -19,6 +19,7 @@ Shape = tuple[int, ...]
 Index = tuple[int, ...]
 Looked = Callable[[str, Any], object]  # at one value, by its name: refuses it, or lets it pass
 Column = npt.NDArray[Any]
+Change = Callable[[Column], Column]
 _BLOCK = 4096  # members whose numbers stay in the cache from one operation to the next
 
 

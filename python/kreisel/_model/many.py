@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from types import EllipsisType, MappingProxyType
 from typing import Any, Generic, Self, TypeVar, overload
 
@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import frozen
-from .columns import Column, Index, Shape, compact, spread
+from .columns import Change, Column, Index, Shape, Word, compact, spread
 
-Change = Callable[[Column], Column]
 _Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
 _NOTHING = np.False_  # stands for a member where only shapes count
@@ -61,6 +60,18 @@ class Many(Generic[_M]):
         vectors with their components behind."""
         return MappingProxyType({name: compact(column) for name, column in self._varied.items()})
 
+    def _words(self) -> list[Word]:
+        """The words that vary."""
+        return [
+            Word(name, values, values.shape[len(self.shape) :])
+            for name, values in self.coords.items()
+        ]
+
+    def _renamed(self) -> Self:
+        """The same without words that vary, and names that they give."""
+        self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
+        return self
+
     @property
     def ndim(self) -> int:
         """The number of dimensions."""
@@ -73,13 +84,13 @@ class Many(Generic[_M]):
 
     def __len__(self) -> int:
         if not self.shape:
-            raise TypeError(f"len() of a {type(self).__name__} without dimensions")
+            raise TypeError(f"{type(self).__name__} of shape () has no length")
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Any]:
         """The members of one dimension; of several what stands along the first."""
         if not self.shape:
-            raise TypeError(f"iteration over a {type(self).__name__} without dimensions")
+            raise TypeError(f"{type(self).__name__} of shape () is no row to go along")
         return (self[i] for i in range(self.shape[0]))
 
     @overload
@@ -156,8 +167,10 @@ class Many(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        varied = [f"{name} {_told(values)}".strip() for name, values in self.coords.items()]
-        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(varied) or 'all alike'}>"
+        told = [_told(word) for word in self._words()]
+        dims = len(self.shape)
+        told = told or [name for name, held in self._columns.items() if any(held.strides[:dims])]
+        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all alike'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """What is held, without what broadcasting makes of it."""
@@ -178,11 +191,11 @@ class Many(Generic[_M]):
         self._keep(shape, state["names"], spread_out(state["columns"]), spread_out(state["varied"]))
 
 
-def _told(values: Column) -> str:
-    """From where to where single numbers go."""
-    if values.ndim != 0 and values.size and values.dtype.kind == "f":
-        return f"{values.min():.6g} .. {values.max():.6g}"
-    return ""
+def _told(word: Word) -> str:
+    """A word that varies, and of single numbers from where to where."""
+    if word.value or not word.values.size:
+        return word.name
+    return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
 
 
 def _indexed(array: Column, key: Any) -> Any:

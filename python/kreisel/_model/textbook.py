@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL, cosine, sine, values
-from .._ground.arguments import Array, Quaternion, R, Vector, vector
+from .._ground.arguments import Array, Quaternion, R, Vector, boolean, number, shown, vector
 from ..quaternion import conjugate, multiply
 
 if TYPE_CHECKING:
@@ -61,6 +61,27 @@ def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]
     return nodding * c + across * s, nodding * s - across * c, turning + up
 
 
+def half_turn(tilt: object, degrees: bool) -> float:
+    """An angle with the vertical, in radians."""
+    given = number("tilt", tilt)
+    angle = math.radians(given) if degrees else given
+    if not 0.0 <= angle <= math.pi:
+        most = "180" if degrees else "pi, or up to 180 with degrees=True"
+        raise ValueError(f"tilt must lie between 0 and {most}, not {shown(tilt)}")
+    return angle
+
+
+def steady_words(steady: object, fast: object, precession: object, damping: object) -> bool:
+    """Whether a steady precession is asked for, with words that go with it."""
+    if boolean("fast", fast) and not steady:
+        raise ValueError("fast chooses between two steady precessions: say steady=True too")
+    if not boolean("steady", steady):
+        return False
+    if precession is not None or (damping is not None and np.any(np.asarray(damping))):
+        raise ValueError("steady=True goes with neither precession nor damping")
+    return True
+
+
 def moments_about_axis(body: Body) -> tuple[float, float]:
     """The moments across and along the axis of a symmetric body, on which its apex lies."""
     moments, com = body.moments, body.principal_com
@@ -100,7 +121,7 @@ def steady_rate(
     a, b = across * cosine if abs(cosine) > 1e-15 else 0.0, along * spin
     root = 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque))
     if a * torque <= 0.0:
-        root = math.hypot(b, root)
+        root = float(np.hypot(b, root))
     elif abs(b) < root * (1.0 - 1e-12):
         given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
         raise ValueError(
