@@ -113,7 +113,7 @@ def spread(values: Column, shape: Shape) -> Column:
 def column(values: Column, shape: Shape, trailing: int) -> Column:
     """The column of these members, of values that have some trailing dimensions."""
     lead = values.ndim - trailing
-    kept = values.view()
+    kept = np.asarray(values).view()
     kept.flags.writeable = False
     return spread(kept, shape + kept.shape[lead:])
 
@@ -176,7 +176,8 @@ def in_blocks(
     wide = [spread(values, (*(shape or (1,)), values.shape[-1])) for values in given]
     to = out if shape else out[None]
     for piece in blocks(shape):
-        made = compute(*(parts(values[piece]) for values in wide))
+        with np.errstate(all="ignore"):
+            made = compute(*(parts(values[piece]) for values in wide))
         for k, component in enumerate(made):
             to[piece][..., k] = component
     return frozen(out)

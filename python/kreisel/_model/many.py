@@ -10,7 +10,7 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import frozen
+from .._ground.arguments import frozen, shown
 from .columns import Change, Column, Index, Shape, Word, compact, spread
 
 _Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
@@ -114,7 +114,7 @@ class Many(Generic[_M]):
         for place in places:
             name = None if place is None else next(names)
             kept += [name] if place is None or isinstance(place, slice) else []
-        return self._changed(lambda column: column[places], left.shape, tuple(kept))
+        return self._changed(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _gathered(self, key: object) -> _M | Self:
         """The members at places that are given by arrays."""
@@ -199,7 +199,10 @@ def _told(word: Word) -> str:
 
 
 def _indexed(array: Column, key: Any) -> Any:
-    return array[key]
+    try:
+        return array[key]
+    except OverflowError:
+        raise IndexError(f"{shown(key)} is beyond all places") from None
 
 
 def _is_basic(key: object) -> bool:
