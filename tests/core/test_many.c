@@ -131,7 +131,7 @@ static void instruction_sets_agree(void)
 /* Lanes are as good as a top by itself: both beside 20 digits. */
 static void lanes_are_as_good(double tol)
 {
-    const kr_config config = {.tol = tol}, deep = {.digits = 20};
+    const kr_config config = {.tol = tol};
     fleet f;
     random_fleet(&f);
     double lanes = 0.0, alone = 0.0;
@@ -139,8 +139,10 @@ static void lanes_are_as_good(double tol)
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
         const double t = f.t[i * TIMES + TIMES - 1];
-        const kr_state truth = state_at(t, &f.scenes[i], taylor(), deep),
-                       one = state_at(t, &f.scenes[i], taylor(), config);
+        const double led = kr_step_led(0.0, t < 0.0);
+        const kr_config there = {.step = led, .digits = 20}, same_way = {.step = led, .tol = tol};
+        const kr_state truth = state_at(t, &f.scenes[i], taylor(), there),
+                       one = state_at(t, &f.scenes[i], taylor(), same_way);
         const double floor = 1e-14;
         lanes += log(floor + distance(f.states[i * TIMES + TIMES - 1], truth));
         alone += log(floor + distance(one, truth));
@@ -167,7 +169,8 @@ static void others_are_tops_alone(const kr_method *method)
     kr_top *top = make(&s[0], method, config);
     IS(kr_top_record(top, TIMES, t, alone, NULL) == KR_OK);
     IS(memcmp(out, alone, sizeof alone) == 0);
-    IS(outcomes[0].status == KR_OK && outcomes[0].stats.steps == kr_top_stats(top).steps);
+    const int64_t steps = method == &kr_method_exact ? 0 : kr_top_stats(top).steps;
+    IS(outcomes[0].status == KR_OK && outcomes[0].stats.steps == steps);
     IS(outcomes[1].status == KR_ERR_ATTITUDE && outcomes[1].done == 0 && isnan(out[TIMES].q.w));
     kr_top_free(top);
     kr_worker_free(worker);
