@@ -41,9 +41,8 @@ static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr
 }
 static void end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status)
 {
-    kr_stats stats = {0};
-    stats.steps = stats.evaluations = slot->done > 0;
-    kr_worker_end(worker, slot, kept, status, stats);
+    const kr_stats none = {0};
+    kr_worker_end(worker, slot, kept, status, none);
 }
 static int is_stopped(kr_worker *worker)
 {

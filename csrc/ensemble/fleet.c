@@ -48,14 +48,16 @@ static void choose_order(kr_lanes *l, double tol)
     static const struct {
         double until, less;
         int order;
-    } rows[] = {{-18.0, 1.0, 12}, {-26.0, 3.0, 14}, {-32.0, 4.5, 16},
-                {-38.0, 6.0, 18}, {-48.0, 7.5, 20}, {-INFINITY, 2.5, 24}};
-    const double least = -55.5;
+    } rows[] = {{-18.0, 3.5, 12},
+                {-26.0, 3.5, 14},
+                {-32.0, 4.5, 16},
+                {-48.0, 5.5, 18},
+                {-INFINITY, 3.0, 20}};
     const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
     int i = 0;
     while (log2_tol < rows[i].until) i++;
     l->order = rows[i].order;
-    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, least));
+    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, -54.5));
 }
 void kr_fleet_equip(kr_worker *worker)
 {
