@@ -36,8 +36,8 @@ typedef struct known_body {
  * work, what the lever is a product of, units, and when the motion begins. */
 enum {
     INERTIA,
-    Q = 3,
-    M = 7,
+    ATTITUDE = 3,
+    MOMENTUM = 7,
     AXES = 10,
     MASS = 18,
     GRAVITY,
@@ -142,8 +142,8 @@ static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_bo
     const int power = known->power + known->gravity_power + 2 * unit;
     /* A number beyond these may have no power of two. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
-    const double gravity = known->gravity_fraction, scale = power_of_2(power), time = power_of_2(unit),
-                 lever = known->mass * (gravity * known->reach);
+    const double gravity = known->gravity_fraction, scale = power_of_2(power),
+                 time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const double numbers[] = {known->mass,         gravity, known->reach,  scale,
                               known->swing.moment, time,    scene->start.t};
     waiting *w = &kinds[guess_kind(known, scene->start.q, v_scale(time, m), scale * lever)];
@@ -161,15 +161,15 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Turns the attitude first by the axes that begin here, where they are not one; read_top does so for
- * one top. */
+/* Turns the attitude first by the axes that begin here, where they are not one; read_top does so
+ * for one top. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
                            in_lanes(w, axes + 3)};
     const wide zero = wide_splat(0.0);
-    const mask one = mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)),
-                              wide_equal(by.z, zero));
+    const mask one =
+        mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
     dd turned[4];
     memcpy(turned, top->q, sizeof turned);
     turn_first(turned, by);
@@ -180,18 +180,18 @@ INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
                scale = in_lanes(w, SCALE);
-    const dd lever = dd_times(in_lanes(w, MASS),
-                              dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
+    const dd lever =
+        dd_times(in_lanes(w, MASS), dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
     exact_top top;
-    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, Q + i));
+    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, ATTITUDE + i));
     if (w.all->turned[0]) turn_lanes(&top, w, AXES);
     if (w.all->turned[1]) turn_lanes(&top, w, AXES + 4);
     top.inertia.x = inverse * in_lanes(w, INERTIA);
     top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
     top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
-    top.m.x = time * (inverse * in_lanes(w, M));
-    top.m.y = time * (inverse * in_lanes(w, M + 1));
-    top.m.z = time * (inverse * in_lanes(w, M + 2));
+    top.m.x = time * (inverse * in_lanes(w, MOMENTUM));
+    top.m.y = time * (inverse * in_lanes(w, MOMENTUM + 1));
+    top.m.z = time * (inverse * in_lanes(w, MOMENTUM + 2));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
@@ -283,8 +283,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     return r;
 }
 /* Reads the k-th state of a group's lanes that are good. */
-static void read_states(const job *j, group g, const exact_lanes *exact,
-                        unsigned good, size_t k)
+static void read_states(const job *j, group g, const exact_lanes *exact, unsigned good, size_t k)
 {
     const kr_exact_asked *asked = j->asked;
     const waiting *w = g.all;
@@ -325,8 +324,7 @@ static void plan_alone(const job *j, size_t index)
                                asked->states + index * asked->times);
 }
 /* Writes what was asked of a group's lanes that are good. */
-static void write_group(const job *j, group g, const exact_lanes *exact,
-                        unsigned good)
+static void write_group(const job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_asked *asked = j->asked;
     const int many = asked->times > FEW_TIMES;

@@ -11,11 +11,11 @@
 #include <string.h>
 #include "isa.h"
 
-#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) || \
+#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) ||           \
     !defined __SSE2__
 enum { LANES = 1 };
 typedef double wide;
-typedef int64_t whole; /* the bits of a wide, or as many integers */
+typedef int64_t whole;    /* the bits of a wide, or as many integers */
 typedef uint64_t natural; /* the same without a sign, whose shifts may lose bits */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
