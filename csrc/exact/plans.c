@@ -121,7 +121,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
  * depends on it. `lever` is in own units, m in those of time alone. */
-static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double lever)
+static int guess_lone_root(const known_body *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
     const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
@@ -130,8 +130,8 @@ static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double leve
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Lets a top wait with those of its kind, and says whether it may. */
-static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_body *known)
+/* Lets a top wait with those of its guess, and says whether it may. */
+static int enter(waiting queues[2], const kr_scene *scene, size_t index, known_body *known)
 {
     const kr_vec3 damping = scene->damping, m = scene->start.m;
     if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
@@ -146,7 +146,7 @@ static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_bo
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const double numbers[] = {known->mass,         gravity, known->reach,  scale,
                               known->swing.moment, time,    scene->start.t};
-    waiting *w = &kinds[guess_kind(known, scene->start.q, v_scale(time, m), scale * lever)];
+    waiting *w = &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
     put_scene(w, scene, known);
     put(w->in, w->count, MASS, numbers, 7);
     w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
@@ -370,16 +370,16 @@ void KR_NAME(kr_exact_all)(const kr_exact_one *one, const kr_exact_asked *asked)
 {
     const job j = {one, asked};
     known_body known;
-    waiting kinds[2];
-    for (int i = 0; i < 2; i++) kinds[i].count = kinds[i].turned[0] = kinds[i].turned[1] = 0;
+    waiting queues[2];
+    for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
     for (size_t i = 0; i < asked->n; i++) {
         const kr_scene *scene = &asked->scenes[i];
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
             know(&scene->body, &known);
         if (known.fits && known.gravity != scene->gravity) know_gravity(scene, &known);
-        if (!known.fits || !enter(kinds, scene, i, &known)) plan_alone(&j, i);
-        for (int kind = 0; kind < 2; kind++)
-            if (kinds[kind].count == MANY) flush(&j, &kinds[kind]);
+        if (!known.fits || !enter(queues, scene, i, &known)) plan_alone(&j, i);
+        for (int top = 0; top < 2; top++)
+            if (queues[top].count == MANY) flush(&j, &queues[top]);
     }
-    for (int kind = 0; kind < 2; kind++) flush(&j, &kinds[kind]);
+    for (int top = 0; top < 2; top++) flush(&j, &queues[top]);
 }
