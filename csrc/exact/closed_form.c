@@ -42,8 +42,8 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    kr_exact made = top.own.lever.hi == 0.0 ? euler_closed_form(&top.own)
-                                            : lagrange_closed_form(&top.own);
+    kr_exact made =
+        top.own.lever.hi == 0.0 ? euler_closed_form(&top.own) : lagrange_closed_form(&top.own);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* A moment beyond all others may make a rate beyond all numbers. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;

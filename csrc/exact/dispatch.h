@@ -22,10 +22,10 @@ typedef struct kr_exact_maps {
 /* states.c makes these: they read the states at many times at once. */
 typedef void kr_exact_many(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 /* What is asked of many tops: the closed form of each, where `plans` is not NULL, and its states at
- * `times` times, where that is not 0: at t[0], t[1], ... or, with `own_times`, the i-th at t[i times]
- * and on. Its states begin at states[i times]; `status` says what kr_exact_plan says of each. Of a
- * top that it refuses nothing is written but that. Every top gets the bits that kr_exact_plan and
- * kr_exact_state give it, whatever the others are. */
+ * `times` times, where that is not 0: at t[0], t[1], ... or, with `own_times`, the i-th top's at
+ * t[i times] and on. Its states begin at states[i times]; `status` says what kr_exact_plan says of
+ * each. Of a top that it refuses nothing is written but that. Every top gets the bits that
+ * kr_exact_plan and kr_exact_state give it, whatever the others are. */
 typedef struct kr_exact_asked {
     size_t n;
     const kr_scene *scenes;

@@ -15,7 +15,6 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-
 /* The working axes of a spherical body follow its centre of mass up to rounding. This gives the
  * turn for the rest of the way, and returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)

@@ -60,8 +60,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     const wide u = (x.hi + x.lo) + shift, y = (x.hi - (u - shift)) + x.lo;
     const wide z = y * y, zz = z * z;
     const wide odd = (-41.341702240399755 + z * 81.6052492760517) +
-                       zz * ((-76.70585973561397 + z * 42.05868917945876) +
-                             zz * (-15.094054064726203 + z * 3.786430011879243));
+                     zz * ((-76.70585973561397 + z * 42.05868917945876) +
+                           zz * (-15.094054064726203 + z * 3.786430011879243));
     const wide even =
         (-19.739208802178716 + z * 64.93939402266824) +
         zz * ((-85.45681720664378 + z * 60.24464135269435) +
@@ -76,16 +76,15 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
 /* An exponential by exp(a) = 2^k exp(r), where |r| is at most (ln 2)/2. The low bits of k + 1.5
  * 2^52, moved into the exponent of one, make 2^k. */
 typedef struct exponential {
-    wide plus, minus;  /* 2^k, 2^-k */
-    wide even, odd;    /* cosh r, sinh r */
+    wide plus, minus; /* 2^k, 2^-k */
+    wide even, odd;   /* cosh r, sinh r */
 } exponential;
 
 INLINE exponential exponential_of(dd a)
 {
     const double shift = 6755399441055744.0;
     const wide up = a.hi * 1.44269504088896340736 + shift, k = up - shift;
-    const wide r =
-                   (a.hi - k * 0.693147180369123816490) - (k * 1.90821492927058770002e-10 - a.lo),
+    const wide r = (a.hi - k * 0.693147180369123816490) - (k * 1.90821492927058770002e-10 - a.lo),
                rr = r * r;
     const uint64_t one = 0x3ff0000000000000u;
     exponential e;

@@ -115,8 +115,7 @@ INLINE void sharpen(const initial *s, turning *r, int top)
              climb = dd_square(s->climb);
     /* A distance is kept above this level, far below rounding, so that quotients stay finite. */
     const dd level = dd_splat(1e-36);
-    if (!top)
-        sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
+    if (!top) sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
     r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
@@ -169,7 +168,7 @@ static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
     const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
     const dd p[2] = {dd_over(r->plus3, r->g31), dd_over(dd_choose(far, r->minus3, r->minus2),
-                                                      dd_choose(far, r->g31, r->minus1))};
+                                                        dd_choose(far, r->g31, r->minus1))};
     dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
     *k1 = dd_over(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
@@ -181,8 +180,8 @@ static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *
     }
     if (!mask_all(far)) {
         const dd extra = dd_half(dd_mul(dd_over(r->span, r->minus2), sum[1]));
-        const dd rate = dd_over(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)),
-                               r->minus1);
+        const dd rate =
+            dd_over(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)), r->minus1);
         const dd wound = dd_choose(is_negative(s->difference.hi), *nu, dd_neg(*nu));
         *k2 = dd_choose(far, *k2, dd_add(rate, wound));
     }
@@ -195,7 +194,8 @@ typedef struct arguments {
 
 /* Returns the arguments, which are incomplete integrals of the first kind. p1 and p2 stand for 1 +
  * u1 and 1 + u2, m1 and m2 for 1 - u1 and 1 - u2. */
-static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r, dd average)
+static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
+                                     dd average)
 {
     const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
     const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
@@ -230,7 +230,8 @@ INLINE void series_of_kind(exact_lanes *exact, const turning *r, const arguments
     if (dual) {
         const theta_lanes pole = theta_series(THETA4, nome, y1, 1);
         const wide quarter = wide_sqrt(wide_sqrt(nome));
-        theta_scale(&exact->alpha, high * 2.0 * quarter / wide_sqrt(kp) / theta_at(pole.even, zero));
+        theta_scale(&exact->alpha,
+                    high * 2.0 * quarter / wide_sqrt(kp) / theta_at(pole.even, zero));
         theta_scale(&exact->beta, low / theta_at(exact->beta.even, zero));
     } else {
         theta_scale(&exact->alpha, high / theta_at(exact->alpha.even, wide_splat(1.0)));
@@ -255,10 +256,11 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
 /* Sets the horizontal momentum's size. It is taken at the lower turning height, where it is the
  * larger: m1 p2 >= p1 m2 and plus3 >= minus3 (arguments_of has the letters). Its series, theta3 on
  * an axis, is positive. */
-static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r, wide i1)
+static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
+                                     wide i1)
 {
-    const wide way = minus_where(is_negative(s->sum.hi)) *
-                     minus_where(is_negative(s->difference.hi));
+    const wide way =
+        minus_where(is_negative(s->sum.hi)) * minus_where(is_negative(s->difference.hi));
     const wide lowest = -0.5 * (wide_sqrt(r->minus1.hi * r->plus2.hi * r->plus3.hi) -
                                 way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
     wide f[6];
@@ -288,7 +290,7 @@ INLINE dd place(const turning *r, wide mean)
  * size is near zero, so the two largest are used; but the momentum's, which is known less well
  * where it is nearly vertical, is used only if it is larger by far. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
-                           wide mean, const exact_top *top)
+                                  wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
     const wide zero = wide_splat(0.0);
@@ -316,8 +318,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
  * kr_exact_resolves asks for. */
 INLINE mask stands(const initial *s)
 {
-    const wide least = wide_splat(1e-150),
-               wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
+    const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
@@ -326,8 +327,7 @@ INLINE mask stands(const initial *s)
 INLINE dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
-    return dd_half(
-        dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
+    return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
 /* What is known on the way to a closed form, stage by stage. */
 typedef struct setting {
@@ -359,8 +359,8 @@ static void set_angles(setting *s)
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
 /* Sets up closed forms in own units, of tops that have begun, whose axis does not stand and whose
- * lever is positive. Each stage is done for all before the next, because one that is done again finds
- * its code in the processor's nearest cache, which does not hold that of all. */
+ * lever is positive. Each stage is done for all before the next, because one that is done again
+ * finds its code in the processor's nearest cache, which does not hold that of all. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -79,8 +79,8 @@ INLINE dd turns_of(wide y, wide x)
     /* The rest is the argument of a + i b, where |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
-    const wide quarters = wide_choose(flat, wide_choose(left, wide_splat(0.5), zero),
-                                      0.25 * minus_where(below));
+    const wide quarters =
+        wide_choose(flat, wide_choose(left, wide_splat(0.5), zero), 0.25 * minus_where(below));
     const wide up = minus_where(is_negative(b));
     const mask far = wide_more(up * b, 0.41421356237309503 * a);
     const wide over = wide_choose(far, b - up * a, b), under = wide_choose(far, a + up * b, a);

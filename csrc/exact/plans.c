@@ -36,8 +36,8 @@ typedef struct known_body {
  * work, what the lever is a product of, units, and when the motion begins. */
 enum {
     INERTIA,
-    Q = 3,
-    M = 7,
+    ATTITUDE = 3,
+    MOMENTUM = 7,
     AXES = 10,
     MASS = 18,
     GRAVITY,
@@ -121,7 +121,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
  * depends on it. `lever` is in own units, m in those of time alone. */
-static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double lever)
+static int guess_lone_root(const known_body *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
     const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
@@ -130,8 +130,8 @@ static int guess_kind(const known_body *known, kr_quat q, kr_vec3 m, double leve
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Lets a top wait with those of its kind, and says whether it may. */
-static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_body *known)
+/* Lets a top wait with those of its guess, and says whether it may. */
+static int enter(waiting queues[2], const kr_scene *scene, size_t index, known_body *known)
 {
     const kr_vec3 damping = scene->damping, m = scene->start.m;
     if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
@@ -142,11 +142,11 @@ static int enter(waiting kinds[2], const kr_scene *scene, size_t index, known_bo
     const int power = known->power + known->gravity_power + 2 * unit;
     /* A number beyond these may have no power of two. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
-    const double gravity = known->gravity_fraction, scale = power_of_2(power), time = power_of_2(unit),
-                 lever = known->mass * (gravity * known->reach);
+    const double gravity = known->gravity_fraction, scale = power_of_2(power),
+                 time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const double numbers[] = {known->mass,         gravity, known->reach,  scale,
                               known->swing.moment, time,    scene->start.t};
-    waiting *w = &kinds[guess_kind(known, scene->start.q, v_scale(time, m), scale * lever)];
+    waiting *w = &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
     put_scene(w, scene, known);
     put(w->in, w->count, MASS, numbers, 7);
     w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
@@ -161,15 +161,15 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Turns the attitude first by the axes that begin here, where they are not one; read_top does so for
- * one top. */
+/* Turns the attitude first by the axes that begin here, where they are not one; read_top does so
+ * for one top. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
                            in_lanes(w, axes + 3)};
     const wide zero = wide_splat(0.0);
-    const mask one = mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)),
-                              wide_equal(by.z, zero));
+    const mask one =
+        mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
     dd turned[4];
     memcpy(turned, top->q, sizeof turned);
     turn_first(turned, by);
@@ -180,18 +180,18 @@ INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
                scale = in_lanes(w, SCALE);
-    const dd lever = dd_times(in_lanes(w, MASS),
-                              dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
+    const dd lever =
+        dd_times(in_lanes(w, MASS), dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
     exact_top top;
-    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, Q + i));
+    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, ATTITUDE + i));
     if (w.all->turned[0]) turn_lanes(&top, w, AXES);
     if (w.all->turned[1]) turn_lanes(&top, w, AXES + 4);
     top.inertia.x = inverse * in_lanes(w, INERTIA);
     top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
     top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
-    top.m.x = time * (inverse * in_lanes(w, M));
-    top.m.y = time * (inverse * in_lanes(w, M + 1));
-    top.m.z = time * (inverse * in_lanes(w, M + 2));
+    top.m.x = time * (inverse * in_lanes(w, MOMENTUM));
+    top.m.y = time * (inverse * in_lanes(w, MOMENTUM + 1));
+    top.m.z = time * (inverse * in_lanes(w, MOMENTUM + 2));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
@@ -283,8 +283,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     return r;
 }
 /* Reads the k-th state of a group's lanes that are good. */
-static void read_states(const job *j, group g, const exact_lanes *exact,
-                        unsigned good, size_t k)
+static void read_states(const job *j, group g, const exact_lanes *exact, unsigned good, size_t k)
 {
     const kr_exact_asked *asked = j->asked;
     const waiting *w = g.all;
@@ -325,8 +324,7 @@ static void plan_alone(const job *j, size_t index)
                                asked->states + index * asked->times);
 }
 /* Writes what was asked of a group's lanes that are good. */
-static void write_group(const job *j, group g, const exact_lanes *exact,
-                        unsigned good)
+static void write_group(const job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_asked *asked = j->asked;
     const int many = asked->times > FEW_TIMES;
@@ -372,16 +370,16 @@ void KR_NAME(kr_exact_all)(const kr_exact_one *one, const kr_exact_asked *asked)
 {
     const job j = {one, asked};
     known_body known;
-    waiting kinds[2];
-    for (int i = 0; i < 2; i++) kinds[i].count = kinds[i].turned[0] = kinds[i].turned[1] = 0;
+    waiting queues[2];
+    for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
     for (size_t i = 0; i < asked->n; i++) {
         const kr_scene *scene = &asked->scenes[i];
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
             know(&scene->body, &known);
         if (known.fits && known.gravity != scene->gravity) know_gravity(scene, &known);
-        if (!known.fits || !enter(kinds, scene, i, &known)) plan_alone(&j, i);
-        for (int kind = 0; kind < 2; kind++)
-            if (kinds[kind].count == MANY) flush(&j, &kinds[kind]);
+        if (!known.fits || !enter(queues, scene, i, &known)) plan_alone(&j, i);
+        for (int top = 0; top < 2; top++)
+            if (queues[top].count == MANY) flush(&j, &queues[top]);
     }
-    for (int kind = 0; kind < 2; kind++) flush(&j, &kinds[kind]);
+    for (int top = 0; top < 2; top++) flush(&j, &queues[top]);
 }

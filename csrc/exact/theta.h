@@ -30,8 +30,7 @@ INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         const wide half = 0.5 * ((a.hi - g.hi) + (a.lo - g.lo));
         mask again = wide_more(wide_abs(half), enough * mean.hi);
         for (int i = 0; i < n; i++) {
-            const dd both = dd_add_near(p[i], ag),
-                     e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
+            const dd both = dd_add_near(p[i], ag), e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
             q[i] = dd_choose(live, dd_half(dd_mul(q[i], e)), q[i]);
             sum[i] = dd_choose(live, dd_add_near(sum[i], q[i]), sum[i]);
             p[i] = dd_choose(live, dd_scale(0.25, dd_over(dd_square(both), p[i])), p[i]);
@@ -84,8 +83,8 @@ INLINE wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
-        const wide most = wide_max(wide_abs(mean - x),
-                                   wide_max(wide_abs(mean - y), wide_abs(mean - z)));
+        const wide most =
+            wide_max(wide_abs(mean - x), wide_max(wide_abs(mean - y), wide_abs(mean - z)));
         const mask live = wide_at_most(8e-3 * mean, most);
         if (!mask_any(live)) break;
         const wide sx = wide_sqrt(x), sy = wide_sqrt(y), sz = wide_sqrt(z),
@@ -110,8 +109,8 @@ INLINE wide elliptic_rf(wide x, wide y, wide z)
  * from where it is known to 4e-5. */
 INLINE wide third_of_angle(wide c)
 {
-    wide x = (0.866066329533 + c * 0.165330350221) +
-             c * c * (-0.0406911974229 + c * 0.00931968389748);
+    wide x =
+        (0.866066329533 + c * 0.165330350221) + c * c * (-0.0406911974229 + c * 0.00931968389748);
     for (int i = 0; i < 2; i++) {
         const wide xx = x * x;
         x = x - (x * (4.0 * xx - 3.0) - c) / (12.0 * xx - 3.0);

@@ -123,8 +123,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b likewise, by one division in place of two, and so sooner; 1 / b must be a double that
- * is not subnormal. */
+/* Returns a / b likewise, by one division in place of two, and so sooner; 1 / b must be a double
+ * that is not subnormal. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;

@@ -191,8 +191,8 @@ static int differ(const void *a, const void *b, size_t size) { return memcmp(a, 
 /* Tops from `first` on, n of them, are planned together. */
 static void hold_to_alone(const kr_exact_width *width, size_t first, size_t n)
 {
-    const kr_exact_asked asked = {
-        n, scenes + first, together, 3, times + 3 * first, 1, states, status};
+    const kr_exact_asked asked = {n, scenes + first, together, 3, times + 3 * first,
+                                  1, states,         status};
     int wrong = 0;
     memset(together, 0xa5, sizeof together);
     memset(states, 0xa5, sizeof states);
