@@ -174,7 +174,7 @@ class Bodies(ShapedBodies, Many[Body]):
         words = [word("mass", mass), word("i1", i1), word("i3", i3), word("height", height)]
         together(*words)
         heavy, one, three, up = (each.values for each in words)
-        com = vectors(0.0 * up, 0.0 * up, up)
+        com = vectors(np.zeros_like(up), np.zeros_like(up), up)
         tensor = Word("inertia", vectors(one, one, three), (3,))
         kept = cls.__new__(cls)
         return kept._made(Body.symmetric, words, heavy, tensor, com, rounded, made_up)

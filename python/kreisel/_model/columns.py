@@ -96,13 +96,27 @@ def above_zero(name: str, given: object) -> Word:
     return made
 
 
-def compact(values: Column) -> Column:
-    """The array with a single entry along dimensions in which it does not vary."""
-    once = tuple(
-        slice(0, 1) if stride == 0 and n > 1 else slice(None)
-        for stride, n in zip(values.strides, values.shape, strict=True)
-    )
-    return values[once]
+def compact(values: Column, lead: int | None = None) -> Column:
+    """The array with a single entry along dimensions in which it does not vary, of the first `lead`
+    or of all."""
+    if not values.size:
+        return values
+    strides = values.strides[:lead]
+    return values[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in strides)]
+
+
+def once(change: Change) -> Change:
+    """The change, made once of columns that are the same numbers in memory."""
+    made: dict[tuple[object, ...], Column] = {}
+
+    def changed(held: Column) -> Column:
+        data = held.__array_interface__["data"][0]
+        key = data, held.shape, held.strides, held.dtype.str
+        if key not in made:
+            made[key] = change(held)
+        return made[key]
+
+    return changed
 
 
 def spread(values: Column, shape: Shape) -> Column:

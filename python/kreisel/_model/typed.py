@@ -35,7 +35,7 @@ class Varied(TypedDict, total=False):
     fast: bool
     degrees: bool
     gravity: ArrayLike
-    damping: ArrayLike | None
+    damping: ArrayLike
 
 
 class Changes(TypedDict, total=False):
