@@ -146,6 +146,7 @@ void bind_exact(py::module_ &m);  // _exact.cpp
 void bind_run(py::module_ &m);    // _run.cpp
 void bind_scene(py::module_ &m);  // _scene.cpp
 void bind_tops(py::module_ &m);   // _tops.cpp
+void bind_worker(py::module_ &m); // _worker.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
@@ -154,6 +155,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     bind_run(m);
     bind_scene(m);
     bind_tops(m);
+    bind_worker(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();
