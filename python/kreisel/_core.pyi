@@ -40,6 +40,7 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+reductions: list[str]
 INPUT_RTOL: float
 KIND_RTOL: float
 TENSOR_LEAST: float
@@ -67,6 +68,46 @@ class Tops:
     def __len__(self) -> int: ...
     def check(self) -> tuple[str, int]: ...
     def block(self, index: int) -> bytes: ...
+
+class Work:
+    def __init__(self) -> None: ...
+    def stop(self) -> None: ...
+    @property
+    def stopped(self) -> bool: ...
+    @property
+    def done(self) -> int: ...
+
+class Worker:
+    def __init__(
+        self,
+        method: str | None,
+        step: float,
+        tol: float,
+        digits: int,
+        max_steps: int,
+        leave_heading: bool,
+        reductions: Sequence[tuple[str, int, int]],
+        work: Work | None = ...,
+    ) -> None: ...
+    def run(
+        self,
+        tops: Tops,
+        begin: int,
+        end: int,
+        t: _Array,
+        status: npt.NDArray[np.int8],
+        done: npt.NDArray[np.int64],
+        counts: npt.NDArray[np.int64],
+        reached: _Array,
+        states: _Array | None = ...,
+        reduced: _Array | None = ...,
+        columns: dict[str, _Array] = ...,
+    ) -> _Array: ...
+
+def values_of_tops(
+    name: str, tops: Tops, states: _Array, done: npt.NDArray[np.int64], out: _Array
+) -> None: ...
+def unsuited(tops: Tops, method: str) -> tuple[int, int]: ...
 
 _Met = tuple[_Array, _Array, _Integers, _Integers]
 _Recorded = tuple[str, _Array, _Array | None, _Stats, float]

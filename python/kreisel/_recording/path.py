@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import index
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -317,15 +317,18 @@ class _Stopped(BaseException):
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
     path    the states asked for that were reached, and the last good state where that is later
+    paths   of many tops what is known of all, a kreisel.Paths or kreisel.Reduced; `path` is then
+            that of the first that failed, or was not done
     """
 
-    def __init__(self, message: str, status: str, path: Path) -> None:
+    def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:
         super().__init__(message)
         self.status = status
         self.path = path
+        self.paths = paths
 
-    def __reduce__(self) -> tuple[type[_Stopped], tuple[str, str, Path]]:
-        return type(self), (str(self), self.status, self.path)
+    def __reduce__(self) -> tuple[type[_Stopped], tuple[str, str, Path, object]]:
+        return type(self), (str(self), self.status, self.path, self.paths)
 
 
 class Error(_Stopped, RuntimeError):
