@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 Rows = list[tuple[Quantity, Array]]
 
-_TABLES = "'kreisel[tables]'"
+TABLES = "'kreisel[tables]'"
 _EULER = "precession_angle", "nutation", "spin_angle"
-_DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
+DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
     (): {},
     (3,): {"axis": [*"xyz"]},
     (4,): {"quaternion": [*"wxyz"]},
@@ -129,7 +129,7 @@ class Tables(States):
         out of angles. Raises TypeError and ValueError for names that are none, AttributeError for
         what `want` has left out, ImportError without pandas.
         """
-        with installed(_TABLES):
+        with installed(TABLES):
             import pandas as pd
         rows = tabled(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
@@ -149,14 +149,14 @@ class Tables(States):
         Dataset the method and the scene, in TOML. The words are those of to_pandas, and so is what
         it raises.
         """
-        with installed(_TABLES):
+        with installed(TABLES):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
         for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
-            along = _DIMENSIONS.get(quantity.shape, own)
+            along = DIMENSIONS.get(quantity.shape, own)
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}

@@ -120,7 +120,7 @@ def fill(
     `work` stops it."""
     part = rows.at(slice(begin, end))
     columns = {name: part.columns[name] for name in part.columns if name in QUANTITIES}
-    last = Worker(*order.core, order.kept, work).run(
+    last = Worker(*order.core, order.reductions, work).run(
         tops._tops,
         begin,
         end,

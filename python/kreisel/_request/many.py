@@ -30,11 +30,13 @@ _MOST_THREADS = 1024
 
 
 class Kept(NamedTuple):
-    """What is kept of a component over a top's times; kinds are numbered as in the core."""
+    """What is kept of a component over a top's times; kinds are numbered as in the core, and the
+    name is the one that was asked for."""
 
     quantity: str
     component: int
     kind: int
+    name: str
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ class Order:
         name, *steering = self.request.core
         step, tol, digits, most, level = steering
         return None if self.mixed else name, step, tol, digits, most, level
+
+    @property
+    def reductions(self) -> list[tuple[str, int, int]]:
+        """What is kept, as the core's worker takes it."""
+        return [one[:3] for one in self.kept]
 
     @property
     def size(self) -> int:
@@ -146,7 +153,7 @@ def kept_of(reduce: object) -> tuple[Kept, ...]:
         if not isinstance(name, str) or name not in QUANTITIES and name not in _COMPONENTS:
             raise ValueError(unknown("quantity in reduce:", str(name), [*QUANTITIES, *_COMPONENTS]))
         for kind in _kinds(name, given):
-            kept += [Kept(of, i, KINDS.index(kind)) for of, i in components_of(name)]
+            kept += [Kept(of, i, KINDS.index(kind), name) for of, i in components_of(name)]
     return tuple(kept)
 
 
