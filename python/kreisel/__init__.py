@@ -19,8 +19,9 @@ from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
+from ._model.bodies import Bodies
 from ._model.body import Body
-from ._model.scene import Scene
+from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._request.methods import Method, methods
@@ -36,9 +37,11 @@ from .quaternion import attitude_error, conventions, from_rotation
 
 __all__ = [
     "Apex",
+    "Bodies",
     "Body",
     "Choice",
     "CompareInterrupted",
+    "Ensemble",
     "Error",
     "Event",
     "Events",
