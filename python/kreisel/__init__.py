@@ -24,6 +24,8 @@ from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
 from ._recording.path import Error, Events, Interrupted, Path, Stats
+from ._recording.paths import Paths
+from ._recording.reduced import Reduced
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan, plan
 from ._showing.view import View, view
@@ -53,8 +55,10 @@ __all__ = [
     "MethodName",
     "Nutation",
     "Path",
+    "Paths",
     "Plan",
     "QuantityName",
+    "Reduced",
     "Rod",
     "Row",
     "Run",

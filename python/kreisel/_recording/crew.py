@@ -12,7 +12,9 @@ from .._core import Work
 from .._request.request import Progress
 
 _LEAST, _MOST = 64, 4096  # members of a slice; fewer where there are few
-_SLICES = 8  # for each thread, where there are enough members: for all to end at about the same time
+_SLICES = (
+    8  # for each thread, where there are enough members: for all to end at about the same time
+)
 _AHEAD = 4  # slices for each thread that wait to be done
 _LOOK, _TELL = 0.02, 0.1  # seconds between looks at what is done, and between calls of progress
 _R = TypeVar("_R")

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._core import Work
 from .._ground.arguments import Array
-from .._model.ensemble import Ensemble
+from .._model.scene import Ensemble
 from .._request.many import Order
 from .._request.request import Progress
 from .crew import Crew

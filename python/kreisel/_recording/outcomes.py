@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
-from .._model.ensemble import Ensemble
+from .._model.scene import Ensemble
 from .._request.many import Order, index_of, member, place
 from .._request.request import Request, request
 from .path import Error, Interrupted, Path, path_of, stopped, way
@@ -137,7 +137,9 @@ class Outcomes:
         """What is to be said of a top by its index: how it failed, or 'success'."""
         i = number_of(self.shape, index)
         if i is None:
-            raise IndexError(f"{shown(index)} is not the index of one top, of the shape {self.shape}")
+            raise IndexError(
+                f"{shown(index)} is not the index of one top, of the shape {self.shape}"
+            )
         return statuses["OK"][1] if self._rows.status[i] == 0 else str(self._failure(i))
 
     def check(self) -> Self:
@@ -162,9 +164,8 @@ class Outcomes:
         """What is raised for tops that were not brought to their ends, of which this is the
         first."""
         interrupted = bool(self._rows.status[i] == INTERRUPTED)
-        where = place(index_of(i, self.shape)) or " (the only one)"
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        said = f"tops{where}{first}: {self._failure(i)}"
+        said = f"top{place(index_of(i, self.shape))}{first}: {self._failure(i)}"
         kind = Interrupted if interrupted else Error
         return kind(said, STATUSES[self._rows.status[i]], self._member(i), self)
 
@@ -195,9 +196,7 @@ class Outcomes:
         end = float(times[-1]) if times.size else 0.0
         steps, rejected, evaluations, iterations = self._rows.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
-        return path_of(
-            member(self.tops, i), self._request_of(i), ("OK", states, low, counts, end)
-        )
+        return path_of(member(self.tops, i), self._request_of(i), ("OK", states, low, counts, end))
 
     def _with_last(self, i: int, path: Path) -> Path:
         """The path with the last good state, where that is none of those that were asked for."""

@@ -87,12 +87,12 @@ class Paths(Outcomes, Quantities):
     def __getitem__(self, key: Any) -> Any:
         """The path of one top, or those of some, as of an array.
 
-            >>> import numpy as np
-            >>> import kreisel as kr
-            >>> tops = kr.scenes.thesis.vary(gravity=np.linspace(0, 1, 4))
-            >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
-            >>> paths[3], paths[1:3].q.shape
-            (<kreisel.Path: 3 states, t = 0 .. 2; exact, 0 steps>, (2, 3, 4))
+        >>> import numpy as np
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.thesis.vary(gravity=np.linspace(0, 1, 4))
+        >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
+        >>> paths[3], paths[1:3].q.shape
+        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 0 steps>, (2, 3, 4))
         """
         i = number_of(self.shape, key)
         return self._part(key) if i is None else self._member(i)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import ItemsView, Iterator, KeysView, ValuesView
 from typing import TYPE_CHECKING, Any
 
 from .._core import reductions as KINDS
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-class Reduced(Outcomes, Mapping[str, Mapping[str, Array]]):
+class Reduced(Outcomes):
     """What solve was asked to keep of each top by reduce: a mapping from the names of quantities
     to mappings from 'min', 'max', 'mean', 'variance', 'last', 'where_min', 'where_max' to arrays.
     These are read-only, of the shape of the ensemble and then of the quantity; NaN for a top that
@@ -74,6 +74,21 @@ class Reduced(Outcomes, Mapping[str, Mapping[str, Array]]):
     def __len__(self) -> int:
         """How many quantities are kept."""
         return len(self._names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names()
+
+    def keys(self) -> KeysView[str]:
+        """The names of what is kept."""
+        return self._names().keys()
+
+    def items(self) -> ItemsView[str, dict[str, Array]]:
+        """The names of what is kept, each with its arrays by kind."""
+        return {name: self[name] for name in self}.items()
+
+    def values(self) -> ValuesView[dict[str, Array]]:
+        """What is kept of each quantity: arrays by kind."""
+        return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
         """An xarray.Dataset with a variable such as nutation_max for each number that is kept, with

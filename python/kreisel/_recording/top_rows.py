@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core import Work, Worker, statuses, values_of_tops
 from .._ground.arguments import Array
-from .._model.ensemble import Ensemble
+from .._model.scene import Ensemble
 from .._request.many import Order
 from .._request.quantities import QUANTITIES, WANTED
 
@@ -133,7 +133,9 @@ def fill(
         part.kept,
         columns,
     )
-    for name in part.columns.keys() - columns.keys():  # what doubles leave out: up to 16 digits none
+    for name in (
+        part.columns.keys() - columns.keys()
+    ):  # what doubles leave out: up to 16 digits none
         good = np.arange(t.shape[-1]) < part.done[:, None]
         part.columns[name][...] = np.where(good, 0.0, np.nan)[..., None]
     failed = np.flatnonzero(part.status > 0).tolist()

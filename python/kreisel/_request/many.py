@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -15,13 +15,14 @@ from .._core import reductions as KINDS
 from .._core import unsuited
 from .._ground.arguments import Array, array, shown, whole
 from .._ground.refusals import unknown
-from .._model.ensemble import Ensemble
-from .._model.scene import Scene
+from .._model.scene import Ensemble, Scene
 from .methods import ELSE, Method, fitting, named
 from .quantities import QUANTITIES
 from .request import Request, steered
 from .times import COUNTABLE, listed, memory, too_many_steps
 
+Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
+Reductions = Mapping[str, Kind | Iterable[Kind]]  # what reduce asks to keep
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
 _WHAT = "a number, a list of times, or an array of times of each top"
@@ -89,7 +90,7 @@ def fitting_all(name: object, tops: Ensemble) -> Method:
     method = named(name)
     first, count = unsuited(tops._tops, method.name)
     if count:
-        where = f"tops{place(index_of(first, tops.shape))}"
+        where = f"top{place(index_of(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
             fitting(name, member(tops, first))
