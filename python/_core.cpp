@@ -141,6 +141,7 @@ static bool method_suits(const std::string &method, const kr_scene &scene)
     return kr_method_suits(method_of(method), &scene) != 0;
 }
 
+void bind_alone(py::module_ &m);  // _alone.cpp
 void bind_events(py::module_ &m); // _events.cpp
 void bind_exact(py::module_ &m);  // _exact.cpp
 void bind_run(py::module_ &m);    // _run.cpp
@@ -150,6 +151,7 @@ void bind_worker(py::module_ &m); // _worker.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
+    bind_alone(m);
     bind_events(m);
     bind_exact(m);
     bind_run(m);

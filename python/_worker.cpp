@@ -1,72 +1,19 @@
 // Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls and
 // with the GIL released. Whoever waits for several such calls stops them, and asks how far they have
 // come, by the work that they share.
-#include <pybind11/stl.h>
-#include <atomic>
-#include <cmath>
 #include <optional>
-#include "events.hpp"
-#include "tops.hpp"
-#include "watch.hpp"
-
-struct work {
-    std::atomic<bool> stopped{false};
-    std::atomic<int64_t> done{0}; // tops
-};
-
-// The numbers of an array that is written where it stands.
-template <class T> static T *in_place(const py::handle &given, size_t count)
-{
-    if (!py::isinstance<py::array_t<T, py::array::c_style>>(given))
-        throw py::value_error("an array has the wrong type or order");
-    auto array = py::reinterpret_borrow<py::array_t<T>>(given);
-    if (size_t(array.size()) != count) throw py::value_error("an array has the wrong shape");
-    return array.mutable_data();
-}
-static const kr_quantity *quantity_of(const std::string &name)
-{
-    const kr_quantity *quantity = kr_quantity_find(name.c_str());
-    if (!quantity) throw py::key_error(name);
-    return quantity;
-}
-// The values at the first `done` of n states; none at the others.
-static void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
-                        const kr_state *states, double *out)
-{
-    const size_t doubles = kr_quantity_doubles(quantity), good = std::min(n, done);
-    kr_quantity_values(quantity, &scene, good, states, out);
-    std::fill(out + good * doubles, out + n * doubles, NAN);
-}
-
-// Where results go, a row a top; what is not asked for is NULL.
-struct results {
-    struct column {
-        const kr_quantity *quantity;
-        double *to;
-    };
-    int8_t *status;
-    int64_t *done, *counts;
-    double *reached, *reduced;
-    kr_state *states;
-    std::vector<column> columns;
-};
+#include "results.hpp"
 
 class worker
 {
     using owned = std::unique_ptr<kr_worker, void (*)(kr_worker *)>;
     owned core{nullptr, kr_worker_free};
     size_t reductions;
-    std::shared_ptr<work> shared; // none: signals are looked for, as by a single run
-    watch watching;
+    patience waiting;
     std::vector<kr_scene> scenes;
     std::vector<kr_outcome> outcomes;
     std::vector<kr_state> scratch, last;
 
-    static int poll(void *context)
-    {
-        auto *self = static_cast<worker *>(context);
-        return self->shared ? self->shared->stopped.load() : watch::poll(&self->watching);
-    }
     // Moves the tops first to first + n, whose results begin with row `at`.
     void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
     {
@@ -82,32 +29,28 @@ class worker
         these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
         kr_worker_run(core.get(), &these);
         for (size_t i = 0; i < n; i++) {
-            const kr_outcome &outcome = outcomes[i];
-            const kr_stats &s = outcome.stats;
-            const int64_t counted[] = {s.steps, s.rejected, s.evaluations, s.iterations};
-            to.status[at + i] = int8_t(outcome.status);
-            to.done[at + i] = int64_t(outcome.done);
-            to.reached[at + i] = outcome.last.t;
-            std::copy(std::begin(counted), std::end(counted), to.counts + 4 * (at + i));
-            if (outcome.status != KR_OK) last.push_back(outcome.last);
-            for (const auto &c : to.columns)
-                take_values(c.quantity, scenes[i], times, outcome.done, these.states + i * times,
-                            c.to + (at + i) * times * kr_quantity_doubles(c.quantity));
+            to.take(at + i, outcomes[i]);
+            if (outcomes[i].status != KR_OK) last.push_back(outcomes[i].last);
+            if (these.states)
+                to.take_columns(at + i, scenes[i], times, outcomes[i].done,
+                                these.states + i * times, nullptr);
         }
-        if (shared) shared->done += int64_t(n);
+        waiting.did(int64_t(n));
     }
 
   public:
     worker(const std::optional<std::string> &method, double step, double tol, int digits,
            int64_t max_steps, bool leave_heading,
            const std::vector<std::tuple<std::string, size_t, int>> &kept, std::shared_ptr<work> with)
-        : reductions(kept.size()), shared(std::move(with))
+        : reductions(kept.size())
     {
+        waiting.shared = std::move(with);
         std::vector<kr_reduction> asked;
         for (const auto &[name, component, kind] : kept)
             asked.push_back({quantity_of(name), component, kr_reduce(kind)});
         kr_worker *made = nullptr;
-        const kr_config config = {step, tol, max_steps, poll, this, digits, leave_heading};
+        const kr_config config = {step, tol, max_steps, patience::poll, &waiting,
+                                  digits, leave_heading};
         const kr_status status = kr_worker_create(method ? method_of(*method) : nullptr, config,
                                                   asked.size(), asked.data(), &made);
         if (status == KR_ERR_MEMORY) throw std::bad_alloc();
@@ -122,9 +65,6 @@ class worker
     // good states of those that failed.
     doubles run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
     {
-        if (t.ndim() == 0 || t.ndim() > 2 || begin > end || end > all.size() ||
-            (t.ndim() == 2 && size_t(t.shape(0)) != end - begin))
-            throw py::value_error("there are other tops or times than these");
         kr_tops these = {};
         these.times = size_t(t.shape(t.ndim() - 1));
         these.t = t.data();
@@ -133,19 +73,17 @@ class worker
         const bool lean = !to.states && !to.columns.empty();
         size_t piece = std::min(n, most);
         if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
-        watching.begin(py::none());
+        waiting.begin();
         last.clear();
         {
             py::gil_scoped_release nogil;
             scenes.resize(piece);
             outcomes.resize(piece);
             if (lean) scratch.resize(piece * these.times);
-            for (size_t at = 0; at < n && !(shared && shared->stopped) && !watching.raised;
-                 at += piece)
+            for (size_t at = 0; at < n && !waiting.is_over(); at += piece)
                 move(all, begin + at, std::min(piece, n - at), at, these, to);
         }
-        const auto raised = std::move(watching.raised);
-        if (raised) throw *raised;
+        waiting.end();
         return array_of_states(last);
     }
 };
@@ -155,20 +93,10 @@ static doubles run(worker &mover, const tops &all, size_t begin, size_t end, con
                    const py::object &reached, const py::object &states, const py::object &reduced,
                    const py::dict &columns)
 {
-    const size_t n = end - begin, times = t.ndim() ? size_t(t.shape(t.ndim() - 1)) : 0;
-    results to = {};
-    to.status = in_place<int8_t>(status, n);
-    to.done = in_place<int64_t>(done, n);
-    to.counts = in_place<int64_t>(counts, 4 * n);
-    to.reached = in_place<double>(reached, n);
-    if (!states.is_none())
-        to.states = reinterpret_cast<kr_state *>(in_place<double>(states, 8 * n * times));
-    if (!reduced.is_none()) to.reduced = in_place<double>(reduced, n * mover.width());
-    for (const auto &[name, array] : columns) {
-        const kr_quantity *quantity = quantity_of(py::cast<std::string>(name));
-        const size_t count = n * times * kr_quantity_doubles(quantity);
-        to.columns.push_back({quantity, in_place<double>(array, count)});
-    }
+    check_range(all, begin, end, t);
+    const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
+    const results to =
+        results_of(n, times, status, done, counts, reached, states, reduced, mover.width(), columns);
     return mover.run(all, begin, end, t, to);
 }
 
@@ -212,6 +140,19 @@ static py::tuple unsuited(const tops &all, const std::string &name)
     return py::make_tuple(first, count);
 }
 
+// The horizon of each top.
+static void horizons(const tops &all, const py::object &out)
+{
+    double *to = in_place<double>(out, all.size());
+    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
+        for (size_t i = size_t(begin); i < size_t(end); i++) {
+            kr_scene scene;
+            all.fill(i, i + 1, &scene);
+            to[i] = kr_scene_horizon(&scene);
+        }
+    });
+}
+
 void bind_worker(py::module_ &m);
 void bind_worker(py::module_ &m)
 {
@@ -232,5 +173,6 @@ void bind_worker(py::module_ &m)
              "reached"_a, "states"_a = py::none(), "reduced"_a = py::none(),
              "columns"_a = py::dict());
     m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
+    m.def("horizons", horizons, "tops"_a, "out"_a);
     m.def("unsuited", unsuited, "tops"_a, "method"_a);
 }

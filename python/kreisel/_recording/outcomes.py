@@ -189,7 +189,7 @@ class Outcomes:
         if rows.columns:
             columns = {name: column[i, :done] for name, column in rows.columns.items()}
             path = with_columns(path, {"t": self._times(i)[:done].copy()} | columns)
-        return self._with_last(i, path) if rows.status[i] else path
+        return self._with_last(i, path) if i in rows.last or rows.status[i] else path
 
     def _path(self, i: int, states: Array, low: Array | None) -> Path:
         times = self._times(i)

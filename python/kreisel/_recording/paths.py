@@ -10,7 +10,6 @@ from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._request.quantities import LOW, WANTED, Quantity
 from .outcomes import Outcomes
-from .path import Path
 from .places import number_of
 from .states import PARTS
 from .top_rows import values
@@ -38,6 +37,10 @@ class Paths(Outcomes, Quantities):
     def want(self) -> tuple[QuantityName, ...] | None:
         """What solve was asked to keep beside t, and all that there is then; None: the states."""
         return self._order.request.want
+
+    @property
+    def _low(self) -> Array | None:
+        return self._rows.low
 
     @property
     def states(self) -> Array:

@@ -7,12 +7,13 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from .._ground.arguments import Array, boolean, shown
 from .._ground.files import write
+from .._ground.names import QuantityName
 from .._ground.optional import installed
 from .._ground.refusals import unknown
 from .._request.quantities import ANGLES, LOW, TIME, WANTED, Quantity
@@ -24,6 +25,16 @@ if TYPE_CHECKING:
 
 Rows = list[tuple[Quantity, Array]]
 
+
+class Keeper(Protocol):
+    """A path, or many: quantities are its attributes."""
+
+    @property
+    def want(self) -> tuple[QuantityName, ...] | None: ...
+    @property
+    def _low(self) -> Array | None: ...
+
+
 TABLES = "'kreisel[tables]'"
 _EULER = "precession_angle", "nutation", "spin_angle"
 DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
@@ -34,7 +45,7 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows t
 }
 
 
-def tabled(path: States, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
+def tabled(path: Keeper, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
     """The quantities of these names with their values at each state; of none, what the path keeps.
     The dimension of an angle is its unit."""
     in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
@@ -61,7 +72,7 @@ def _checked(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _kept(path: States) -> tuple[str, ...]:
+def _kept(path: Keeper) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)

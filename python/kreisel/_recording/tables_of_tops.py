@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core import reductions as KINDS
 from .._ground.arguments import Array
 from .._ground.optional import installed
 from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
@@ -118,9 +117,12 @@ def _of_tops(of: Outcomes) -> dict[str, Variable]:
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})
-    codes = {"units": "", "long_name": "0 where all went well"}
+    codes: dict[str, object] = {"units": "", "long_name": "0 where all went well"}
     rows["status"] = (axes, np.array(of.status), codes)
-    about = {"units": TIME.dimension, "long_name": "the time of the last good state"}
+    about: dict[str, object] = {
+        "units": TIME.dimension,
+        "long_name": "the time of the last good state",
+    }
     rows["reached"] = (axes, np.array(of.reached), about)
     return rows
 

@@ -4,12 +4,12 @@ that fills some of them."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core import Work, Worker, statuses, values_of_tops
+from .._core import Work, Worker, alone, statuses, values_of_tops
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
 from .._request.many import Order
@@ -22,6 +22,21 @@ Which = slice | npt.NDArray[np.integer | np.bool_]
 STATUSES = list(statuses)  # their names by code
 _NOT_YET = -1  # the status of a top that nobody has moved
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
+
+
+class Met(NamedTuple):
+    """Events that tops met: by row the top, the states (e, 8), what their doubles leave out, which
+    of the events they are, and their directions."""
+
+    top: Counts
+    states: Array
+    low: Array
+    which: npt.NDArray[np.intc]
+    direction: npt.NDArray[np.intc]
+
+    def of(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> Met:
+        """Some of them, with other numbers of their tops."""
+        return Met(numbers, *(array[chosen] for array in self[1:]))
 
 
 @dataclass
@@ -37,6 +52,7 @@ class TopRows:
     kept           (n, r) what is kept of each top's states, in the order of what was asked
     last           the last good state (1, 8) of those that failed, by row; with what its doubles
                    leave out (2, 8)
+    met            events, in no order of the tops
     said           what is to be said of those that failed, by row, where it is no code that tells
     """
 
@@ -50,6 +66,7 @@ class TopRows:
     kept: Array | None = None
     last: dict[int, Array] = field(default_factory=dict)
     said: dict[int, str] = field(default_factory=dict)
+    met: list[Met] = field(default_factory=list)
 
     @classmethod
     def empty(cls, n: int, k: int, order: Order, out: Array | None = None) -> Self:
@@ -85,7 +102,20 @@ class TopRows:
             numbers = list(enumerate(np.arange(len(self.status))[which].tolist()))
             last = {j: self.last[i] for j, i in numbers if i in self.last}
             said = {j: self.said[i] for j, i in numbers if i in self.said}
-        return TopRows(**arrays, columns=columns, last=last, said=said)  # type: ignore[arg-type]
+        met = self._met_at(which) if self.met else []
+        return TopRows(**arrays, columns=columns, last=last, said=said, met=met)  # type: ignore[arg-type]
+
+    def _met_at(self, which: Which) -> list[Met]:
+        """The events of some rows."""
+        numbers = np.arange(len(self.status))[which]
+        found = []
+        for met in self.met:
+            order = np.argsort(met.top, kind="stable")
+            first = np.searchsorted(met.top, numbers, "left", order)
+            count = np.searchsorted(met.top, numbers, "right", order) - first
+            behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+            found.append(met.of(order[behind], np.repeat(np.arange(numbers.size), count)))
+        return found
 
     def put(self, begin: int, part: TopRows) -> None:
         """Takes in rows that were filled elsewhere."""
@@ -101,6 +131,7 @@ class TopRows:
         """Takes in what is told of the failures among rows that begin there."""
         self.last |= {begin + i: states for i, states in part.last.items()}
         self.said |= {begin + i: text for i, text in part.said.items()}
+        self.met += [met._replace(top=met.top + begin) for met in part.met]
 
     def settle(self, t: Array) -> None:
         """Tells of tops that nobody has moved that this was interrupted."""
@@ -119,28 +150,48 @@ def fill(
     """The rows of the tops begin to end, which share memory with these, filled on any thread;
     `work` stops it."""
     part = rows.at(slice(begin, end))
-    columns = {name: part.columns[name] for name in part.columns if name in QUANTITIES}
+    times = t[begin:end] if t.ndim == 2 else t
+    told = part.status, part.done, part.counts, part.reached
+    if order.alone:
+        _fill_alone(part, order, tops, begin, end, times, work)
+        return part
     last = Worker(*order.core, order.reductions, work).run(
+        tops._tops, begin, end, times, *told, part.states, part.kept, part.columns
+    )
+    failed = np.flatnonzero(part.status > 0).tolist()
+    part.last = {i: last[j : j + 1] for j, i in enumerate(failed)}
+    return part
+
+
+def _fill_alone(
+    part: TopRows,
+    order: Order,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> None:
+    """The same, for what no worker of the core does: events, and what doubles leave out."""
+    last, low, of, by, (states, rest, which, direction) = alone(
+        *order.request.core,
+        list(order.events or ()),
+        work,
         tops._tops,
         begin,
         end,
-        t[begin:end] if t.ndim == 2 else t,
+        t,
         part.status,
         part.done,
         part.counts,
         part.reached,
         part.states,
-        part.kept,
-        columns,
+        part.low,
+        part.columns,
     )
-    for name in (
-        part.columns.keys() - columns.keys()
-    ):  # what doubles leave out: up to 16 digits none
-        good = np.arange(t.shape[-1]) < part.done[:, None]
-        part.columns[name][...] = np.where(good, 0.0, np.nan)[..., None]
-    failed = np.flatnonzero(part.status > 0).tolist()
-    part.last = {i: last[j : j + 1] for j, i in enumerate(failed)}
-    return part
+    part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
+    if order.events is not None:
+        part.met = [Met(by, states, rest, which, direction)]
 
 
 def values(name: str, tops: Ensemble, rows: TopRows) -> Array:

@@ -23,6 +23,9 @@ from .times import COUNTABLE, listed, memory, too_many_steps
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 Reductions = Mapping[str, Kind | Iterable[Kind]]  # what reduce asks to keep
+LookedFor = list[
+    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
+]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
 _WHAT = "a number, a list of times, or an array of times of each top"
@@ -45,18 +48,24 @@ class Order:
     """A request for many tops.
 
     mixed  'auto': the closed form for those that have one, the request's method for all others
-    kept   what is kept of each top's states in their place
+    kept    what is kept of each top's states in their place
+    events  what is looked for on the way, as the core takes it; None for nothing
     """
 
     request: Request
     mixed: bool = False
     kept: tuple[Kept, ...] = ()
+    events: LookedFor | None = None
+
+    @property
+    def alone(self) -> bool:
+        """Whether the tops go one by one: for events, and for what their doubles leave out."""
+        return self.events is not None or self.request.low
 
     @property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
         """What steers it, as the core's worker takes it."""
-        name, *steering = self.request.core
-        step, tol, digits, most, level = steering
+        name, step, tol, digits, most, level = self.request.core
         return None if self.mixed else name, step, tol, digits, most, level
 
     @property
@@ -110,7 +119,7 @@ def order(
     reduce: object = None,
     watched: bool = False,
 ) -> Order:
-    """The order in these words. TypeError or ValueError for what cannot be."""
+    """The order in these words, for events or not. TypeError or ValueError for what cannot be."""
     automatic = isinstance(method, str) and method == "auto"
     mixed = automatic and digits is None and not watched
     chosen = fitting_all(ELSE if automatic else method, tops)
@@ -151,7 +160,7 @@ def kept_of(reduce: object) -> tuple[Kept, ...]:
         raise ValueError("reduce names no quantity; leave it out for the path of each top")
     kept = []
     for name, given in reduce.items():
-        if not isinstance(name, str) or name not in QUANTITIES and name not in _COMPONENTS:
+        if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
             raise ValueError(unknown("quantity in reduce:", str(name), [*QUANTITIES, *_COMPONENTS]))
         for kind in _kinds(name, given):
             kept += [Kept(of, i, KINDS.index(kind), name) for of, i in components_of(name)]
@@ -189,8 +198,8 @@ def times_of(tops: Ensemble, t: object, done: Order, every: int | None) -> Array
     needed = tops.size * times.shape[-1] * done.size
     if needed > memory():
         raise MemoryError(
-            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, more "
-            "than this machine has: take fewer times, keep less by want or reduce, or stream"
+            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
+            "more than this machine has: take fewer times, keep less by want or reduce, or stream"
         )
     return times
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from concurrent.futures import Executor
+from dataclasses import replace
 from typing import NamedTuple
 
 from .._ground.arguments import Array, Numbers
@@ -13,8 +14,9 @@ from .._recording.crew import Crew
 from .._recording.moving import move
 from .._recording.paths import Paths
 from .._recording.reduced import Reduced
-from .._request.many import Reductions, order, out_of, threads_of, times_of
+from .._request.many import Order, Reductions, order, out_of, threads_of, times_of
 from .._request.request import Progress, checked_every, checked_progress
+from ..events import checked_events, looked_for
 from .start import Looked
 
 
@@ -43,15 +45,28 @@ def solve_all(
     out: Array | None = None,
 ) -> Paths | Reduced:
     """What becomes of all tops, in the words of solve."""
-    step, tol, digits, every, max_steps, _, want, _, reduce = words
-    asked = order(tops, method, step, tol, digits, max_steps, want, reduce)
+    asked = order_of(tops, method, words)
+    every = words.every
     number = checked_every(asked.request.method, every)
     crew = Crew(threads_of(threads, executor), executor)
     callback = checked_progress(progress)
     times = times_of(tops, t, asked, number)
     target = out_of(tops, out, times, asked)
-    kind = Reduced if asked.kept else Paths
-    return move(kind, tops, times, asked, crew, callback, target)
+    if asked.kept:
+        return move(Reduced, tops, times, asked, crew, callback)
+    return move(Paths, tops, times, asked, crew, callback, target)
+
+
+def order_of(tops: Ensemble, method: str, words: Words) -> Order:
+    """The order in these words, and the events to look for."""
+    step, tol, digits, _, max_steps, _, want, events, reduce = words
+    if events is None:
+        return order(tops, method, step, tol, digits, max_steps, want, reduce)
+    if reduce is not None:
+        raise ValueError("events are met on the way of paths: leave reduce out")
+    asked = order(tops, method, step, tol, digits, max_steps, want, watched=True)
+    sought = looked_for(checked_events(asked.request.method.name, events))
+    return replace(asked, events=sought)
 
 
 def refuse_words_of_many(*given: object) -> None:
