@@ -55,6 +55,7 @@ class single_file
         for (size_t i = outcome.done; i < n; i++) {
             const kr_state none = {t[i], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
             states[i] = rest[i] = none;
+            rest[i].t = 0.0;
         }
         if (to.states) std::copy_n(states.begin(), n, to.states + row * n);
         if (to.low) std::copy_n(rest.begin(), n, to.low + row * n);

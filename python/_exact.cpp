@@ -33,26 +33,52 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// Period, precession and spin of the tops begin to end, a row each; and the first without a closed
-// form, or the end, with its status.
-static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out)
+// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and its
+// status.
+template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
-    double *to = in_place<double>(out, 3 * (end - begin));
     kr_status status = KR_OK;
     size_t i = begin;
     {
         py::gil_scoped_release nogil;
         kr_scene scene;
-        kr_exact plan;
-        for (; i < end; i++) {
+        for (; i < end && status == KR_OK; i += status == KR_OK) {
             all.fill(i, i + 1, &scene);
-            if ((status = kr_exact_plan(&scene, &plan)) != KR_OK) break;
-            *to++ = plan.period;
-            *to++ = plan.precession;
-            *to++ = plan.spin;
+            status = use(i - begin, scene);
         }
     }
     return py::make_tuple(name_of(status), i);
+}
+// Period, precession and spin, a row a top.
+static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out)
+{
+    double *to = in_place<double>(out, 3 * (end - begin));
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        kr_exact plan = {};
+        const kr_status status = kr_exact_plan(&scene, &plan);
+        const double rates[] = {plan.period, plan.precession, plan.spin};
+        std::copy(std::begin(rates), std::end(rates), to + 3 * i);
+        return status;
+    });
+}
+// (tops, times, 8) at times of all, or of each.
+static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
+                                      const py::object &out, const doubles &t)
+{
+    const size_t times = size_t(t.shape(t.ndim() - 1)), own = t.ndim() == 2 ? times : 0;
+    if (own && size_t(t.shape(0)) != end - begin) throw py::value_error("there are other times");
+    auto *to = reinterpret_cast<kr_state *>(in_place<double>(out, 8 * times * (end - begin)));
+    const double *from = t.data();
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        kr_exact plan;
+        const kr_status status = kr_exact_plan(&scene, &plan);
+        const double *at = from + i * own;
+        if (status == KR_OK && times == 1)
+            to[i] = kr_exact_state(&plan, *at);
+        else if (status == KR_OK)
+            kr_exact_states(&plan, times, at, to + i * times);
+        return status;
+    });
 }
 
 static const char *const courses[] = {"resting",    "circle",   "sleeping", "hanging",
@@ -88,17 +114,9 @@ static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const
 {
     double *row = in_place<double>(rows, 10 * (end - begin));
     int8_t *course = in_place<int8_t>(numbers, end - begin);
-    kr_status status = KR_OK;
-    size_t i = begin;
-    {
-        py::gil_scoped_release nogil;
-        kr_scene scene;
-        for (; i < end; i++, row += 10) {
-            all.fill(i, i + 1, &scene);
-            if ((status = read_turning(scene, row, course++)) != KR_OK) break;
-        }
-    }
-    return py::make_tuple(name_of(status), i);
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        return read_turning(scene, row + 10 * i, course + i);
+    });
 }
 // The potential at each nutation, by a row of exact_turnings.
 static doubles turning_potential(const doubles &row, const doubles &nutation)
@@ -145,6 +163,8 @@ void bind_exact(py::module_ &m)
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;
     m.def("exact_rates", exact_rates, "tops"_a, "begin"_a, "end"_a, "out"_a);
+    m.def("exact_states_of_tops", exact_states_of_tops, "tops"_a, "begin"_a, "end"_a, "out"_a,
+          "t"_a);
     m.def("exact_turning", exact_turning, "scene"_a);
     m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a);
     m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);

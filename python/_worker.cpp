@@ -162,6 +162,7 @@ void bind_worker(py::module_ &m)
     py::class_<work, std::shared_ptr<work>>(m, "Work")
         .def(py::init<>())
         .def("stop", [](work &shared) { shared.stopped = true; })
+        .def("did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)
         .def_property_readonly("stopped", [](const work &shared) { return shared.stopped.load(); })
         .def_property_readonly("done", [](const work &shared) { return shared.done.load(); });
     py::class_<worker>(m, "Worker")

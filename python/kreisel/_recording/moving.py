@@ -16,6 +16,7 @@ from .crew import Crew
 from .outcomes import Outcomes
 from .top_rows import TopRows, fill
 
+Fill = Callable[[TopRows, Order, Ensemble, int, int, Array, Work | None], TopRows]
 _O = TypeVar("_O", bound=Outcomes)
 
 
@@ -27,9 +28,10 @@ def move(
     crew: Crew,
     progress: Progress | None = None,
     out: Array | None = None,
+    fill: Fill = fill,
 ) -> _O:
-    """What becomes of all tops at these times, (k,) or (n, k). Raises kreisel.Interrupted for
-    Ctrl-C, with what was done."""
+    """What becomes of all tops at these times, (k,) or (n, k), where `fill` fills the rows of a
+    slice. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
     rows = TopRows.empty(tops.size, t.shape[-1], order, out)
     work = Work()
 
@@ -38,7 +40,7 @@ def move(
 
     def elsewhere(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
         some = flat[begin:end]
-        return filled, (order, some, t[begin:end] if t.ndim == 2 else t)
+        return filled, (fill, order, some, t[begin:end] if t.ndim == 2 else t)
 
     flat = tops if crew.shares_memory else tops.ravel()
     took = rows.add if crew.shares_memory else rows.put
@@ -57,7 +59,7 @@ def move(
     return kind(tops, t, order, rows)
 
 
-def filled(order: Order, tops: Ensemble, t: Array) -> TopRows:
+def filled(fill: Fill, order: Order, tops: Ensemble, t: Array) -> TopRows:
     """The rows of tops that were sent here, in another process as may be."""
     rows = TopRows.empty(len(tops), t.shape[-1], order)
     return fill(rows, order, tops, 0, len(tops), t, None)

@@ -13,10 +13,11 @@ from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
 from .._model.scene import Ensemble
 from .._request.many import Order, index_of, member, place
-from .._request.request import Request, request
+from .._request.methods import methods
+from .._request.request import Request
 from .path import Error, Interrupted, Path, path_of, stopped, way
 from .places import number_of, numbers_of
-from .states import NO_STATES
+from .states import NO_STATES, Stats
 from .top_rows import INTERRUPTED, STATUSES, Codes, Counts, TopRows
 
 _T = TypeVar("_T", bound=np.generic)
@@ -67,7 +68,7 @@ class Outcomes:
     @property
     def tol(self) -> float | None:
         """As used; None where there is none, or it was left to the method."""
-        return self._order.request.tol
+        return None if self._order.chooses else self._order.request.tol
 
     @property
     def digits(self) -> int | None:
@@ -173,10 +174,10 @@ class Outcomes:
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _request_of(self, i: int) -> Request:
-        """The request of this top alone."""
-        one = self._order.request
-        words = one.asked, one.step, one.tol, one.digits, one.max_steps
-        return request(member(self.tops, i), *words)
+        """The request of this top alone, for all its states."""
+        if self._order.chooses:
+            return replace(self._order.request, tol=None, want=None)
+        return replace(self._order.of(member(self.tops, i)), want=None)
 
     def _member(self, i: int) -> Path:
         """The path of the i-th top in C order, with the last good state of one that failed."""
@@ -196,6 +197,10 @@ class Outcomes:
         end = float(times[-1]) if times.size else 0.0
         steps, rejected, evaluations, iterations = self._rows.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
+        choice = self._rows.chosen.get(i)
+        if choice is not None:
+            scene, name = member(self.tops, i), methods[choice.method].name
+            return Path(scene, states, name, choice.step, None, Stats(*counts), _choice=choice)
         return path_of(member(self.tops, i), self._request_of(i), ("OK", states, low, counts, end))
 
     def _with_last(self, i: int, path: Path) -> Path:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
 
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._request.quantities import LOW, WANTED, Quantity
+from .many_events import ManyEvents, events_of, joined
 from .outcomes import Outcomes
+from .path import Events, Path
 from .places import number_of
-from .states import PARTS
-from .top_rows import values
+from .states import NO_STATES, PARTS
+from .top_rows import Met, values
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -28,6 +33,8 @@ class Paths(Outcomes, Quantities):
     paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; slices, lists and
             masks give the kreisel.Paths of some, as of an array
     """
+
+    _one = Path  # what a single one is
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
@@ -80,12 +87,32 @@ class Paths(Outcomes, Quantities):
 
         def __getattr__(self, name: str) -> NoReturn:
             """A hint for any other name, as AttributeError."""
-            if name.startswith("__"):
+            if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and name in {"states", *WANTED}:
                 raise self._left_out(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
+
+    @cached_property
+    def events(self) -> ManyEvents | None:
+        """Those that were met, where solve was asked for events; else None."""
+        return None if self._order.events is None else events_of(self._met, self.shape)
+
+    @cached_property
+    def _met(self) -> Met:
+        return joined(self._rows.met)
+
+    def _member(self, i: int) -> Path:
+        path = super()._member(i)
+        if self._order.events is None:
+            return path
+        met = self._met
+        first, last = np.searchsorted(met.top, [i, i + 1])
+        here = slice(int(first), int(last))
+        at = self._path(i, met.states[here].copy(), met.low[here].copy())
+        events = Events(at, met.which[here].copy(), met.direction[here].copy())
+        return replace(path, states=path.states if self.want is None else NO_STATES, events=events)
 
     def __getitem__(self, key: Any) -> Any:
         """The path of one top, or those of some, as of an array.

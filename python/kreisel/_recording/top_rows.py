@@ -13,6 +13,7 @@ from .._core import Work, Worker, alone, statuses, values_of_tops
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
 from .._request.many import Order
+from .._request.plan import Choice
 from .._request.quantities import QUANTITIES, WANTED
 
 Codes = npt.NDArray[np.int8]
@@ -36,7 +37,8 @@ class Met(NamedTuple):
 
     def of(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> Met:
         """Some of them, with other numbers of their tops."""
-        return Met(numbers, *(array[chosen] for array in self[1:]))
+        states, low = self.states[chosen], self.low[chosen]
+        return Met(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
@@ -52,6 +54,7 @@ class TopRows:
     kept           (n, r) what is kept of each top's states, in the order of what was asked
     last           the last good state (1, 8) of those that failed, by row; with what its doubles
                    leave out (2, 8)
+    chosen         what method="geometric" chose, by row
     met            events, in no order of the tops
     said           what is to be said of those that failed, by row, where it is no code that tells
     """
@@ -67,6 +70,7 @@ class TopRows:
     last: dict[int, Array] = field(default_factory=dict)
     said: dict[int, str] = field(default_factory=dict)
     met: list[Met] = field(default_factory=list)
+    chosen: dict[int, Choice] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, n: int, k: int, order: Order, out: Array | None = None) -> Self:
@@ -97,13 +101,14 @@ class TopRows:
         """The rows there; of a slice they share memory with these."""
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
-        last, said = {}, {}
-        if self.last or self.said:
+        part = TopRows(**arrays, columns=columns)  # type: ignore[arg-type]
+        if self.last or self.said or self.chosen:
             numbers = list(enumerate(np.arange(len(self.status))[which].tolist()))
-            last = {j: self.last[i] for j, i in numbers if i in self.last}
-            said = {j: self.said[i] for j, i in numbers if i in self.said}
-        met = self._met_at(which) if self.met else []
-        return TopRows(**arrays, columns=columns, last=last, said=said, met=met)  # type: ignore[arg-type]
+            part.last = {j: self.last[i] for j, i in numbers if i in self.last}
+            part.said = {j: self.said[i] for j, i in numbers if i in self.said}
+            part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
+        part.met = self._met_at(which) if self.met else []
+        return part
 
     def _met_at(self, which: Which) -> list[Met]:
         """The events of some rows."""
@@ -131,6 +136,7 @@ class TopRows:
         """Takes in what is told of the failures among rows that begin there."""
         self.last |= {begin + i: states for i, states in part.last.items()}
         self.said |= {begin + i: text for i, text in part.said.items()}
+        self.chosen |= {begin + i: choice for i, choice in part.chosen.items()}
         self.met += [met._replace(top=met.top + begin) for met in part.met]
 
     def settle(self, t: Array) -> None:

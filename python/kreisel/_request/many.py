@@ -49,6 +49,7 @@ class Order:
 
     mixed  'auto': the closed form for those that have one, the request's method for all others
     kept    what is kept of each top's states in their place
+    chooses method='geometric': each top has its own, and its own step
     events  what is looked for on the way, as the core takes it; None for nothing
     """
 
@@ -56,6 +57,7 @@ class Order:
     mixed: bool = False
     kept: tuple[Kept, ...] = ()
     events: LookedFor | None = None
+    chooses: bool = False
 
     @property
     def alone(self) -> bool:
@@ -67,6 +69,17 @@ class Order:
         """What steers it, as the core's worker takes it."""
         name, step, tol, digits, most, level = self.request.core
         return None if self.mixed else name, step, tol, digits, most, level
+
+    def of(self, scene: Scene) -> Request:
+        """The request of one top."""
+        one = self.request
+        method = fitting(one.asked, scene) if self.mixed else one.method
+        return steered(method, one.step, one.tol, one.digits, one.max_steps, one.asked, one.want)
+
+    def limited(self, most: int) -> Order:
+        """The same with at most so many steps of each top."""
+        steps = min(self.request.max_steps or most, most)
+        return replace(self, request=replace(self.request, max_steps=steps))
 
     @property
     def reductions(self) -> list[tuple[str, int, int]]:
@@ -183,7 +196,7 @@ def _kinds(name: str, given: object) -> list[str]:
 
 def times_of(tops: Ensemble, t: object, done: Order, every: int | None) -> Array:
     """(k,) times of all tops, or (n, k) where each has its own; every step of the way can be
-    counted, and the states fit into memory."""
+    counted."""
     times = array("t", t, _WHAT)
     if times.ndim > 1:
         times = _own(tops, times)
@@ -195,13 +208,17 @@ def times_of(tops: Ensemble, t: object, done: Order, every: int | None) -> Array
     step = done.request.step
     if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps(end, step))
+    return times
+
+
+def refuse_too_large(tops: Ensemble, times: Array, done: Order) -> None:
+    """More states than there is memory for."""
     needed = tops.size * times.shape[-1] * done.size
     if needed > memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
             "more than this machine has: take fewer times, keep less by want or reduce, or stream"
         )
-    return times
 
 
 def _own(tops: Ensemble, times: Array) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from .._core import (
     Work,
     courses,
     exact_rates,
+    exact_states_of_tops,
     exact_turnings,
     horizons,
     statuses,
@@ -23,9 +24,8 @@ from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
 from .._recording.crew import Crew
-from .._recording.moving import move
-from .._recording.paths import Paths
-from .._request.many import index_of, member, order, place, threads_of
+from .._recording.top_rows import Codes
+from .._request.many import index_of, member, place, threads_of
 from .._request.methods import EXACT, methods, no_closed_form
 from .._request.times import refuse_endless
 
@@ -81,7 +81,12 @@ class ExactEnsemble:
                 )
             times = times.reshape(n, times.shape[-1])
         self._refuse_endless(times)
-        states = states_in_any_order(self.tops, np.atleast_1d(times))
+        at = np.atleast_1d(times)
+        states = np.empty((n, at.shape[-1], 8))
+        if at.ndim == 2:
+            self._each(exact_states_of_tops, states, at)
+        else:
+            self._each(partial(exact_states_of_tops, t=at), states)
         return states.reshape(*shape, *times.shape[-1:], 8)
 
     def _refuse_endless(self, times: Array) -> None:
@@ -101,36 +106,34 @@ class ExactEnsemble:
     def _named(self, i: int) -> str:
         return f"{self._word}{place(index_of(i, self.tops.shape))}: "
 
-    def _in_slices(self, function: Callable[..., tuple[str, int]], *out: Any) -> tuple[str, int]:
-        """What a function of the core writes for all tops; the first that it refuses, and why."""
+    def _each(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
+        """Calls a function of the core for slices of the tops, with these rows of each. ValueError
+        for the first top that it refuses."""
         found: list[tuple[int, str]] = []
 
         def job(begin: int, end: int) -> tuple[Callable[..., tuple[str, int]], tuple[Any, ...]]:
-            return function, (self.tops._tops, begin, end, *(array[begin:end] for array in out))
+            return function, (self.tops._tops, begin, end, *(each[begin:end] for each in rows))
 
         def take(_: int, came: tuple[str, int]) -> None:
             if came[0] != "OK":
                 found.append((came[1], came[0]))
 
         Crew(threads_of(None, None)).do(self.tops.size, job, take, Work(), None)
-        first, status = min(found, default=(self.tops.size, "OK"))
-        return status, first
+        if found:
+            first, status = min(found)
+            refused = _no_turning if function is exact_turnings else no_form
+            raise refused(status, member(self.tops, first), self._named(first))
 
     @cached_property
     def _rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
-        status, first = self._in_slices(exact_rates, rates)
-        if status != "OK":
-            raise no_form(status, member(self.tops, first), self._named(first))
+        self._each(exact_rates, rates)
         return rates
 
     @cached_property
     def _turning(self) -> Turnings:
-        rows = np.empty((self.tops.size, 10))
-        numbers = np.zeros(self.tops.size, dtype=np.int8)
-        status, first = self._in_slices(exact_turnings, rows, numbers)
-        if status != "OK":
-            raise ValueError(self._named(first) + no_turning(status, member(self.tops, first)))
+        rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
+        self._each(exact_turnings, rows, numbers)
         return turnings(rows, np.array(courses)[numbers])
 
     def _shaped(self, row: Array) -> Array:
@@ -184,29 +187,8 @@ class ExactEnsemble:
         return self._shaped(self._turning.critical_spin)
 
 
-def states_in_any_order(tops: Ensemble, t: Array) -> Array:
-    """(n, k, 8) the states at times (k,) or (n, k) on either side of 0, in any order: the crew
-    moves the tops to them in order, once each way."""
-    asked, crew = order(tops, EXACT), Crew(threads_of(None, None))
-    signed = np.where(t[..., -1:] < 0.0, -t, t)
-    if (np.diff(signed, axis=-1, prepend=0.0) >= 0.0).all():
-        return move(Paths, tops, t, asked, crew).states.reshape(tops.size, t.shape[-1], 8)
-    away = np.argsort(np.abs(t), axis=-1, kind="stable")
-    sorted_t = np.take_along_axis(t, away, axis=-1)
-    states = np.empty((tops.size, t.shape[-1], 8))
-    for back in (False, True):
-        side = sorted_t < 0.0 if back else sorted_t >= 0.0
-        if not side.any():
-            continue
-        here = np.where(side, sorted_t, 0.0)
-        rank = np.argsort(side, axis=-1, kind="stable")  # those of the other side first, at 0
-        came = move(Paths, tops, np.take_along_axis(here, rank, axis=-1), asked, crew)
-        rows = came.states.reshape(states.shape)
-        at = np.broadcast_to(np.take_along_axis(away, rank, axis=-1), states.shape[:2])
-        good = np.broadcast_to(np.take_along_axis(side, rank, axis=-1), states.shape[:2])
-        top = np.broadcast_to(np.arange(tops.size)[:, None], at.shape)
-        states[top[good], at[good]] = rows[good]
-    return states
+def _no_turning(status: str, scene: Scene, where: str) -> ValueError:
+    return ValueError(where + no_turning(status, scene))
 
 
 def form_of(tops: Ensemble, word: str = "top") -> ExactEnsemble:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from typing import Literal, overload
 
-from .._ground.arguments import Array, Numbers, instance, positive, whole
+from .._ground.arguments import Array, Numbers, instance, whole
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
 from .._recording.path import Path
@@ -18,7 +18,7 @@ from .._recording.watched import WatchedPath
 from .._request.many import Reductions
 from .._request.request import Progress, checked_every, checked_progress, wanted
 from .._request.times import listed, refuse_endless
-from .geometric import best
+from .geometric import best, checked_error
 from .many import Words, refuse_words_of_many, solve_all
 from .run import Run
 from .start import Looked, asked_for
@@ -221,18 +221,7 @@ def _geometric(
     progress: Progress | None,
 ) -> Path:
     instance("scene", scene, Scene)
-    if error is None:
-        raise ValueError(
-            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
-        )
-    given = [name for name, value in others.items() if value is not None]
-    if given:
-        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
-    target = positive("error", error)
-    if target > 0.1:
-        raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
-        )
+    target = checked_error(error, others)
     names, times = wanted(want), listed(t, None, None)
     if not times.any():
         return solve(scene, t, "strang", step=1.0, want=names, progress=progress)  # nothing moves
