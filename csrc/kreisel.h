@@ -362,9 +362,9 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
  * once as a vector has lanes, and keeps the memory for it: a thread needs one of its own. The
  * method NULL takes the closed form for the tops that have one, and taylor for all others. A top's
  * numbers depend on that top and its times alone, to the last bit: not on what else is moved, in
- * which order, in how many calls, or what of it fails. They are those of a kr_top, but for the
- * roundings of taylor: undamped tops with up to 16 digits go in lanes, with bits of their own,
- * which are the same on all instruction sets with fused multiply-add. */
+ * which order, in how many calls, or what of it fails. They are those of kr_exact_state, or of a
+ * kr_top; only the undamped tops that taylor moves with up to 16 digits go in lanes, and have bits
+ * of their own, the same on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* What can be kept of a number over a top's times: X(kind, its name). The variance is that of the
  * numbers there are; where_ is the first time at which the number is so. What is not a number among

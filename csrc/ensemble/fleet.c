@@ -57,15 +57,24 @@ static void choose_order(kr_lanes *l, double tol)
     l->order = rows[i].order;
     l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, least));
 }
-void kr_fleet_begin(kr_worker *worker)
+void kr_fleet_equip(kr_worker *worker)
 {
-    kr_lanes *l = worker->lanes;
     int i = 0;
     while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
     worker->isa = kr_lanes_isa_at(i);
-    l->leave_heading = worker->config.leave_heading;
-    choose_order(l, worker->config.tol);
-    for (i = 0; i < KR_LANES_MOST; i++) rest(l, i);
+    worker->lanes->leave_heading = worker->config.leave_heading;
+    choose_order(worker->lanes, worker->config.tol);
+}
+void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)
+{
+    worker->isa = isa;
+    worker->lanes->order = order;
+    worker->lanes->log2_tol = log2_tol;
+}
+void kr_fleet_begin(kr_worker *worker)
+{
+    worker->busy = 0;
+    for (int i = 0; i < KR_LANES_MOST; i++) rest(worker->lanes, i);
 }
 
 /* Returns the turn of the axes, each onto the next, by which the third moment becomes the largest;

@@ -119,7 +119,7 @@ INLINE sums products(kr_lanes *l, int n, int headless)
 INLINE void next_rate(kr_lanes *l, const sums *a, int n, wide share)
 {
     const triple w = triple_load(l->w[n]);
-    wide sum = triple_dot(w, triple_load(l->axis));
+    wide sum = triple_dot(w, triple_load(l->p[0]));
     if (n == 0)
         sum = sum + triple_dot(w, triple_load(l->p[0]));
     else
@@ -148,30 +148,14 @@ INLINE void next_coefficient(kr_lanes *l, int n, int headless)
     triple_store(l->p[n + 1], next);
     if (headless) return;
     next_rate(l, &a, n, share);
-    wide_store(l->near[n + 1], triple_dot(next, triple_load(l->axis)));
+    wide_store(l->near[n + 1], triple_dot(next, triple_load(l->p[0])));
 }
 
-/* Returns the axis of the body, with its sign, that is next to P. */
-INLINE triple axis_next_to(triple p)
-{
-    const wide x = wide_abs(p.x), y = wide_abs(p.y), z = wide_abs(p.z);
-    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
-    const mask on_x = mask_and(wide_less(y, x), wide_less(z, x));
-    const mask on_y = mask_and(mask_not(on_x), wide_less(z, y));
-    const mask on_z = mask_not(mask_or(on_x, on_y));
-    const triple d = {
-        wide_choose(on_x, wide_choose(wide_less(p.x, zero), -one, one), zero),
-        wide_choose(on_y, wide_choose(wide_less(p.y, zero), -one, one), zero),
-        wide_choose(on_z, wide_choose(wide_less(p.z, zero), -one, one), zero),
-    };
-    return d;
-}
 INLINE void expand(kr_lanes *l, int headless)
 {
     if (!headless) {
-        const triple p = triple_load(l->p[0]), d = axis_next_to(p);
-        const wide near = 1.0 + triple_dot(p, d);
-        triple_store(l->axis, d);
+        const triple p = triple_load(l->p[0]);
+        const wide near = 1.0 + triple_dot(p, p);
         wide_store(l->near[0], near);
         wide_store(l->inverse, 1.0 / near);
         wide_store(l->turn[0], wide_splat(0.0));
@@ -193,17 +177,20 @@ INLINE wide rough_exp2(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, as the n-th term has it. */
-INLINE wide log2_radius(kr_lanes *l, int n)
+INLINE wide log2_radius(kr_lanes *l, int n, int headless)
 {
     const triple p = triple_load(l->p[n]), w = triple_load(l->w[n]);
-    return rough_log2(triple_dot(p, p) + triple_dot(w, w)) * (-0.5 / n);
+    wide square = triple_dot(p, p) + triple_dot(w, w);
+    if (!headless) square = wide_fma(wide_load(l->turn[n]), wide_load(l->turn[n]), square);
+    return rough_log2(square) * (-0.5 / n);
 }
 /* Returns the step at whose end the last term is as large as the tolerance, as taylor/series.h
  * does. */
-INLINE wide step_size(kr_lanes *l)
+INLINE wide step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
-    const wide radius = wide_min(log2_radius(l, order - 1), log2_radius(l, order - 2));
+    const wide radius =
+        wide_min(log2_radius(l, order - 1, headless), log2_radius(l, order - 2, headless));
     const wide step = rough_exp2(wide_splat(l->log2_tol / order) + radius),
                longest = (order / 6.0) * wide_load(l->fall);
     return wide_min(step, longest);
@@ -270,7 +257,7 @@ INLINE quat swing(triple p, triple d)
                     wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude at a point of the piece: exp(e3 f/2) q s(P(t))* s(P). Without the heading it
+/* Returns the attitude at a point of the piece: exp(e3 f/2) q s(P). Without the heading it
  * is the shortest turn from P to the vertical. */
 INLINE quat attitude(kr_lanes *l, const point *at, int headless)
 {
@@ -285,9 +272,7 @@ INLINE quat attitude(kr_lanes *l, const point *at, int headless)
                         wide_choose(up, s.y, over.y), wide_choose(up, s.z, over.z)};
         return r;
     }
-    const triple d = triple_load(l->axis);
-    const quat back = quat_mul(quat_load(l->q), quat_conj(swing(triple_load(l->p[0]), d)));
-    const quat here = quat_mul(back, swing(at->p, d));
+    const quat here = quat_mul(quat_load(l->q), swing(at->p, triple_load(l->p[0])));
     wide s, c;
     sine_cosine(0.5 * at->turn, &s, &c);
     const quat turned = {wide_fma(c, here.w, -(s * here.z)), wide_fma(c, here.x, -(s * here.y)),

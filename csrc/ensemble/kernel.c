@@ -12,7 +12,7 @@ INLINE unsigned step(kr_lanes *l, int headless)
     triple_store(l->w[0], triple_load(l->end_w));
     if (!headless) quat_store(l->q, quat_load(l->end_q));
     expand(l, headless);
-    const wide forward = wide_load(l->forward), end = wide_fma(forward, step_size(l), t);
+    const wide forward = wide_load(l->forward), end = wide_fma(forward, step_size(l, headless), t);
     const point r = sum_series(l, end, headless);
     wide_store(l->end, end);
     triple_store(l->end_p, r.p);

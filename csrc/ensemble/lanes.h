@@ -2,12 +2,12 @@
  * with its own step. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
- *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d, an axis of the body; g: constant
+ *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d, constant in the body; g: constant
  *     f' = (W, P + d) / (1 + (P, d))
  * f is the heading: the attitude follows from it and from P, hence a term of the series takes 12
  * products of coefficients in place of the 21 that q itself would take: 3 for AW x W, 6 for P x W,
- * 1 for the quotient, and 2 for (W, P), because (AW, P) is constant. d is the axis next to P where
- * a step begins, so that the quotient's pole is far.
+ * 1 for the quotient, and 2 for (W, P), because (AW, P) is constant. d is P where a
+ * step begins, so that the quotient's pole is far; how far it is counts for the step.
  * The units are those of taylor.h: W stays below one. A series keeps nothing but what its
  * tolerance keeps. */
 #ifndef KR_LANES_H
@@ -29,7 +29,6 @@ typedef struct kr_lanes {
     kr_lane_number turn[KR_LANES_ORDER + 1];                     /* of f */
     kr_lane_number near[KR_LANES_ORDER + 1];                     /* of 1 + (P, d) */
     kr_lane_number inverse;                                      /* 1 / (1 + (P, d)) at t */
-    kr_lane_vector axis;                                         /* d */
     kr_lane_quaternion q;                                        /* attitude at t */
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;

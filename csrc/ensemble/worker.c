@@ -2,7 +2,6 @@
  * tells what became of it. Whoever moves a top, its numbers depend on that top alone. */
 #include "worker.h"
 #include <stdlib.h>
-#include "exact/dispatch.h"
 
 enum { LINE = 8 /* doubles on 64 bytes */ };
 
@@ -64,7 +63,7 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
     kr_config config = kr_worker_config(worker, i);
-    kr_kept *kept = worker->kept + KR_LANES_MOST * worker->reductions;
+    kr_kept *kept = kr_worker_own(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
     if (top == worker->closed) config.leave_heading = 0; /* it saves nothing there */
@@ -77,18 +76,23 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
 
-/* Gives a top to whoever moves it. */
+/* Gives a top that has no closed form to whoever moves it. */
 static void move(kr_worker *worker, size_t i)
 {
-    const kr_scene *scene = &worker->tops->scenes[i];
-    const int damped = v_largest(scene->damping) > 0.0;
-    if (worker->closed && (worker->method || (kr_scene_check(scene) == KR_OK &&
-                                              kr_method_suits(&kr_method_exact, scene))))
-        kr_worker_alone(worker, worker->closed, i);
-    else if (worker->isa && !damped)
+    const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
+    kr_top *alone = worker->alone ? worker->alone : worker->closed;
+    if (worker->isa && !damped)
         kr_fleet_add(worker, i);
     else
-        kr_worker_alone(worker, worker->alone, i);
+        kr_worker_alone(worker, alone, i);
+}
+static void move_block(kr_worker *worker, size_t from, size_t n)
+{
+    kr_status status[KR_BLOCK];
+    for (size_t i = 0; i < n; i++) status[i] = KR_ERR_METHOD;
+    if (worker->closed) kr_closed_run(worker, from, n, status);
+    for (size_t i = 0; i < n && !worker->interrupted; i++)
+        if (status[i] != KR_OK) move(worker, from + i);
 }
 /* Tells of all tops that they were not brought to their ends. */
 static void interrupt(kr_worker *worker, const kr_tops *tops)
@@ -110,10 +114,10 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
     worker->interrupted = 0;
-    worker->busy = 0;
     if (worker->lanes) kr_fleet_begin(worker);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
-    for (size_t i = 0; i < tops->n && !worker->interrupted; i++) move(worker, i);
+    for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BLOCK)
+        move_block(worker, i, tops->n - i < KR_BLOCK ? tops->n - i : KR_BLOCK);
     if (worker->lanes) kr_fleet_finish(worker);
     if (worker->interrupted) interrupt(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
@@ -129,20 +133,20 @@ static int is_sound(size_t n, const kr_reduction reduction[])
     return i == n;
 }
 /* Lays out the memory of a worker behind it. */
-static kr_worker *laid_out(size_t reductions, int in_lanes)
+static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed)
 {
-    const size_t rows = KR_LANES_MOST + 1, size = sizeof(kr_worker) + LINE * sizeof(double) +
-                                                  (in_lanes ? sizeof(kr_lanes) : 0) +
-                                                  reductions * sizeof(kr_reduction) +
-                                                  rows * reductions * sizeof(kr_kept);
-    if (reductions > SIZE_MAX / 1024) return NULL;
-    kr_worker *worker = calloc(1, size);
+    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? sizeof(kr_lanes) : 0,
+                 plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
+                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + plans +
+                        reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
+    kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
     if (!worker) return NULL;
-    double *line =
-        worker->memory + (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE;
-    if (in_lanes) worker->lanes = (kr_lanes *)line;
-    worker->kept = (kr_kept *)(line + (in_lanes ? sizeof(kr_lanes) / sizeof(double) : 0));
-    worker->reduction = (kr_reduction *)(worker->kept + rows * reductions);
+    char *memory = (char *)(worker->memory +
+                            (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE);
+    if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
+    if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
+    worker->kept = (kr_kept *)(void *)(memory + lanes + plans);
+    worker->reduction = (kr_reduction *)(void *)(worker->kept + rows * reductions);
     return worker;
 }
 /* Allocates the tops that move by themselves, and looks at what steers them, on a body that any
@@ -153,22 +157,23 @@ static kr_status equip(kr_worker *worker)
     const kr_scene scene = kr_scene_default();
     kr_status status = KR_OK;
     if (worker->method != &kr_method_exact) status = kr_top_blank(method, &worker->alone);
-    if (status == KR_OK && (!worker->method || worker->method == &kr_method_exact))
-        status = kr_top_blank(&kr_method_exact, &worker->closed);
+    if (status == KR_OK && worker->plans) status = kr_top_blank(&kr_method_exact, &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
-    return status == KR_ERR_ARGUMENT ? status : KR_OK;
+    return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
 }
 kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                            const kr_reduction reduction[], kr_worker **out)
 {
-    const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16;
+    const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
+              is_closed = !method || method == &kr_method_exact;
     if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
-    kr_worker *worker = laid_out(reductions, in_lanes);
+    kr_worker *worker = laid_out(reductions, in_lanes, is_closed);
     if (!worker) return KR_ERR_MEMORY;
     worker->config = config;
     worker->method = method;
     worker->reductions = reductions;
+    if (in_lanes) kr_fleet_equip(worker);
     if (reductions) memcpy(worker->reduction, reduction, reductions * sizeof *reduction);
     const kr_status status = equip(worker);
     if (status == KR_OK)

@@ -1,10 +1,12 @@
 /* A worker, as the files of ensemble/ share it: worker.c gives each top to whoever moves it,
- * fleet.c moves tops in lanes, reduce.c keeps what is wanted of their states. */
+ * closed.c sets up those that have a closed form, fleet.c moves tops in lanes, reduce.c keeps what is wanted of their states. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
 #include "lanes.h"
 #include "reduce.h"
+
+enum { KR_BLOCK = 64 /* tops that are set up at once */ };
 
 /* The top in a lane. */
 typedef struct kr_slot {
@@ -18,6 +20,7 @@ struct kr_worker {
     const kr_method *method; /* NULL: by the top */
     kr_top *alone;           /* moves by the method, or by taylor, what no lane does */
     kr_top *closed;          /* the closed form; NULL where the method is another */
+    kr_exact *plans;         /* those of a block, where there is `closed` */
     const kr_tops *tops;     /* what is under way */
     int interrupted;
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
@@ -35,6 +38,11 @@ void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_sta
 /* Tells what became of a top. */
 void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
                    kr_stats stats);
+/* The row of what is kept for the top that goes by itself. */
+static inline kr_kept *kr_worker_own(const kr_worker *worker)
+{
+    return worker->kept + KR_LANES_MOST * worker->reductions;
+}
 /* Moves a top by itself. */
 void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i);
 /* The config for a top, whose side its last time decides. */
@@ -44,7 +52,15 @@ static inline const double *kr_worker_times(const kr_tops *tops, size_t i)
     return tops->own_times ? tops->t + i * tops->times : tops->t;
 }
 
-/* Makes the lanes those of this config. */
+/* Moves those of at most KR_BLOCK tops, from number `from` on, that have a closed form. What
+ * kr_exact_plan says of each goes into `status`; the others are left. */
+void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
+
+/* Chooses the lanes' instruction set, order and tolerance, by the config. */
+void kr_fleet_equip(kr_worker *worker);
+/* Goes on with others: this is for tests and measurements. */
+void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol);
+/* Empties the lanes. */
 void kr_fleet_begin(kr_worker *worker);
 /* Takes a top in, as soon as a lane is free. */
 void kr_fleet_add(kr_worker *worker, size_t i);

@@ -108,6 +108,13 @@ INLINE wide wide_of_bits(whole a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
+/* Ends the use of wide vectors: after it the narrow ones of other code are fast again. */
+INLINE void wide_leave(void)
+{
+#if defined __AVX__ && !defined KR_ONE_LANE
+    _mm256_zeroupper();
+#endif
+}
 INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
 INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
 INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
