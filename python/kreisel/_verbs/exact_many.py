@@ -24,8 +24,10 @@ from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
 from .._recording.crew import Crew
+from .._recording.moving import move
+from .._recording.paths import Paths
 from .._recording.top_rows import Codes
-from .._request.many import index_of, member, place, threads_of
+from .._request.many import index_of, member, order, place, threads_of
 from .._request.methods import EXACT, methods, no_closed_form
 from .._request.times import refuse_endless
 
@@ -82,12 +84,22 @@ class ExactEnsemble:
             times = times.reshape(n, times.shape[-1])
         self._refuse_endless(times)
         at = np.atleast_1d(times)
-        states = np.empty((n, at.shape[-1], 8))
-        if at.ndim == 2:
-            self._each(exact_states_of_tops, states, at)
+        return self._states(at).reshape(*shape, *times.shape[-1:], 8)
+
+    def _states(self, t: Array) -> Array:
+        """(n, k, 8) the states at times (k,) or (n, k). A worker has the same states, and sooner,
+        where times lead away from 0; but at 0 it has the start itself."""
+        forward = np.where(t[..., -1:] < 0.0, -t, t)
+        if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
+            crew = Crew(threads_of(None, None))
+            came = move(Paths, self.tops, t, order(self.tops, EXACT), crew)
+            return came.check().states.reshape(self.tops.size, t.shape[-1], 8)
+        states = np.empty((self.tops.size, t.shape[-1], 8))
+        if t.ndim == 2:
+            self._each(exact_states_of_tops, states, t)
         else:
-            self._each(partial(exact_states_of_tops, t=at), states)
-        return states.reshape(*shape, *times.shape[-1:], 8)
+            self._each(partial(exact_states_of_tops, t=t), states)
+        return states
 
     def _refuse_endless(self, times: Array) -> None:
         """Times by which some top turns more often than a double can tell."""
