@@ -77,11 +77,11 @@ class Bodies(ShapedBodies, Many[Body]):
         if inertia_about_com is None:
             words.append(tensors("inertia", inertia))
             together(*words)
-            tensor = words[-1].values
+            tensor = words[-1]
         else:
             words.append(tensors("inertia_about_com", inertia_about_com))
             together(*words)
-            tensor = with_points(words[-1].values, len(words[-1].value), heavy, lever)
+            tensor = with_points(words[-1], heavy, lever)
         self._made(Body, words, heavy, tensor, lever, rounded, made_up)
 
     def _made(
@@ -89,7 +89,7 @@ class Bodies(ShapedBodies, Many[Body]):
         make: Callable[..., Body],
         words: Sequence[Word],
         mass: Array,
-        tensor: Array,
+        tensor: Word,
         com: Array,
         rounded: ArrayLike = 0.0,
         made_up: ArrayLike = False,
@@ -99,10 +99,9 @@ class Bodies(ShapedBodies, Many[Body]):
         slacks.refused(~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: slack(x))
         given = [*words, *([slacks] if np.any(slacks.values) else [])]
         shape = common([*((each.name, each.shape) for each in given), ("made_up", made.shape)])
-        trailing = 2 if tensor.shape[-2:] == (3, 3) else 1
         columns: dict[str, Column] = {
             "mass": column(mass, shape, 0),
-            "inertia": column(tensor, shape, trailing),
+            "inertia": column(tensor.values, shape, len(tensor.value)),
             "com": column(com, shape, 1),
             "rounded": column(slacks.values, shape, 0),
         }
@@ -110,7 +109,7 @@ class Bodies(ShapedBodies, Many[Body]):
         self.__dict__["_varied"] = {
             each.name: column(each.values, shape, len(each.value)) for each in given if each.shape
         }
-        can_be = self._checked(make, given, trailing == 2)
+        can_be = self._checked(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
             self._warn(~(can_be | made))
         columns["made_up"] = column(made | ~can_be, shape, 0)
@@ -175,7 +174,8 @@ class Bodies(ShapedBodies, Many[Body]):
         words = [word("mass", mass), word("i1", i1), word("i3", i3), word("height", height)]
         together(*words)
         heavy, one, three, up = (each.values for each in words)
-        tensor, com = vectors(one, one, three), vectors(0.0 * up, 0.0 * up, up)
+        com = vectors(np.zeros_like(up), np.zeros_like(up), up)
+        tensor = Word("inertia", vectors(one, one, three), (3,))
         kept = cls.__new__(cls)
         return kept._made(Body.symmetric, words, heavy, tensor, com, rounded, made_up)
 
@@ -197,7 +197,7 @@ class Bodies(ShapedBodies, Many[Body]):
         together(heavy, tensor, centre, at)
         with np.errstate(all="ignore"):
             lever = centre.values - at.values
-        moved = with_points(tensor.values, len(tensor.value), heavy.values, lever)
+        moved = with_points(tensor, heavy.values, lever)
         words = [heavy, tensor, centre, at]
         kept = cls.__new__(cls)
         return kept._made(Body.from_com, words, heavy.values, moved, lever, rounded, made_up)
@@ -216,7 +216,7 @@ class Bodies(ShapedBodies, Many[Body]):
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = vectors(nothing, nothing, height) - pivot.values
-            tensor = with_points(vectors(*moments), 1, mass, com)
+            tensor = with_points(Word("inertia", vectors(*moments), (3,)), mass, com)
         return cls.__new__(cls)._made(make, words, mass, tensor, com)
 
     @property
@@ -306,22 +306,22 @@ def _symmetric(name: str, matrix: object) -> None:
         raise ValueError(f"{error}{hint}") from None
 
 
-def with_points(tensor: Array, trailing: int, mass: Array, at: Array) -> Array:
-    """Tensors and those of points of mass; moments where all are, as with_a_point has it."""
+def with_points(tensor: Word, mass: Array, at: Array) -> Word:
+    """Tensors and those of points of mass, as with_a_point has it; moments where none has more."""
     x, y, z = parts(at)
     with np.errstate(all="ignore"):
         xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)
         xy, yz, zx = (0.0 - mass * both for both in (x * y, y * z, z * x))
         added = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
-        if trailing == 1:
-            i1, i2, i3 = (own + added[k][k] for k, own in enumerate(parts(tensor)))
+        if tensor.value == (3,):
+            i1, i2, i3 = (own + added[k][k] for k, own in enumerate(parts(tensor.values)))
             if not (xy.any() or yz.any() or zx.any()):
-                return vectors(i1, i2, i3)
+                return Word(tensor.name, vectors(i1, i2, i3), (3,))
             flat = vectors(i1, xy, zx, xy, i2, yz, zx, yz, i3)
         else:
             places = [(i, j) for i in range(3) for j in range(3)]
-            flat = vectors(*(tensor[..., i, j] + added[i][j] for i, j in places))
-    return flat.reshape(*flat.shape[:-1], 3, 3)
+            flat = vectors(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
+    return Word(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
 def _flags(name: str, given: object) -> Column:

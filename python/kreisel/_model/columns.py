@@ -96,13 +96,27 @@ def above_zero(name: str, given: object) -> Word:
     return made
 
 
-def compact(values: Column) -> Column:
-    """The array with a single entry along dimensions in which it does not vary."""
-    once = tuple(
-        slice(0, 1) if stride == 0 and n > 1 else slice(None)
-        for stride, n in zip(values.strides, values.shape, strict=True)
-    )
-    return values[once]
+def compact(values: Column, lead: int | None = None) -> Column:
+    """The array with a single entry along dimensions in which it does not vary, of the first `lead`
+    or of all."""
+    if not values.size:
+        return values
+    strides = values.strides[:lead]
+    return values[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in strides)]
+
+
+def once(change: Change) -> Change:
+    """The change, made once of columns that are the same numbers in memory."""
+    made: dict[tuple[object, ...], Column] = {}
+
+    def changed(held: Column) -> Column:
+        data = held.__array_interface__["data"][0]
+        key = data, held.shape, held.strides, held.dtype.str
+        if key not in made:
+            made[key] = change(held)
+        return made[key]
+
+    return changed
 
 
 def spread(values: Column, shape: Shape) -> Column:
@@ -113,7 +127,7 @@ def spread(values: Column, shape: Shape) -> Column:
 def column(values: Column, shape: Shape, trailing: int) -> Column:
     """The column of these members, of values that have some trailing dimensions."""
     lead = values.ndim - trailing
-    kept = values.view()
+    kept = np.asarray(values).view()
     kept.flags.writeable = False
     return spread(kept, shape + kept.shape[lead:])
 
@@ -176,7 +190,8 @@ def in_blocks(
     wide = [spread(values, (*(shape or (1,)), values.shape[-1])) for values in given]
     to = out if shape else out[None]
     for piece in blocks(shape):
-        made = compute(*(parts(values[piece]) for values in wide))
+        with np.errstate(all="ignore"):
+            made = compute(*(parts(values[piece]) for values in wide))
         for k, component in enumerate(made):
             to[piece][..., k] = component
     return frozen(out)

@@ -10,8 +10,8 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import frozen
-from .columns import Change, Column, Index, Shape, Word, compact, spread
+from .._ground.arguments import frozen, shown
+from .columns import Change, Column, Index, Shape, Word, compact, once, spread
 
 _Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
@@ -41,7 +41,7 @@ class Many(Generic[_M]):
 
     def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
         """The members of which a change of each column leaves the columns."""
-        made = type(self).__new__(type(self))
+        made, change = type(self).__new__(type(self)), once(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
         made._keep(shape, names, columns, varied)
@@ -58,7 +58,10 @@ class Many(Generic[_M]):
     def coords(self) -> Mapping[str, Column]:
         """The words that vary, as they were given: arrays that broadcast to the shape, those of
         vectors with their components behind."""
-        return MappingProxyType({name: compact(column) for name, column in self._varied.items()})
+        dims = len(self.shape)
+        return MappingProxyType(
+            {name: compact(column, dims) for name, column in self._varied.items()}
+        )
 
     def _words(self) -> list[Word]:
         """The words that vary."""
@@ -114,29 +117,41 @@ class Many(Generic[_M]):
         for place in places:
             name = None if place is None else next(names)
             kept += [name] if place is None or isinstance(place, slice) else []
-        return self._changed(lambda column: column[places], left.shape, tuple(kept))
+        return self._changed(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _gathered(self, key: object) -> _M | Self:
         """The members at places that are given by arrays."""
         order: Any = _indexed(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
-        return self._at(order, _surviving(key, self._names, order.ndim))
+        dims = len(self.shape)
+        parts = _with_one_row(key, dims)
+        if parts is None:
+            return self._at(order, (None,) * order.ndim)
+
+        def take(column: Column) -> Column:
+            small = compact(column, dims)
+            at = tuple(
+                part if small.shape[k] == self.shape[k] else slice(None)
+                for k, part in enumerate(parts)
+            )
+            return spread(frozen(small[at]), order.shape + column.shape[dims:])
+
+        return self._changed(take, order.shape, self._names)
 
     def _at(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
         """The members of these numbers, in C order."""
-        where = np.unravel_index(order, self.shape)
+        dims = len(self.shape)
+        where = np.unravel_index(order, self.shape) if dims else ()
 
         def gather(column: Column) -> Column:
-            dims = len(self.shape)
             trailing = column.shape[dims:]
-            small = compact(column)
+            small = compact(column, dims)
             varies = [n > 1 for n in small.shape[:dims]]
             if order.size and not any(varies):
                 return spread(small[(0,) * dims], order.shape + trailing)
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
-            picked = small[at]
-            return spread(frozen(picked), order.shape + column.shape[dims:])
+            return spread(frozen(small[at]), order.shape + trailing)
 
         return self._changed(gather, order.shape, names)
 
@@ -174,11 +189,12 @@ class Many(Generic[_M]):
 
     def __getstate__(self) -> dict[str, Any]:
         """What is held, without what broadcasting makes of it."""
+        held = once(lambda column: compact(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
             "names": self._names,
-            "columns": {name: compact(column).copy() for name, column in self._columns.items()},
-            "varied": {name: compact(column).copy() for name, column in self._varied.items()},
+            "columns": {name: held(column) for name, column in self._columns.items()},
+            "varied": {name: held(column) for name, column in self._varied.items()},
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
@@ -199,7 +215,10 @@ def _told(word: Word) -> str:
 
 
 def _indexed(array: Column, key: Any) -> Any:
-    return array[key]
+    try:
+        return array[key]
+    except OverflowError:
+        raise IndexError(f"{shown(key)} is beyond all places") from None
 
 
 def _is_basic(key: object) -> bool:
@@ -226,12 +245,9 @@ def _place(i: Any, n: int) -> int:
     return operator.index(i) % n
 
 
-def _surviving(key: object, names: tuple[str | None, ...], dims: int) -> tuple[str | None, ...]:
-    """The names of the dimensions left: all, where one array of one dimension stands among slices,
-    and else none."""
-    parts = _spelt(key, len(names)) if isinstance(key, tuple) else (key,)
-    parts += (slice(None),) * (len(names) - len(parts))
+def _with_one_row(key: object, dims: int) -> tuple[Any, ...] | None:
+    """The parts of a key of slices and of one array of one dimension; None for any other."""
+    parts = _spelt(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
-    if len(arrays) == 1 and len(parts) == len(names) and np.ndim(arrays[0]) == 1:
-        return names
-    return (None,) * dims
+    is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1
+    return parts if is_one else None

@@ -304,5 +304,4 @@ def momenta_of(body: Body | Bodies, start: Word, q: Array) -> Array:
     def compute(*components: Any) -> tuple[Array, ...]:
         return momentum_of(start.name, *components)
 
-    with np.errstate(all="ignore"):
-        return in_blocks(compute, shape, 3, *given)
+    return in_blocks(compute, shape, 3, *given)

@@ -177,18 +177,15 @@ def scattered(
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
     normal = _normal(key, count)
     words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
-    if momentum is not None:
-        words["momentum"] = (
-            np.array(scene.momentum) + _width("momentum", momentum, 3) * normal[:, :3]
-        )
-    if attitude is not None:
-        turns = _width("attitude", attitude, 3) * normal[:, 3:6]
-        own = np.array(scene.attitude)
-        words["attitude"] = in_blocks(
-            lambda q, r: multiply(q, _quaternions(*r)), (count,), 4, own, turns
-        )
-    if gravity is not None:
-        words["gravity"] = scene.gravity + _width("gravity", gravity, 1) * normal[:, 6]
+    with np.errstate(all="ignore"):
+        if momentum is not None:
+            off = _width("momentum", momentum, 3) * normal[:, :3]
+            words["momentum"] = np.array(scene.momentum) + off
+        if attitude is not None:
+            turns, own = _width("attitude", attitude, 3) * normal[:, 3:6], np.array(scene.attitude)
+            words["attitude"] = in_blocks(_turned_first, (count,), 4, own, turns)
+        if gravity is not None:
+            words["gravity"] = scene.gravity + _width("gravity", gravity, 1) * normal[:, 6]
     return many(scene.body, damping=scene.damping, **words)._renamed()
 
 
@@ -222,10 +219,10 @@ def _normal(seed: int, n: int) -> Array:
     return drawn
 
 
-def _quaternions(x: Array, y: Array, z: Array) -> Four:
-    """The quaternions of rotation vectors."""
+def _turned_first(q: Four, r: Three) -> Four:
+    """The attitudes q after turns by the rotation vectors r."""
+    x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size
-    with np.errstate(all="ignore"):
-        per = np.where(size > 0.0, sine(half) / size, 0.5)
-    return np.asarray(cosine(half)), per * x, per * y, per * z
+    per = np.where(size > 0.0, sine(half) / size, 0.5)
+    return multiply(q, (np.asarray(cosine(half)), per * x, per * y, per * z))
