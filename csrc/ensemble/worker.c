@@ -62,10 +62,11 @@ static kr_status record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *
 void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    const kr_config config = kr_worker_config(worker, i);
+    kr_config config = kr_worker_config(worker, i);
     kr_kept *kept = kr_worker_own(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
+    if (top == worker->closed) config.leave_heading = 0; /* it saves nothing there */
     kr_status status = kr_top_become(top, scene, &config);
     if (status == KR_OK) {
         status = record(worker, top, &slot, kept);

@@ -23,15 +23,21 @@ from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
+from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
+from ._recording.paths import Paths
+from ._recording.reduced import Reduced
 from ._request.methods import Method, methods
-from ._request.plan import Choice, Plan, plan
+from ._request.plan import Choice, Plan
 from ._showing.view import View, view
-from ._verbs.exact import Exact, ExactEnsemble, ExactMap, exact
+from ._verbs.exact import Exact, ExactMap, exact
+from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
+from ._verbs.plans import ManyPlan, plan
 from ._verbs.run import Run, resume
 from ._verbs.solve import solve
-from ._verbs.start import start, stream
+from ._verbs.start import start
+from ._verbs.stream import stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 
@@ -49,12 +55,16 @@ __all__ = [
     "ExactEnsemble",
     "ExactMap",
     "Interrupted",
+    "ManyEvents",
+    "ManyPlan",
     "Method",
     "MethodName",
     "Nutation",
     "Path",
+    "Paths",
     "Plan",
     "QuantityName",
+    "Reduced",
     "Rod",
     "Row",
     "Run",

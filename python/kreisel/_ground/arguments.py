@@ -47,7 +47,9 @@ def shown(value: object) -> str:
 def instance(name: str, value: object, wanted: type[_T]) -> _T:
     """The value, where it is a kreisel.Scene, kreisel.Path and so on; TypeError where it is not."""
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}")
+        many = getattr(type(value), "_one", None) is wanted
+        one = f" of many: take one by its index, as {name}s[0]" if many else ""
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}{one}")
     return value
 
 
