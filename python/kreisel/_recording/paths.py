@@ -17,6 +17,7 @@ from .outcomes import Outcomes
 from .path import Events, Path
 from .places import number_of
 from .states import NO_STATES, PARTS
+from .tables import tabled
 from .top_rows import Met, values
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class Paths(Outcomes, Quantities):
             """A hint for any other name, as AttributeError."""
             if name.startswith("_"):
                 raise AttributeError(name)
-            if self.want is not None and name in {"states", *WANTED}:
+            if self.want is not None and hasattr(type(self), name):
                 raise self._left_out(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
@@ -146,7 +147,7 @@ class Paths(Outcomes, Quantities):
         """
         from .tables_of_tops import dataset
 
-        return dataset(self, names, degrees, unwrap)
+        return dataset(self, tabled(self, names, degrees, unwrap))
 
 
 def _quantity(quantity: Quantity) -> cached_property[Array]:

@@ -96,7 +96,7 @@ class Reduced(Outcomes):
         coordinates, and so are `status` and `reached`. ImportError without xarray."""
         from .tables_of_tops import kept_dataset
 
-        return kept_dataset(self)
+        return kept_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
         """A pandas.DataFrame with a row for each top, in C order, and a column such as nutation_max
@@ -104,4 +104,4 @@ class Reduced(Outcomes):
         `reached`. `attrs` has the units. ImportError without pandas."""
         from .tables_of_tops import kept_frame
 
-        return kept_frame(self)
+        return kept_frame(self, dict(self.items()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,25 +11,24 @@ from .._ground.arguments import Array
 from .._ground.optional import installed
 from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
 from .outcomes import Outcomes
-from .paths import Paths
-from .reduced import Reduced
-from .tables import DIMENSIONS, TABLES, tabled
+from .tables import DIMENSIONS, TABLES, Rows
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
+Kept = Mapping[str, Mapping[str, Array]]  # by the name of a quantity and the kind
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
-def dataset(paths: Paths, names: Iterable[str], degrees: bool, unwrap: bool) -> Dataset:
-    """The quantities of these names at all states."""
+def dataset(paths: Outcomes, rows: Rows) -> Dataset:
+    """Quantities at all states."""
     with installed(TABLES):
         import xarray as xr
     along = paths.tops.axes
     coordinates, variables = _of_tops(paths), {}
     own = paths.t.ndim > 1
-    for quantity, values in tabled(paths, names, degrees, unwrap):
+    for quantity, values in rows:
         inner = _dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
         variables[quantity.name] = ((*along, "time", *inner), np.array(values), _about(quantity))
@@ -39,20 +38,20 @@ def dataset(paths: Paths, names: Iterable[str], degrees: bool, unwrap: bool) -> 
     return xr.Dataset(variables, coordinates, _told(paths))
 
 
-def kept_dataset(reduced: Reduced) -> Dataset:
+def kept_dataset(reduced: Outcomes, kept: Kept) -> Dataset:
     """What is kept of each top."""
     with installed(TABLES):
         import xarray as xr
     along = reduced.tops.axes
     coordinates, variables = _of_tops(reduced), {}
-    for name, quantity, values in _kept(reduced):
+    for name, quantity, values in _kept(kept):
         inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _about(quantity))
     return xr.Dataset(variables, coordinates, _told(reduced))
 
 
-def kept_frame(reduced: Reduced) -> DataFrame:
+def kept_frame(reduced: Outcomes, kept: Kept) -> DataFrame:
     """What is kept of each top, a row each."""
     with installed(TABLES):
         import pandas as pd
@@ -61,7 +60,7 @@ def kept_frame(reduced: Reduced) -> DataFrame:
     for name, (dims, values, about) in _of_tops(reduced).items():
         columns[name] = _over(reduced, dims, values)
         units[name] = str(about["units"])
-    for name, quantity, values in _kept(reduced):
+    for name, quantity, values in _kept(kept):
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(reduced.size, -1)
         for i in range(parts.shape[1]):
@@ -72,9 +71,9 @@ def kept_frame(reduced: Reduced) -> DataFrame:
     return frame
 
 
-def _kept(reduced: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
+def _kept(kept: Kept) -> Iterator[tuple[str, Quantity, Array]]:
     """Each array that is kept with its name, and the quantity that has its unit."""
-    for name, kinds in reduced.items():
+    for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
         )
