@@ -12,6 +12,7 @@ import argparse
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 from statistics import median
 
 import kreisel as kr
@@ -23,6 +24,7 @@ from ..peers.contenders import Setting
 from ..truth.many import SCENES, conditioning, random, truths
 from ..truth.problems import attitude_errors
 
+ROOT = Path(__file__).parents[2]
 BOUNDS = {many.HEYOKA: (2.2, 3), many.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
@@ -122,9 +124,8 @@ def large(options):
     ):
         seconds = median(measure.once(call) for _ in range(options.rounds))
         graded(what, seconds, must, unit=" s", at_most=True)
-    done = subprocess.run(
-        [sys.executable, "-c", LARGE, str(n)], capture_output=True, text=True, check=True
-    )
+    command = [sys.executable, "-c", LARGE, str(n)]
+    done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     graded(
         f"{n:.0e} tops with reduce=: peak memory", float(done.stdout), 300, unit=" MB", at_most=True
     )

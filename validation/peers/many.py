@@ -126,7 +126,7 @@ def tolerances(decades, tightest=None):
 
 
 OWN = "exact", "taylor"
-HEYOKA, OWN_CALL = "heyoka, batches of 8", "heyoka, its ensemble call"
+HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
 CLOSED = Mover("exact", partial(by_kreisel, "exact"), (Setting(),))
 SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 15, 2), 2.0**-53))
 PEERS = (
