@@ -9,6 +9,7 @@ what was promised. SciPy moves a few tops only, on one thread, and is counted as
 """
 
 import argparse
+import os
 import subprocess
 import sys
 from functools import partial
@@ -26,6 +27,7 @@ from ..truth.problems import attitude_errors
 
 ROOT = Path(__file__).parents[2]
 BOUNDS = {many.HEYOKA: (2.2, 3), many.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
+BUSY = 0.5  # from this load on
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, resource, sys
@@ -171,6 +173,8 @@ def main(argv=None):
     if options.quick:
         options.tops, options.rounds = min(options.tops, 400), min(options.rounds, 2)
         options.sample, options.large, options.side = 64, 10_000, 50
+    if (load := os.getloadavg()[0]) > BUSY:
+        print(f"the machine is busy (load {load:.1f}): ratios are rough, two threads gain little")
     for name in options.what or FIGURES:
         FIGURES[name](options)
     return 0

@@ -110,10 +110,10 @@ def outcomes(problems, truths, name, setting):
         return [{"failure": str(error)}] * len(problems)
     return [
         {"seconds": seconds, "attitude_error": attitude_error(problem.principal(q), true)}
-        if status == "OK"
-        else {"failure": str(status)}
-        for problem, true, q, status in zip(
-            problems, truths, paths.q[:, -1], paths.status, strict=True
+        if status == 0
+        else {"failure": paths.why(i)}
+        for i, (problem, true, q, status) in enumerate(
+            zip(problems, truths, paths.q[:, -1], paths.status, strict=True)
         )
     ]
 
