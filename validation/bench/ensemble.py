@@ -52,7 +52,7 @@ def throughput(options):
         tops = random(kind, options.tops)
         found = equal_error.runs(
             tops,
-            many.movers(tops, options.quick),
+            many.movers(tops, options.each),
             truths(tops.first(options.sample)),
             options.rounds,
         )
@@ -169,10 +169,10 @@ def main(argv=None):
     parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--quick", action="store_true", help="few tops: shows that all works")
     options = parser.parse_args(argv)
-    options.sample, options.large, options.side = 400, 1_000_000, 500
+    options.sample, options.large, options.side, options.each = 400, 1_000_000, 500, 1
     if options.quick:
         options.tops, options.rounds = min(options.tops, 400), min(options.rounds, 2)
-        options.sample, options.large, options.side = 64, 10_000, 50
+        options.sample, options.large, options.side, options.each = 64, 10_000, 50, 3
     if (load := os.getloadavg()[0]) > BUSY:
         print(f"the machine is busy (load {load:.1f}): ratios are rough, two threads gain little")
     for name in options.what or FIGURES:

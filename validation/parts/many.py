@@ -38,9 +38,9 @@ def sleeping_map(side):
     return kr.exact(tops).greatest_nutation
 
 
-def examine(kind, n, rounds, is_quick):
+def examine(kind, n, rounds, each):
     tops = random(kind, n)
-    movers = many.movers(tops, is_quick)
+    movers = many.movers(tops, each)
     runs = equal_error.runs(tops, movers, truths(tops.first(min(n, SAMPLE))), rounds)
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
@@ -50,9 +50,9 @@ def time_of_map():
 
 
 def tasks(problems, budget, store):
-    n, words = 10 * budget.members, (budget.rounds, budget.quick)
+    n, each = 10 * budget.members, {"quick": 3, "default": 2}.get(budget.name, 1)
     for kind in SCENES:
-        make = partial(examine, kind, n, *words)
+        make = partial(examine, kind, n, budget.rounds, each)
         yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
     yield Task("many tops mapped", time_of_map, 2.0)
 

@@ -128,9 +128,9 @@ def tolerances(decades, tightest=None):
 OWN = "exact", "taylor"
 HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
 CLOSED = Mover("exact", partial(by_kreisel, "exact"), (Setting(),))
-SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 15, 2), 2.0**-53))
+SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 16), 2.0**-53))
 PEERS = (
-    Mover(HEYOKA, by_hand, tolerances(range(4, 15, 2), EPS)),
+    Mover(HEYOKA, by_hand, tolerances(range(4, 16), EPS)),
     Mover(OWN_CALL, by_its_own_call, tolerances(range(4, 15, 5), EPS), 0.1, 64),
     Mover("gsl_rk8pd", partial(by_kreisel, "gsl_rk8pd"), tolerances(range(5, 15, 3)), 0.05, 64),
     Mover(
@@ -145,12 +145,12 @@ PEERS = (
 )
 
 
-def movers(tops, few=False):
-    """Gives those who can move these tops, kreisel first; at few settings, if asked."""
+def movers(tops, each=1):
+    """Gives those who can move these tops, kreisel first; at each setting, or at each second or
+    third of them from the tightest on."""
     closed = (CLOSED,) if tops.problem.symmetric else ()
-    known = [
-        who
+    return [
+        replace(who, settings=who.settings[::-each][::-1])
         for who in (*closed, SERIES, *PEERS)
         if who.name in kr.methods or not who.name.startswith("gsl_")
     ]
-    return [replace(who, settings=who.settings[::3]) for who in known] if few else known
