@@ -11,7 +11,7 @@ import pytest
 
 from validation.bench import ensemble as bench
 from validation.parts import many as part
-from validation.peers import equal_error, many
+from validation.peers import equal_error, movers
 from validation.peers.contenders import Setting
 from validation.peers.equal_error import Run
 from validation.report import main as report
@@ -20,7 +20,7 @@ from validation.truth import many as tops_of
 from validation.truth.problems import attitude_error, attitude_errors
 
 KINDS = list(tops_of.SCENES)
-TIGHT = Setting(tol=1e-15)
+TIGHT = Setting(tol=1e-13)
 
 
 def problem_of(tops, k):
@@ -65,7 +65,7 @@ def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
     """Eleven tops do not fill the lanes; each comes out in its place."""
     tops = tops_of.random(kind, 11, end=10.0)
     true = tops_of.truths(tops)
-    for who in many.movers(tops):
+    for who in movers.suited(tops):
         setting = TIGHT if who.settings[0].tol else who.settings[0]
         call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
         for q in (call(), call()):
@@ -145,7 +145,7 @@ def test_the_report_writes_who_moved_tops(quick):
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
         ran = {row["mover"] for row in rows if row["kind"] == kind}
-        assert {"taylor", many.HEYOKA, many.OWN_CALL, "scipy_dop853"} <= ran
+        assert {"taylor", movers.HEYOKA, movers.OWN_CALL, "scipy_dop853"} <= ran
         assert ("exact" in ran) == (kind == "Lagrange")
     assert all(float(row["microseconds"]) > 0 for row in rows)
 

@@ -20,13 +20,13 @@ import kreisel as kr
 import numpy as np
 
 from ..parts.many import TARGETS, sleeping_map
-from ..peers import equal_error, many, measure
+from ..peers import equal_error, measure, movers
 from ..peers.contenders import Setting
 from ..truth.many import SCENES, conditioning, random, truths
 from ..truth.problems import attitude_errors
 
 ROOT = Path(__file__).parents[2]
-BOUNDS = {many.HEYOKA: (2.2, 3), many.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
+BOUNDS = {movers.HEYOKA: (2.2, 3), movers.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
 BUSY = 0.5  # from this load on
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
@@ -52,7 +52,7 @@ def throughput(options):
         tops = random(kind, options.tops)
         found = equal_error.runs(
             tops,
-            many.movers(tops, options.each),
+            movers.suited(tops, options.each),
             truths(tops.first(options.sample)),
             options.rounds,
         )
@@ -70,16 +70,16 @@ def throughput(options):
 
 
 def closed(groups):
-    own, peer = groups["exact"], groups[many.HEYOKA]
+    own, peer = groups[movers.CLOSED.name], groups[movers.HEYOKA]
     graded("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
     value, *_ = equal_error.ratio(peer, own, 1e-6)
-    graded(f"Lagrange: {many.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
+    graded(f"Lagrange: {movers.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
 
 
 def at_equal_error(kind, groups):
-    own = groups["taylor"]
+    own = groups[movers.SERIES.name]
     for name, peer in groups.items():
-        if name not in ("taylor", "exact"):
+        if name not in movers.OWN:
             for target in (*TARGETS, equal_error.tightest(own, peer)):
                 told = equal_error.ratio(peer, own, target)
                 compared(f"{kind} at {target:.1e}: {name} / taylor", told, bounds_of(kind, name))
@@ -104,7 +104,7 @@ def threads(options):
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():
         tops = random(kind, options.tops)
-        calls = [many.by_kreisel(method, tops, setting, n) for n in (1, 2)]
+        calls = [movers.by_kreisel(method, tops, setting, n) for n in (1, 2)]
         value = median_ratio(calls, options.rounds)
         graded(f"{kind}, {method}: one thread / two", value, 1.8)
 
@@ -141,7 +141,7 @@ def single(options):
         true, unit = truths(tops), conditioning(tops)
         closed = [("exact", Setting())] if kind == "Lagrange" else []
         for method, setting in [*closed, *(("taylor", Setting(tol=10.0**-k)) for k in (6, 10, 15))]:
-            many_q = many.by_kreisel(method, tops, setting, 2)()
+            many_q = movers.by_kreisel(method, tops, setting, 2)()
             one_q = [
                 kr.solve(tops.scene(k), [tops.end], method, **setting.words).q[-1]
                 for k in range(len(tops))

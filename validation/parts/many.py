@@ -11,7 +11,7 @@ import numpy as np
 
 from ..drawing.field import field
 from ..drawing.throughput import throughput
-from ..peers import equal_error, many, measure
+from ..peers import equal_error, measure, movers
 from ..peers.equal_error import Run
 from ..truth.many import SCENES, random, truths
 from .budget import Task
@@ -40,8 +40,8 @@ def sleeping_map(side):
 
 def examine(kind, n, rounds, each):
     tops = random(kind, n)
-    movers = many.movers(tops, each)
-    runs = equal_error.runs(tops, movers, truths(tops.first(min(n, SAMPLE))), rounds)
+    who = movers.suited(tops, each)
+    runs = equal_error.runs(tops, who, truths(tops.first(min(n, SAMPLE))), rounds)
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
 
@@ -68,9 +68,9 @@ def found(problems, store):
 def equal_errors(groups):
     """Gives a line for each target: what a top costs kreisel [us], and how often as long the others
     take."""
-    own = groups["taylor"]
-    peers = {name: runs for name, runs in groups.items() if name not in many.OWN}
-    for target in (*TARGETS, equal_error.tightest(own, peers[many.HEYOKA])):
+    own = groups[movers.SERIES.name]
+    peers = {name: runs for name, runs in groups.items() if name not in movers.OWN}
+    for target in (*TARGETS, equal_error.tightest(own, peers[movers.HEYOKA])):
         told = [equal_error.ratio(runs, own, target) for runs in peers.values()]
         yield {
             "target": digits(target, ".1e"),
@@ -90,8 +90,8 @@ def kind_shown(each):
         "about": ABOUT[each["kind"]],
         "tops": each["tops"],
         "end": f"{each['end']:g}",
-        "svg": throughput(groups, many.OWN),
-        "peers": [name for name in groups if name not in many.OWN],
+        "svg": throughput(groups, movers.OWN),
+        "peers": [name for name in groups if name not in movers.OWN],
         "equal": list(equal_errors(groups)),
         "lines": [line(run) for own in groups.values() for run in own],
     }
@@ -117,16 +117,16 @@ def concluded(findings):
 
 def of_kind(kind, groups):
     """Says how many tops a second are moved, and by what that beats heyoka."""
-    peer, own = groups[many.HEYOKA], groups["taylor"]
+    peer, own = groups[movers.HEYOKA], groups[movers.SERIES.name]
     target = max(1e-9, equal_error.tightest(own, peer))
     value, _, seconds = equal_error.ratio(peer, own, target)
     said = (
-        f"Of {kind} tops, taylor moves {1 / seconds:.0f} a second to a median error of "
-        f"{power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
+        f"Of {kind} tops, {movers.SERIES.name} moves {1 / seconds:.0f} a second to a median error "
+        f"of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
     )
-    if "exact" not in groups:
+    if movers.CLOSED.name not in groups:
         return f"{said}."
-    value, _, seconds = equal_error.ratio(peer, groups["exact"], 1e-6)
+    value, _, seconds = equal_error.ratio(peer, groups[movers.CLOSED.name], 1e-6)
     return (
         f"{said}; the closed form {1 / seconds:.0f} to {power(groups['exact'][0].middle)} rad, "
         f"{brief(value)} times as many as heyoka to 1e-6."

@@ -125,10 +125,10 @@ def tolerances(decades, tightest=None):
     return (*(Setting(tol=10.0**-k) for k in decades), *more)
 
 
-OWN = "exact", "taylor"
 HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
 CLOSED = Mover("exact", partial(by_kreisel, "exact"), (Setting(),))
 SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 16), 2.0**-53))
+OWN = CLOSED.name, SERIES.name
 PEERS = (
     Mover(HEYOKA, by_hand, tolerances(range(4, 16), EPS)),
     Mover(OWN_CALL, by_its_own_call, tolerances(range(4, 15, 5), EPS), 0.1, 64),
@@ -145,7 +145,7 @@ PEERS = (
 )
 
 
-def movers(tops, each=1):
+def suited(tops, each=1):
     """Gives those who can move these tops, kreisel first; at each setting, or at each second or
     third of them from the tightest on."""
     closed = (CLOSED,) if tops.problem.symmetric else ()
