@@ -50,7 +50,7 @@ def time_of_map():
 
 
 def tasks(problems, budget, store):
-    n, each = 10 * budget.members, {"quick": 3, "default": 2}.get(budget.name, 1)
+    n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
     for kind in SCENES:
         make = partial(examine, kind, n, budget.rounds, each)
         yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
@@ -126,9 +126,10 @@ def of_kind(kind, groups):
     )
     if movers.CLOSED.name not in groups:
         return f"{said}."
-    value, _, seconds = equal_error.ratio(peer, groups[movers.CLOSED.name], 1e-6)
+    closed = groups[movers.CLOSED.name]
+    value, _, seconds = equal_error.ratio(peer, closed, 1e-6)
     return (
-        f"{said}; the closed form {1 / seconds:.0f} to {power(groups['exact'][0].middle)} rad, "
+        f"{said}; the closed form {1 / seconds:.0f} to {power(closed[0].middle)} rad, "
         f"{brief(value)} times as many as heyoka to 1e-6."
     )
 
