@@ -8,7 +8,8 @@
  *          angular momentum m is seen from space. The apex is the direction of the centre of mass
  *          from the fixed point, or T if the two are one point.
  * Units    are any consistent set; each number names its dimension in [M L T].
- * Memory   is allocated in kr_top_create only (the GSL methods, where built, let GSL allocate).
+ * Memory   is allocated in kr_top_create and kr_worker_create only (the GSL methods, where built,
+ *          let GSL allocate).
  * Errors   What can fail returns a kr_status and writes through its last argument, which stays
  *          untouched on failure.
  * Threads  There is no global state: any number of threads, one at a time on one top.
@@ -356,6 +357,65 @@ typedef struct kr_hit {
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Moves to the next event, or to t if that comes first. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
+
+/* Many tops. A worker moves any number of them by one method, one after the other or as many at
+ * once as a vector has lanes, and keeps the memory for it: a thread needs one of its own. The
+ * method NULL takes the closed form for the tops that have one, and taylor for all others. A top's
+ * numbers depend on that top and its times alone, to the last bit: not on what else is moved, in
+ * which order, in how many calls, or what of it fails. They are those of kr_exact_state, or of a
+ * kr_top; only the undamped tops that taylor moves with up to 16 digits go in lanes, and have bits
+ * of their own, the same on all instruction sets with fused multiply-add. */
+typedef struct kr_worker kr_worker;
+/* What can be kept of a number over a top's times: X(kind, its name). The variance is that of the
+ * numbers there are; where_ is the first time at which the number is so. What is not a number among
+ * them makes the result none. */
+/* clang-format off */
+#define KR_REDUCE_LIST(X)                                                                         \
+    X(MIN,       "min")                                                                           \
+    X(MAX,       "max")                                                                           \
+    X(MEAN,      "mean")                                                                          \
+    X(VARIANCE,  "variance")                                                                      \
+    X(LAST,      "last")                                                                          \
+    X(WHERE_MIN, "where_min")                                                                     \
+    X(WHERE_MAX, "where_max")
+typedef enum kr_reduce {
+#define X(kind, name) KR_REDUCE_##kind,
+    KR_REDUCE_LIST(X)
+#undef X
+    KR_REDUCE_COUNT
+} kr_reduce;
+/* clang-format on */
+KR_API const char *kr_reduce_name(kr_reduce kind);
+typedef struct kr_reduction {
+    const kr_quantity *quantity;
+    size_t component; /* which of its doubles */
+    kr_reduce kind;
+} kr_reduction;
+typedef struct kr_outcome {
+    kr_status status; /* what kr_top_create or kr_top_record would say */
+    size_t done;      /* states that are good */
+    kr_state last;    /* the last good one, which may lie behind those that were asked for */
+    kr_stats stats;   /* zeros of a closed form */
+} kr_outcome;
+/* What is asked of a worker, and where it goes. A top moves to the side of its start on which its
+ * last time lies, whatever the sign of the step. */
+typedef struct kr_tops {
+    size_t n;
+    const kr_scene *scenes;
+    size_t times;    /* of each top */
+    const double *t; /* [times], or [n][times] where each has its own */
+    int own_times;
+    kr_state *states;     /* [n][times]; those behind `done` get NaN; may be NULL */
+    double *reduced;      /* [n][reductions], NaN for a top that failed; may be NULL */
+    kr_outcome *outcomes; /* [n] */
+} kr_tops;
+/* The reductions are copied. */
+KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
+                                  const kr_reduction reduction[], kr_worker **worker);
+/* KR_OK whatever becomes of single tops, which their outcomes tell. KR_ERR_INTERRUPTED where
+ * config.poll says so: tops that were not done by then have that outcome. */
+KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
+KR_API void kr_worker_free(kr_worker *worker);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top
  * and of any body on which no torque acts (KR_ERR_METHOD for others, and for a heavy top whose axis

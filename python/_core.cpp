@@ -141,17 +141,23 @@ static bool method_suits(const std::string &method, const kr_scene &scene)
     return kr_method_suits(method_of(method), &scene) != 0;
 }
 
+void bind_alone(py::module_ &m);  // _alone.cpp
 void bind_events(py::module_ &m); // _events.cpp
 void bind_exact(py::module_ &m);  // _exact.cpp
 void bind_run(py::module_ &m);    // _run.cpp
 void bind_scene(py::module_ &m);  // _scene.cpp
+void bind_tops(py::module_ &m);   // _tops.cpp
+void bind_worker(py::module_ &m); // _worker.cpp
 
 PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
 {
+    bind_alone(m);
     bind_events(m);
     bind_exact(m);
     bind_run(m);
     bind_scene(m);
+    bind_tops(m);
+    bind_worker(m);
     m.attr("version") = kr_version();
     m.attr("statuses") = status_table();
     m.attr("methods") = method_table();

@@ -1,7 +1,7 @@
 // The closed form. A plan goes to Python as the doubles that it is made of.
 #include <algorithm>
-#include <vector>
 #include "times.hpp"
+#include "tops.hpp"
 
 template <class Plan>
 static py::tuple planned(kr_status status, const Plan &plan, const kr_exact &curve)
@@ -33,70 +33,90 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// One plan a scene, as rows; and how many there are before the first scene without one, whose
-// status it is.
-static py::tuple exact_plans(const py::list &blocks)
+// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and its
+// status.
+template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
-    std::vector<kr_scene> scenes;
-    scenes.reserve(blocks.size());
-    for (const auto &block : blocks) scenes.push_back(py::cast<kr_scene>(block));
-    doubles out({py::ssize_t(scenes.size()), py::ssize_t(sizeof(kr_exact) / sizeof(double))});
-    auto *plans = reinterpret_cast<kr_exact *>(out.mutable_data());
     kr_status status = KR_OK;
-    py::ssize_t done = 0;
-    in_pieces(py::ssize_t(scenes.size()), [&](py::ssize_t, py::ssize_t end) {
-        while (done < end && status == KR_OK &&
-               (status = kr_exact_plan(&scenes[size_t(done)], plans + done)) == KR_OK)
-            done++;
-    });
-    return py::make_tuple(name_of(status), done, out);
-}
-// (plans, times, 8)
-static doubles exact_plans_states(const doubles &plans, const doubles &t)
-{
-    const auto n = plans.shape(0);
-    const auto times = t.size();
-    doubles out({n, times, py::ssize_t(8)});
-    const auto *from = reinterpret_cast<const kr_exact *>(plans.data());
-    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    const double *at = t.data();
-    in_pieces(n * times, [&](py::ssize_t i, py::ssize_t end) {
-        while (i < end) {
-            const py::ssize_t begin = i % times, count = std::min(end - i, times - begin);
-            if (count == 1)
-                states[i] = kr_exact_state(from + i / times, at[begin]);
-            else
-                kr_exact_states(from + i / times, size_t(count), at + begin, states + i);
-            i += count;
+    size_t i = begin;
+    {
+        py::gil_scoped_release nogil;
+        kr_scene scene;
+        for (; i < end && status == KR_OK; i += status == KR_OK) {
+            all.fill(i, i + 1, &scene);
+            status = use(i - begin, scene);
         }
-    });
-    return out;
+    }
+    return py::make_tuple(name_of(status), i);
 }
-// A row a scene, of what a kr_turning holds beside its course; the courses; and how many scenes
-// there are before the first without turning points, whose status it is.
-static py::tuple exact_turnings(const py::list &blocks)
+// Period, precession and spin, a row a top.
+static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out)
 {
-    std::vector<kr_scene> scenes;
-    scenes.reserve(blocks.size());
-    for (const auto &block : blocks) scenes.push_back(py::cast<kr_scene>(block));
-    doubles out({py::ssize_t(scenes.size()), py::ssize_t(10)});
-    double *rows = out.mutable_data();
-    std::vector<const char *> courses(scenes.size());
-    kr_status status = KR_OK;
-    py::ssize_t done = 0;
-    in_pieces(py::ssize_t(scenes.size()), [&](py::ssize_t, py::ssize_t end) {
-        for (kr_turning r; done < end && status == KR_OK; done += status == KR_OK) {
-            status = kr_exact_turning(&scenes[size_t(done)], &r);
-            if (status != KR_OK) continue;
-            const double row[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
-                                  r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
-            std::copy(std::begin(row), std::end(row), rows + 10 * done);
-            courses[size_t(done)] = r.course;
-        }
+    double *to = in_place<double>(out, 3 * (end - begin));
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        kr_exact plan = {};
+        const kr_status status = kr_exact_plan(&scene, &plan);
+        const double rates[] = {plan.period, plan.precession, plan.spin};
+        std::copy(std::begin(rates), std::end(rates), to + 3 * i);
+        return status;
     });
-    py::list names;
-    for (py::ssize_t i = 0; i < done; i++) names.append(courses[size_t(i)]);
-    return py::make_tuple(name_of(status), done, out, names);
+}
+// (tops, times, 8) at times of all, or of each.
+static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
+                                      const py::object &out, const doubles &t)
+{
+    const size_t times = size_t(t.shape(t.ndim() - 1)), own = t.ndim() == 2 ? times : 0;
+    if (own && size_t(t.shape(0)) != end - begin) throw py::value_error("there are other times");
+    auto *to = reinterpret_cast<kr_state *>(in_place<double>(out, 8 * times * (end - begin)));
+    const double *from = t.data();
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        kr_exact plan;
+        const kr_status status = kr_exact_plan(&scene, &plan);
+        const double *at = from + i * own;
+        if (status == KR_OK && times == 1)
+            to[i] = kr_exact_state(&plan, *at);
+        else if (status == KR_OK)
+            kr_exact_states(&plan, times, at, to + i * times);
+        return status;
+    });
+}
+
+static const char *const courses[] = {"resting",    "circle",   "sleeping", "hanging",
+                                      "steady",     "separatrix", "pendulum", "rosette",
+                                      "loops",      "cusps",    "waves"};
+// What a kr_turning holds beside its course, as a row; and the number of the course.
+static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
+{
+    kr_turning r;
+    const kr_status status = kr_exact_turning(&scene, &r);
+    if (status != KR_OK) return status;
+    const double numbers[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
+                              r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
+    std::copy(std::begin(numbers), std::end(numbers), row);
+    *course = int8_t(std::find_if(std::begin(courses), std::end(courses),
+                                  [&](const char *name) { return !std::strcmp(name, r.course); }) -
+                     std::begin(courses));
+    return KR_OK;
+}
+static py::tuple exact_turning(const kr_scene &scene)
+{
+    double row[10];
+    int8_t course = 0;
+    const kr_status status = read_turning(scene, row, &course);
+    doubles out(py::ssize_t(10));
+    if (status == KR_OK) std::copy(std::begin(row), std::end(row), out.mutable_data());
+    return py::make_tuple(name_of(status), out, courses[course]);
+}
+// Those of the tops begin to end; and the first without turning points, or the end, with its
+// status.
+static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
+                                const py::object &numbers)
+{
+    double *row = in_place<double>(rows, 10 * (end - begin));
+    int8_t *course = in_place<int8_t>(numbers, end - begin);
+    return each_of(all, begin, end, [&](size_t i, const kr_scene &scene) {
+        return read_turning(scene, row + 10 * i, course + i);
+    });
 }
 // The potential at each nutation, by a row of exact_turnings.
 static doubles turning_potential(const doubles &row, const doubles &nutation)
@@ -139,9 +159,14 @@ void bind_exact(py::module_ &m)
 {
     m.def("exact_plan", exact_plan, "scene"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
-    m.def("exact_plans", exact_plans, "scenes"_a);
-    m.def("exact_plans_states", exact_plans_states, "plans"_a, "t"_a);
-    m.def("exact_turnings", exact_turnings, "scenes"_a);
+    py::list names;
+    for (const char *course : courses) names.append(course);
+    m.attr("courses") = names;
+    m.def("exact_rates", exact_rates, "tops"_a, "begin"_a, "end"_a, "out"_a);
+    m.def("exact_states_of_tops", exact_states_of_tops, "tops"_a, "begin"_a, "end"_a, "out"_a,
+          "t"_a);
+    m.def("exact_turning", exact_turning, "scene"_a);
+    m.def("exact_turnings", exact_turnings, "tops"_a, "begin"_a, "end"_a, "rows"_a, "courses"_a);
     m.def("turning_potential", turning_potential, "row"_a, "nutation"_a);
     m.def("exact_map_plan", exact_map_plan, "scene"_a, "step"_a);
     m.def("exact_map_states", exact_map_states, "plan"_a, "k"_a);

@@ -57,6 +57,16 @@ template <class T> inline doubles array_of(const T &value)
     return a;
 }
 
+// The numbers of an array that is written where it stands.
+template <class T> inline T *in_place(const py::handle &given, size_t count)
+{
+    if (!py::isinstance<py::array_t<T, py::array::c_style>>(given))
+        throw py::value_error("an array has the wrong type or order");
+    auto array = py::reinterpret_borrow<py::array_t<T>>(given);
+    if (size_t(array.size()) != count) throw py::value_error("an array has the wrong shape");
+    return array.mutable_data();
+}
+
 // Blocks out; in they come as arguments of type kr_body and kr_scene.
 template <class T> inline py::bytes block_of(const T &value)
 {

@@ -241,16 +241,23 @@ static void share_memory(kr_top *top)
     top->kept.work = top->main.work + work;
     top->side.work = top->kept.work + work;
 }
+kr_status kr_top_blank(const kr_method *method, kr_top **top)
+{
+    kr_top *made = calloc(1, sizeof *made + (LINE + work_of_all(method)) * sizeof(double));
+    if (!made) return KR_ERR_MEMORY;
+    made->method = method;
+    share_memory(made);
+    *top = made;
+    return KR_OK;
+}
 kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                         kr_top **out)
 {
+    kr_top *top = NULL;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = method && out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
+    if (status == KR_OK) status = kr_top_blank(method, &top);
     if (status != KR_OK) return status;
-    kr_top *top = calloc(1, sizeof *top + (LINE + work_of_all(method)) * sizeof(double));
-    if (!top) return KR_ERR_MEMORY;
-    top->method = method;
-    share_memory(top);
     status = begin(top, scene, method, &config);
     if (status == KR_OK) {
         kr_steps_keep(top);
@@ -283,24 +290,28 @@ static void adopt(kr_top *top, const kr_top *begun)
     for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
     kr_steps_keep(top);
 }
-kr_status kr_top_reset(kr_top *top, const kr_state *state)
+kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config)
 {
-    if (!top || !state) return KR_ERR_ARGUMENT;
     kr_motion *spare = top->method->at ? &top->main : &top->side;
-    kr_scene scene = top->scene;
-    scene.start = *state;
-    kr_status status = kr_scene_check(&scene);
-    if (status == KR_OK) status = check(&scene, top->method, &top->config);
+    kr_status status = kr_scene_check(scene);
+    if (status == KR_OK) status = check(scene, top->method, config);
     if (status != KR_OK) return status;
     kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
-    status = begin(&begun, &scene, top->method, &top->config);
+    status = begin(&begun, scene, top->method, config);
     if (status == KR_OK)
         adopt(top, &begun);
     else
         spare->aux = begun.main.aux;
     return status;
+}
+kr_status kr_top_reset(kr_top *top, const kr_state *state)
+{
+    if (!top || !state) return KR_ERR_ARGUMENT;
+    kr_scene scene = top->scene;
+    scene.start = *state;
+    return kr_top_become(top, &scene, &top->config);
 }
 kr_status kr_top_advance(kr_top *top, double t)
 {

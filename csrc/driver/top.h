@@ -71,6 +71,18 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 }
 /* The horizon of such a top with this scene. */
 double kr_top_horizon(const kr_top *top, const kr_scene *scene);
+/* Allocates a top for this method, which is that of no scene yet. */
+kr_status kr_top_blank(const kr_method *method, kr_top **top);
+/* Makes a top that watches for nothing the one that kr_top_create would make of this scene and
+ * config. Where that is refused, the top stays as it was. */
+kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config);
+/* The step of a config that leads back in time, or forward. A method's own choice is 0, which only
+ * leads forward: back, it begins with this. */
+static inline double kr_step_led(double step, int back)
+{
+    const double size = fabs(step);
+    return !back ? size : size > 0.0 ? -size : -0.1;
+}
 /* After a failure on the way to t this makes main's own state the top's, where it is further than
  * what was asked for last, unless it is not finite in the user's units. */
 kr_status kr_top_come_up(kr_top *top, double t);

@@ -6,11 +6,34 @@
 #include "turning.h"
 #include "from_scene.h"
 
+/* Returns the closed form of a Lagrange top, in its own units. */
+static kr_exact lagrange_closed_form(const exact_top *top)
+{
+    const int below = top->lever.hi < 0.0;
+    setting s;
+    s.top = below ? seen_from_below(top) : *top;
+    begin_setting(&s);
+    if (stands(&s.start)) {
+        const dd half = dd_half(s.start.w[2]);
+        memset(&s.exact, 0, sizeof s.exact);
+        s.exact.constant.z = s.top.m.z;
+        s.exact.side = 1.0;
+        steady_closed_form(&s.exact, rounded(s.top.q), dd_add(half, s.half_spin),
+                           dd_sub(half, s.half_spin));
+    } else
+        lagrange_moving(&s, 1);
+    if (below) {
+        turn_over(&s.exact);
+        fill_frame_below(s.exact.frame);
+        s.exact.framed = 1;
+    }
+    return s.exact;
+}
 /* Sets the closed form up for a user's scene. Where `own` is not 0, it stays in working axes and
  * own units and begins at time 0, as the method `exact` wants it. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 {
-    exact_top top;
+    described_top top;
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     const kr_kind kind =
@@ -19,8 +42,9 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    kr_exact made = top.lever.hi == 0.0 ? euler_closed_form(&top) : lagrange_closed_form(&top);
-    if (!own) to_user(&made, &top, scene->start.t, top.units.time);
+    kr_exact made =
+        top.own.lever.hi == 0.0 ? euler_closed_form(&top.own) : lagrange_closed_form(&top.own);
+    if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* A moment beyond all others may make a rate beyond all numbers. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     *exact = made;
@@ -35,7 +59,7 @@ static int turns_about_apex(const kr_body *body, kr_kind kind)
 }
 static kr_status find_turning(const kr_scene *scene, kr_turning *out)
 {
-    exact_top top;
+    described_top top;
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL);
@@ -43,9 +67,9 @@ static kr_status find_turning(const kr_scene *scene, kr_turning *out)
         return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    const int below = top.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
-    if (below) top = seen_from_below(&top);
-    kr_turning r = turning_downwards(&top);
+    const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
+    if (below) top.own = seen_from_below(&top.own);
+    kr_turning r = turning_downwards(&top.own);
     if (below != behind) turning_over(&r);
     turning_to_user(&r, &top.units, scene->start.t);
     *out = r;

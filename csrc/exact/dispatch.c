@@ -62,3 +62,21 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return maps_here()->state(map, k);
 }
+/* A table of its own, for who plans one top alone links nothing of it. */
+const kr_exact_width *kr_exact_width_at(int i)
+{
+    static const kr_exact_width widths[] = {
+#ifdef KR_X86
+        {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_all_avx512},
+        {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_all_avx2},
+#endif
+        {"base", kr_has_base, &kr_exact_one_base, kr_exact_all_base},
+    };
+    return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
+}
+void kr_exact_do(const kr_exact_asked *asked)
+{
+    int i = 0;
+    while (!kr_exact_width_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    kr_exact_width_at(i)->all(kr_exact_width_at(i)->one, asked);
+}

@@ -21,9 +21,38 @@ typedef struct kr_exact_maps {
 } kr_exact_maps;
 /* states.c makes these: they read the states at many times at once. */
 typedef void kr_exact_many(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
+/* What is asked of many tops: the closed form of each, where `plans` is not NULL, and its states at
+ * `times` times, where that is not 0: at t[0], t[1], ... or, with `own_times`, the i-th top's at
+ * t[i times] and on. Its states begin at states[i times]; `status` says what kr_exact_plan says of
+ * each. Of a top that it refuses nothing is written but that. Every top gets the bits that
+ * kr_exact_plan and kr_exact_state give it, whatever the others are. */
+typedef struct kr_exact_asked {
+    size_t n;
+    const kr_scene *scenes;
+    kr_exact *plans;
+    size_t times;
+    const double *t;
+    int own_times;
+    kr_state *states;
+    kr_status *status;
+} kr_exact_asked;
+/* plans.c makes these; `one` is what plans one top alone. */
+typedef void kr_exact_all(const kr_exact_one *one, const kr_exact_asked *asked);
+typedef struct kr_exact_width {
+    const char *name;
+    int (*runs_here)(void);
+    const kr_exact_one *one;
+    kr_exact_all *all;
+} kr_exact_width;
+/* Returns the i-th instruction set for which many tops were compiled, the widest first; NULL beyond
+ * the last. */
+const kr_exact_width *kr_exact_width_at(int i);
+/* Does what is asked, by the widest that runs here. */
+void kr_exact_do(const kr_exact_asked *asked);
 
 extern const kr_exact_one kr_exact_one_base, kr_exact_one_avx2;
 extern const kr_exact_maps kr_exact_maps_base, kr_exact_maps_avx2;
+kr_exact_all kr_exact_all_base, kr_exact_all_avx2, kr_exact_all_avx512;
 kr_exact_many kr_exact_many_base, kr_exact_many_avx2, kr_exact_many_avx512;
 
 typedef struct kr_exact_isa {

@@ -8,7 +8,7 @@
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
 #include "numbers/trig.h"
-#include "phase.h"
+#include "single.h"
 #include "theta.h"
 
 /* The body's axes in order: 2 is that of the middle moment, 3 is the one about which m circulates,
@@ -191,7 +191,7 @@ static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
-    set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi, 1);
+    set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
     /* The mean spin is that about the axis on the momentum's side, but the axis lies along -e3. */
     exact->spin = -exact->spin;
 }

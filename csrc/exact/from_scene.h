@@ -5,24 +5,15 @@
  * one. */
 #ifndef KR_EXACT_FROM_SCENE_H
 #define KR_EXACT_FROM_SCENE_H
-#include "phase.h"
+#include "numbers/binary.h"
+#include "single.h"
 
-/* Returns the product of four double-doubles with four doubles. */
-static dd dot(const dd a[4], double w, double x, double y, double z)
-{
-    return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
-                  dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
-}
-/* Replaces q by the product q by: the turn `by` comes first. */
-static void turn_first(dd q[4], kr_quat by)
-{
-    const dd a[4] = {q[0], q[1], q[2], q[3]};
-    q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
-    q[1] = dot(a, by.x, by.w, by.z, -by.y);
-    q[2] = dot(a, by.y, -by.z, by.w, by.x);
-    q[3] = dot(a, by.z, by.y, -by.x, by.w);
-}
-static int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
+/* A scene's top, and what leads back to the scene. */
+typedef struct described_top {
+    exact_top own;
+    kr_quat axes; /* working axes -> frame of description */
+    kr_units units;
+} described_top;
 
 /* The working axes of a spherical body follow its centre of mass up to rounding. This gives the
  * turn for the rest of the way, and returns |com|. */
@@ -41,7 +32,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 /* Brings a checked scene into working axes and own units. */
-static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
+static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
     kr_working w = kr_body_working(&scene->body);
@@ -53,22 +44,34 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, exact_top *top)
     dd reach = dd_of(kind == KR_LAGRANGE ? w.com.z : 0.0);
     kr_quat tilt;
     if (status != KR_OK) return status;
-    top->inertia = v_scale(1.0 / top->units.moment, w.inertia);
-    top->m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
+    exact_top *own = &top->own;
+    own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
+    own->m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
     top->axes = q_unit(q_mul(b->axes, w.axes));
-    top->q[0] = dd_of(q.w);
-    top->q[1] = dd_of(q.x);
-    top->q[2] = dd_of(q.y);
-    top->q[3] = dd_of(q.z);
-    if (!is_one(b->axes)) turn_first(top->q, b->axes);
-    if (!is_one(w.axes)) turn_first(top->q, w.axes);
+    own->q[0] = dd_of(q.w);
+    own->q[1] = dd_of(q.x);
+    own->q[2] = dd_of(q.y);
+    own->q[3] = dd_of(q.z);
+    if (!is_one(b->axes)) turn_first(own->q, b->axes);
+    if (!is_one(w.axes)) turn_first(own->q, w.axes);
     if (w.tilted && kind == KR_LAGRANGE) {
         reach = tilt_on(b, &w, &tilt);
-        turn_first(top->q, tilt);
+        turn_first(own->q, tilt);
     }
-    const int power = pull.power - ilogb(top->units.moment) + 2 * ilogb(top->units.time);
+    const int power =
+        pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
     const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
-    top->lever = dd_make(ldexp(lever.hi, power), ldexp(lever.lo, power));
+    own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
     return KR_OK;
+}
+/* Brings the closed form to the frame of description and the user's units; `unit` is its unit of
+ * time in the user's. */
+static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
+{
+    if (!is_one(top->axes)) {
+        fill_frame_axes(exact->frame, exact->framed, top->axes);
+        exact->framed = 1;
+    }
+    to_user(exact, start, unit, top->units.moment / top->units.time);
 }
 #endif

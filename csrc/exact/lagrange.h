@@ -4,7 +4,7 @@
  * Whatever grows with time (the nutation's rate nu, the rates k1 and k2 of alpha and beta) and the
  * roots for it are computed in double-double from differences that do not cancel. The moment about
  * the axis adds a constant spin only. This header is source that is compiled once per instruction
- * set, because its double-doubles want the fused product. */
+ * set and number of lanes, see setup.h. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -30,9 +30,9 @@ typedef struct turning {
     dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
 } turning;
 
-static initial initial_of(const exact_top *top, dd i1)
+INLINE initial initial_of(const exact_top *top, dd i1)
 {
-    const dd i = dd_div(dd_of(1.0), i1);
+    const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
     s.minus = axis_of(top->q, s.a, &s.plus);
     s.w[0] = dd_times(top->m.x, i);
@@ -49,21 +49,19 @@ static initial initial_of(const exact_top *top, dd i1)
 /* Finds the heights where u3 is the lone root, from the cubic about the start in v = u - u0,
  * because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0), the two others
  * follow. */
-static void about_start(const initial *s, const dd c[3], double guess, turning *r)
+INLINE void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
-    r->third = newton_cubic(dd_of(1.0), scaled, guess);
-    const dd product = dd_div(c[0], r->third),
-             b = dd_div(dd_add(dd_mul(s->g, product), c[1]), r->third);
+    r->third = newton_cubic(dd_splat(1.0), scaled, guess);
+    const dd product = dd_over(c[0], r->third),
+             b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
     /* The others solve v^2 - b v - product = 0, where product >= 0. */
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
-    if (b.hi > 0.0) {
-        r->up = dd_half(dd_add(r->span, b));
-        r->down = dd_div(product, r->up);
-    } else {
-        r->down = dd_half(dd_sub(r->span, b));
-        r->up = r->down.hi > 0.0 ? dd_div(product, r->down) : dd_of(0.0);
-    }
+    const dd large = dd_half(dd_add(r->span, dd_abs(b))),
+             small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
+    const mask upwards = is_positive(b.hi);
+    r->up = dd_choose(upwards, large, small);
+    r->down = dd_choose(upwards, small, large);
     r->g31 = dd_add(r->third, dd_mul(s->g, r->down));
     r->g32 = dd_sub(r->third, dd_mul(s->g, r->up));
     r->minus2 = dd_sub(s->minus, r->up);
@@ -72,58 +70,71 @@ static void about_start(const initial *s, const dd c[3], double guess, turning *
 }
 /* Finds the heights where u1 is the lone root, from the cubic about the upper pole, because that is
  * the only height where u2 and u3 can meet. */
-static void about_top(const initial *s, double guess, turning *r)
+INLINE void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
     const dd tilt = dd_sub(dd_mul(s->minus, dd_sub(dd_square(s->w[2]), s->g)), dd_mul(s->w[2], wa));
-    const dd c[3] = {dd_neg(dd_square(s->difference)), dd_times(-2.0, dd_add(wh, tilt)),
-                     dd_sub(dd_mul(s->g, dd_add(dd_of(2.0), s->minus)), s->w_square)};
+    const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
+                     dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
     /* The others solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
-    const dd e0 = dd_div(c[0], r->minus1), e1 = dd_div(dd_sub(c[1], e0), r->minus1);
-    r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(s->g, e0))));
-    if (e1.hi <= 0.0) {
-        r->minus3 = dd_half(dd_sub(r->g32, e1));
-        r->minus2 = r->minus3.hi > 0.0 ? dd_neg(dd_div(e0, r->minus3)) : dd_of(0.0);
-    } else {
-        const dd t = dd_half(dd_add(r->g32, e1));
-        r->minus2 = dd_div(t, s->g);
-        r->minus3 = dd_neg(dd_mul(s->g, dd_div(e0, t)));
+    const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
+    r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
+    const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
+    const mask beyond = is_positive(e1.hi);
+    r->minus3 = large;
+    r->minus2 = dd_choose(is_positive(large.hi), small, dd_splat(0.0));
+    if (mask_any(beyond)) {
+        r->minus3 = dd_choose(beyond, dd_mul(s->g, small), r->minus3);
+        r->minus2 = dd_choose(beyond, dd_div(large, s->g), r->minus2);
     }
     r->third = dd_add(r->minus3, dd_mul(s->g, s->minus));
-    r->down = dd_max(dd_sub(r->minus1, s->minus), dd_of(0.0));
-    r->up = dd_max(dd_sub(s->minus, r->minus2), dd_of(0.0));
+    r->down = dd_max(dd_sub(r->minus1, s->minus), dd_splat(0.0));
+    r->up = dd_max(dd_sub(s->minus, r->minus2), dd_splat(0.0));
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
+/* Replaces the smaller of two by what leads to it from the larger: the quotient of `product` by
+ * larger times `beside`. Where both are zero it leaves them. */
+INLINE void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
+{
+    const dd larger = dd_choose(smaller_a, *b, *a),
+             smaller = dd_over(product, dd_mul(larger, beside));
+    const mask known = is_positive(larger.hi); /* Where not, all three heights are one. */
+    *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
+    *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
+}
 /* Replaces small distances, whose differences have cancelled, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
- *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0). */
-static void sharpen(const initial *s, turning *r, int top)
+ *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
+ * `top` says that the heights come from about_start. */
+INLINE void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
     /* A distance is kept above this level, far below rounding, so that quotients stay finite. */
-    const dd level = dd_of(1e-36);
-    if (!top) {
-        if (r->down.hi > r->up.hi)
-            r->up = dd_div(climb, dd_mul(r->down, r->third));
-        else if (r->up.hi > 0.0) /* untaken: where not, all three heights are one */
-            r->down = dd_div(climb, dd_mul(r->up, r->third));
-    }
+    const dd level = dd_splat(1e-36);
+    if (!top) sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
     r->plus3 = dd_add(r->third, dd_mul(s->g, s->plus));
-    r->plus1 = dd_div(plus, dd_mul(r->plus2, r->plus3));
+    r->plus1 = dd_over(plus, dd_mul(r->plus2, r->plus3));
     r->minus1 = dd_max(r->minus1, level);
-    if (top) {
-        if (s->g.hi * r->minus2.hi < r->minus3.hi)
-            r->minus2 = dd_div(minus, dd_mul(r->minus1, r->minus3));
-        else if (r->minus2.hi > 0.0) /* untaken: as above */
-            r->minus3 = dd_div(minus, dd_mul(r->minus1, r->minus2));
-    }
+    if (top)
+        sharpen_smaller(&r->minus2, &r->minus3, wide_less(s->g.hi * r->minus2.hi, r->minus3.hi),
+                        minus, r->minus1);
     r->span = dd_max(r->span, level);
-    r->g32 = dd_max(r->g32, dd_times(1e-150, r->g31));
+    r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
+}
+INLINE void heights_about_start(const initial *s, const dd c[3], wide guess, turning *r)
+{
+    about_start(s, c, guess, r);
+    sharpen(s, r, 1);
+}
+INLINE void heights_about_top(const initial *s, wide guess, turning *r)
+{
+    about_top(s, guess / s->g.hi, r);
+    sharpen(s, r, 0);
 }
 /* Finds the turning heights, by that cubic in which the two roots that are close lose no digits. */
 static turning turning_heights(const initial *s)
@@ -135,164 +146,233 @@ static turning turning_heights(const initial *s)
     const dd twist = dd_sub(dd_mul(b[0], s->w[1]), dd_mul(b[1], s->w[0]));
     const dd c[3] = {dd_square(s->climb), dd_neg(dd_add(dd_mul(s->g, flat), dd_twice(twist))),
                      dd_sub(dd_twice(dd_mul(s->g, s->a[2])), s->w_square)};
-    int top;
-    const double guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
-    turning r;
-    if (top)
-        about_start(s, c, guess, &r);
-    else
-        about_top(s, guess / s->g.hi, &r);
-    sharpen(s, &r, top);
+    mask top;
+    const wide guess = lone_root(c[2].hi, s->g.hi * c[1].hi, s->g.hi * s->g.hi * c[0].hi, &top);
+    turning r, some;
+    if (mask_all(top)) {
+        heights_about_start(s, c, guess, &r);
+        return r;
+    }
+    heights_about_top(s, guess, &r);
+    if (!mask_any(top)) return r;
+    heights_about_start(s, c, guess, &some);
+    take_lanes(&r, &some, sizeof r, top);
     return r;
 }
 /* Gives the rates nu, k1 and k2, and returns agm(1, k'). k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the like at the upper pole, with 1 - u in place of 1 + u. There the sum may start from
  * u3 or from u2, whichever is farther from the pole and hence has the larger p0. */
-static dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
+static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
-    const dd kp = dd_sqrt(dd_div(r->g32, r->g31));
-    const int far = r->minus3.hi >= s->g.hi * r->minus2.hi;
-    const dd p[2] = {dd_div(r->plus3, r->g31),
-                     far ? dd_div(r->minus3, r->g31) : dd_div(r->minus2, r->minus1)};
+    const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
+    const mask far = wide_at_most(s->g.hi * r->minus2.hi, r->minus3.hi);
+    const dd p[2] = {dd_over(r->plus3, r->g31), dd_over(dd_choose(far, r->minus3, r->minus2),
+                                                        dd_choose(far, r->g31, r->minus1))};
     dd sum[2], mean = elliptic_mean(kp, 2, p, sum);
     *nu = dd_mul(dd_half(dd_sqrt(r->g31)), mean);
-    *k1 = dd_div(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_times(4.0, r->plus3));
-    if (far) {
-        *k2 = r->minus3.hi > 0.0
-                  ? dd_div(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_times(-4.0, r->minus3))
-                  : dd_of(0.0);
-    } else {
-        const dd extra = dd_half(dd_mul(dd_div(r->span, r->minus2), sum[1]));
-        *k2 = dd_div(dd_mul(dd_half(s->difference), dd_add(dd_of(1.0), extra)), r->minus1);
-        *k2 = s->difference.hi < 0.0 ? dd_add(*k2, *nu) : dd_sub(*k2, *nu);
+    *k1 = dd_over(dd_mul(dd_mul(s->sum, s->g), sum[0]), dd_scale(4.0, r->plus3));
+    *k2 = zero;
+    if (mask_any(far)) {
+        const dd rate =
+            dd_over(dd_mul(dd_mul(s->difference, s->g), sum[1]), dd_scale(-4.0, r->minus3));
+        *k2 = dd_choose(is_positive(r->minus3.hi), rate, zero);
+    }
+    if (!mask_all(far)) {
+        const dd extra = dd_half(dd_mul(dd_over(r->span, r->minus2), sum[1]));
+        const dd rate =
+            dd_over(dd_mul(dd_half(s->difference), dd_add(dd_splat(1.0), extra)), r->minus1);
+        const dd wound = dd_choose(is_negative(s->difference.hi), *nu, dd_neg(*nu));
+        *k2 = dd_choose(far, *k2, dd_add(rate, wound));
     }
     return mean;
 }
-/* Sets the theta series of alpha, beta and the horizontal momentum. The imaginary parts y1 and y2
- * of their arguments are incomplete integrals of the first kind; the sizes follow at the turning
- * heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. p1 and p2 stand for 1 + u1 and 1 +
- * u2, m1 and m2 for 1 - u1 and 1 - u2. */
-static void lagrange_series(kr_exact *exact, const initial *s, const turning *r, double i1,
-                            dd average)
+/* The imaginary parts y1 and y2 of the arguments of alpha and beta, and T (theta_stretch). */
+typedef struct arguments {
+    wide y1, y2, T;
+} arguments;
+
+/* Returns the arguments, which are incomplete integrals of the first kind. p1 and p2 stand for 1 +
+ * u1 and 1 + u2, m1 and m2 for 1 - u1 and 1 - u2. */
+static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
+                                     dd average)
 {
-    const double pi = 3.14159265358979323846, kp = sqrt(r->g32.hi / r->g31.hi), third = r->g31.hi,
-                 mean = average.hi;
-    const dd k2 = dd_max(dd_div(dd_mul(s->g, r->span), r->g31), dd_of(1e-36));
-    const double T = theta_stretch(exact, average, k2);
-    const double d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi,
-                 m2 = r->minus2.hi;
-    const double m32 = m1 * r->g32.hi, limit = 0.5 * pi * T, up = s->sum.hi < 0.0 ? -1.0 : 1.0;
-    const double down = s->difference.hi < 0.0 ? -1.0 : 1.0;
-    const double b1 = sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
-    const double b2 = sqrt(m2 * third / m32) * elliptic_rf(d * r->minus3.hi / m32, d / m1, 1.0);
-    const double y1 = -up * fmin(mean * b1, limit), y2 = -down * fmin(mean * b2, limit);
-    const int dual = T < 1.0;
-    const double nome = exp(dual ? -pi / T : -pi * T), shrink = dual ? 1.0 / T : 1.0,
-                 quarter = sqrt(sqrt(nome));
-    double f[6];
-    exact->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
-    exact->slope[0] = -y1 * shrink / pi;
-    exact->slope[1] = -y2 * shrink / pi;
-    exact->alpha = theta_series(THETA1, nome, y1 * shrink, dual);
-    exact->beta = theta_series(dual ? THETA4 : THETA2, nome, y2 * shrink, dual);
-    exact->horizontal = theta_series(THETA3, nome, (y1 + y2) * shrink, dual);
+    const wide third = r->g31.hi, mean = average.hi, one = wide_splat(1.0);
+    const dd k2 = dd_max(dd_over(dd_mul(s->g, r->span), r->g31), dd_splat(1e-36));
+    const wide d = r->span.hi, p1 = r->plus1.hi, p2 = r->plus2.hi, m1 = r->minus1.hi,
+               m2 = r->minus2.hi, per_m32 = 1.0 / (m1 * r->g32.hi);
+    const wide b1 = wide_sqrt(p1) * elliptic_rf(d, d * r->plus3.hi / third, p2);
+    const wide b2 = wide_sqrt(m2 * third * per_m32) *
+                    elliptic_rf(d * r->minus3.hi * per_m32, d * r->g32.hi * per_m32, one);
+    arguments a;
+    a.T = theta_stretch(exact, average, k2);
+    const wide limit = 1.57079632679489661923 * a.T;
+    a.y1 = -minus_where(is_negative(s->sum.hi)) * wide_min(mean * b1, limit);
+    a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
+    return a;
+}
+/* Sets the theta series of alpha, beta and the horizontal momentum, of one kind. The sizes follow
+ * at the turning heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. */
+INLINE void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a, int dual)
+{
+    const double pi = 3.14159265358979323846;
+    const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), p2 = r->plus2.hi, m1 = r->minus1.hi,
+               zero = wide_splat(0.0), shrink = dual ? 1.0 / a->T : wide_splat(1.0);
+    const exponential e = exponential_of(dd_of(-pi * (dual ? shrink : a->T)));
+    const wide nome = e.plus * (e.even + e.odd), y1 = a->y1 * shrink, y2 = a->y2 * shrink;
+    const wide high = wide_sqrt(0.5 * p2), low = wide_sqrt(0.5 * m1);
+    set_curve(exact, dual ? LAGRANGE_DUAL : LAGRANGE);
+    exact->slope[0] = y1 * (-1.0 / pi);
+    exact->slope[1] = y2 * (-1.0 / pi);
+    exact->alpha = theta_series(THETA1, nome, y1, dual);
+    exact->beta = theta_series(dual ? THETA4 : THETA2, nome, y2, dual);
+    exact->horizontal = theta_series(THETA3, nome, y1 + y2, dual);
     if (dual) {
-        const kr_theta pole = theta_series(THETA4, nome, y1 * shrink, 1);
+        const theta_lanes pole = theta_series(THETA4, nome, y1, 1);
+        const wide quarter = wide_sqrt(wide_sqrt(nome));
         theta_scale(&exact->alpha,
-                    sqrt(0.5 * p2) * 2.0 * quarter / sqrt(kp) / theta_at(pole.even, 0.0));
+                    high * 2.0 * quarter / wide_sqrt(kp) / theta_at(pole.even, zero));
+        theta_scale(&exact->beta, low / theta_at(exact->beta.even, zero));
+    } else {
+        theta_scale(&exact->alpha, high / theta_at(exact->alpha.even, wide_splat(1.0)));
+        theta_scale(&exact->beta, low * wide_sqrt(kp) / theta_at(exact->beta.even, zero));
+    }
+}
+static inline void lagrange_series(exact_lanes *exact, const turning *r, const arguments *a)
+{
+    const mask dual = wide_less(a->T, wide_splat(1.0));
+    if (mask_all(dual)) {
+        series_of_kind(exact, r, a, 1);
+        return;
+    }
+    if (mask_any(dual)) {
+        exact_lanes some = *exact;
+        series_of_kind(&some, r, a, 1);
+        series_of_kind(exact, r, a, 0);
+        take_lanes(exact, &some, sizeof some, dual);
     } else
-        theta_scale(&exact->alpha, sqrt(0.5 * p2) / theta_at(exact->alpha.even, 1.0));
-    theta_scale(&exact->beta,
-                sqrt(0.5 * m1) * (dual ? 1.0 : sqrt(kp)) / theta_at(exact->beta.even, 0.0));
-    /* The momentum's size is taken at the lower turning height, where it is the larger: m1 p2 >= p1
-     * m2 and plus3 >= minus3. Its series, theta3 on an axis, is positive. */
-    const double lowest =
-        -0.5 * (sqrt(m1 * p2 * r->plus3.hi) - up * down * sqrt(p1 * m2 * r->minus3.hi));
-    phase_start(&exact->nutation, dd_of(0.0));
+        series_of_kind(exact, r, a, 0);
+}
+/* Sets the horizontal momentum's size. It is taken at the lower turning height, where it is the
+ * larger: m1 p2 >= p1 m2 and plus3 >= minus3 (arguments_of has the letters). Its series, theta3 on
+ * an axis, is positive. */
+static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
+                                     wide i1)
+{
+    const wide way =
+        minus_where(is_negative(s->sum.hi)) * minus_where(is_negative(s->difference.hi));
+    const wide lowest = -0.5 * (wide_sqrt(r->minus1.hi * r->plus2.hi * r->plus3.hi) -
+                                way * wide_sqrt(r->plus1.hi * r->minus2.hi * r->minus3.hi));
+    wide f[6];
+    phase_start(&exact->nutation, dd_splat(0.0));
     factors_at(exact, 0.0, f);
-    const double norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
-    exact->momentum = i1 * lowest * sqrt(norm) / length(f[4], f[5]);
+    const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
+    exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
 /* Returns the phase of the start [turns], 0 .. 1/4, by its distance from the nearer turning
  * height. */
-static dd place(const turning *r, double mean)
+INLINE dd place(const turning *r, wide mean)
 {
-    const double low = r->down.hi / r->span.hi,
-                 high = fmax(r->up.hi / r->span.hi, r->down.hi > 0.0 ? 0.0 : 1.0);
-    const double dn = r->third.hi / r->g31.hi, kp = r->g32.hi / r->g31.hi,
-                 turn = mean / 6.283185307179586477;
-    if (low * dn <= high) return dd_of(turn * sqrt(low) * elliptic_rf(high, dn, 1.0));
-    return two_sum(0.25, -turn * sqrt(high / dn) * elliptic_rf(kp * low / dn, kp / dn, 1.0));
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
+               per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
+    const wide high =
+        wide_max(r->up.hi * per_span, wide_choose(is_positive(r->down.hi), zero, one));
+    const wide dn = r->third.hi * per_g31, kp = r->g32.hi * per_g31, per_dn = 1.0 / dn,
+               turn = mean * (1.0 / 6.283185307179586477);
+    const mask below = wide_at_most(low * dn, high);
+    const wide away = turn * wide_sqrt(wide_choose(below, low, high * per_dn)) *
+                      elliptic_rf(wide_choose(below, high, kp * low * per_dn),
+                                  wide_choose(below, dn, kp * per_dn), one);
+    return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
 /* Sets where on the curve the start lies, and the two phases there. alpha, beta and the horizontal
  * momentum have three phases, of which one is the sum of the others. Each is poorly known where its
  * size is near zero, so the two largest are used; but the momentum's, which is known less well
  * where it is nearly vertical, is used only if it is larger by far. */
-static void lagrange_start(kr_exact *exact, const initial *s, const turning *r, double i1,
-                           double mean, const exact_top *top)
+static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
+                                  wide mean, const exact_top *top)
 {
     const dd *p = top->q, here = place(r, mean);
-    const kr_quat q = rounded(p);
-    const double mh = length(top->m.x, top->m.y);
-    const double top_square =
+    const wide zero = wide_splat(0.0);
+    const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
+               beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
+    const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
+    const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    const double size[3] = {length(q.w, q.z) / sqrt(0.5 * r->plus2.hi),
-                            length(q.x, q.y) / sqrt(0.5 * r->minus1.hi),
-                            mh > 0.0 ? mh / (i1 * sqrt(top_square)) : 0.0};
-    double f[6];
-    phase_start(&exact->nutation, s->climb.hi < 0.0 ? dd_neg(here) : here);
+    /* The squares of their sizes, in terms of the largest that they have. */
+    const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
+               of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
+    wide f[6];
+    phase_start(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
     factors_at(exact, 0.0, f);
     const dd both = turns_between(-f[4], -f[5], top->m.x, top->m.y); /* momentum <= 0 */
-    dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
-    dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
-    if (size[0] < size[1] && 2.0 * size[0] < size[2])
-        first = dd_sub(both, second);
-    else if (size[1] <= size[0] && 2.0 * size[1] < size[2])
-        second = dd_sub(both, first);
-    phase_start(&exact->first, first);
-    phase_start(&exact->second, second);
+    const dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
+    const dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
+    const mask least = wide_less(of_first, of_second);
+    const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
+               by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
+    phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
+    phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
 /* Says whether the axis rests at a pole. Where it leans or moves, it does so by more than what
  * kr_exact_resolves asks for. */
-static int stands(const initial *s)
+INLINE mask stands(const initial *s)
 {
-    const double least = 1e-150, wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
-    return wh <= least * (s->w_square.hi + s->g.hi) && fmin(s->plus.hi, s->minus.hi) <= least;
+    const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
+    return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
+                    wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns the closed form of a Lagrange top, in its own units. */
-static kr_exact lagrange_closed_form(const exact_top *top)
+/* Returns half of the spin beyond W's, c (1/I3 - 1/I1) with c = <m, a>; alpha and beta turn by
+ * that. */
+INLINE dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
-    kr_exact exact = {0};
-    if (top->lever.hi < 0.0) {
-        const exact_top below = seen_from_below(top);
-        exact = lagrange_closed_form(&below);
-        turn_over(&exact);
-        return exact;
+    const dd axial = dd_half(dd_sub(s->sum, s->difference));
+    return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
+}
+/* What is known on the way to a closed form, stage by stage. */
+typedef struct setting {
+    exact_lanes exact;
+    exact_top top;
+    dd i1, half_spin;
+    initial start;
+    turning heights;
+    dd mean, nu, k1, k2; /* agm(1, k'), and rates without half_spin */
+    arguments at;
+} setting;
+
+/* Says what leads to all the rest. */
+static void begin_setting(setting *s)
+{
+    s->i1 = equal_moment(&s->top);
+    s->start = initial_of(&s->top, s->i1);
+    s->half_spin = half_spin_of(&s->top, &s->start, s->i1);
+}
+static void set_angles(setting *s)
+{
+    const dd first = dd_add(s->k1, s->half_spin), second = dd_sub(s->k2, s->half_spin);
+    exact_lanes *exact = &s->exact;
+    set_momentum_size(exact, &s->start, &s->heights, s->i1.hi);
+    exact->nutation = phase_of(s->nu);
+    exact->first = phase_of(first);
+    exact->second = phase_of(second);
+    lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
+    set_rates(exact, s->nu.hi, first.hi, second.hi);
+}
+/* Sets up closed forms in own units, of tops that have begun, whose axis does not stand and whose
+ * lever is positive. Each stage is done for all before the next, because one that is done again
+ * finds its code in the processor's nearest cache, which does not hold that of all. */
+INLINE void lagrange_moving(setting s[], int n)
+{
+    for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);
+    for (int i = 0; i < n; i++)
+        s[i].mean = lagrange_rates(&s[i].start, &s[i].heights, &s[i].nu, &s[i].k1, &s[i].k2);
+    for (int i = 0; i < n; i++) {
+        memset(&s[i].exact, 0, sizeof s[i].exact);
+        s[i].exact.constant.z = s[i].top.m.z;
+        s[i].exact.side = wide_splat(1.0);
+        s[i].at = arguments_of(&s[i].exact, &s[i].start, &s[i].heights, s[i].mean);
     }
-    const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
-    const initial s = initial_of(top, i1);
-    const dd axial = dd_half(dd_sub(s.sum, s.difference));
-    /* The spin beyond W's is c (1/I3 - 1/I1) with c = <m, a>; alpha and beta turn by half of it. */
-    const dd half_spin =
-        dd_half(dd_mul(dd_sub(dd_div(i1, dd_of(top->inertia.z)), dd_of(1.0)), axial));
-    exact.constant.z = top->m.z;
-    exact.side = 1.0;
-    if (stands(&s)) {
-        const dd half = dd_half(s.w[2]);
-        steady_closed_form(&exact, rounded(top->q), dd_add(half, half_spin),
-                           dd_sub(half, half_spin));
-        return exact;
-    }
-    const turning r = turning_heights(&s);
-    dd nu, k1, k2;
-    const dd mean = lagrange_rates(&s, &r, &nu, &k1, &k2);
-    lagrange_series(&exact, &s, &r, i1.hi, mean);
-    exact.nutation = phase_of(nu);
-    exact.first = phase_of(dd_add(k1, half_spin));
-    exact.second = phase_of(dd_sub(k2, half_spin));
-    lagrange_start(&exact, &s, &r, i1.hi, mean.hi, top);
-    set_rates(&exact, nu.hi, dd_add(k1, half_spin).hi, dd_sub(k2, half_spin).hi, 0);
-    return exact;
+    for (int i = 0; i < n; i++) lagrange_series(&s[i].exact, &s[i].heights, &s[i].at);
+    for (int i = 0; i < n; i++) set_angles(&s[i]);
 }
 #endif

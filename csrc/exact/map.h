@@ -181,7 +181,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     curve->first = phase_of(first);
     curve->second = phase_of(second);
     set_phases(curve, &k, &r, most, top->q);
-    set_rates(curve, r.eta.hi, first.hi, second.hi, 0);
+    set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
 /* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
@@ -211,7 +211,7 @@ static int begins_at(const kr_exact_map *map, kr_quat start)
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
-    exact_top top;
+    described_top top;
     if (!isfinite(step) || step == 0.0) return KR_ERR_ARGUMENT;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
@@ -222,17 +222,21 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     kr_exact_map r = empty;
     exact_top seen;
     map_link k;
-    int below = top.lever.hi < 0.0;
+    int below = top.own.lever.hi < 0.0;
     for (int i = 0; i < 2; i++) {
-        seen = below ? seen_from_below(&top) : top;
+        seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
         return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
-    if (below) turn_over(&r.curve);
-    to_user(&r.curve, &top, scene->start.t, 1.0);
+    if (below) {
+        turn_over(&r.curve);
+        fill_frame_below(r.curve.frame);
+        r.curve.framed = 1;
+    }
+    to_frame_and_units(&r.curve, &top, scene->start.t, 1.0);
     r.curve.period *= fabs(step);
     r.curve.precession /= step;
     r.curve.spin /= step;

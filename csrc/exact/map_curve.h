@@ -10,7 +10,7 @@
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
 #include "numbers/dd_functions.h"
-#include "phase.h"
+#include "single.h"
 #include "theta.h"
 
 /* The link from the start to the state after the first step, and what the curve is made from. */
@@ -40,10 +40,6 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
-}
-static dd equal_moment(const exact_top *top)
-{
-    return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
 /* Makes the first step of the map and takes its constants. */
 static map_link map_link_of(const exact_top *top, double step)
@@ -102,7 +98,7 @@ static void find_roots(map_link *k)
         dd_mul(map_height(k, k->s), dd_square(k->climb)),
         dd_add(dd_mul(dd_add(dd_times(3.0, dd_mul(k->b, k->s)), dd_twice(k->p[2])), k->s), k->p[1]),
         dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
-    int top;
+    mask top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
     if (top) { /* as where b = 0, which leaves a quadratic */
         /* The lone root V = b v3 leaves v^2 - B v - C for the two others, with C = c0 / V >= 0. */

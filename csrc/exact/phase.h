@@ -1,19 +1,17 @@
-/* Phases and rates of the closed form, the frame around it, and one state of it. An angle
- * is counted in turns, because whole turns are then left out without a rounding. This header is
- * source that is compiled once per instruction set, because its double-doubles want the fused
- * product. */
+/* Phases and rates of the closed form, and what its set-ups ask of an attitude. An angle is counted
+ * in turns, because whole turns are then left out without a rounding. This header is source that is
+ * compiled once per instruction set and number of lanes, see setup.h. */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
 /* Gives real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
- * before q is made a unit quaternion and carried into the frame. */
-static void factors_at(const kr_exact *e, double span, double out[6])
+ * before q is made a unit quaternion and carried into the frame. The first is for series of one
+ * kind, the second for lanes of any. */
+INLINE void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span, wide out[6])
 {
-    const int dual = e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
-    const int euler = e->curve == EULER || e->curve == EULER_DUAL;
     const factors f = theta_factors(e, dual, euler, dd_of(span));
-    double s, c;
+    wide s, c;
     sincos_turns(f.first, &s, &c);
     out[0] = f.a_re * c - f.a_im * s;
     out[1] = f.a_re * s + f.a_im * c;
@@ -24,55 +22,112 @@ static void factors_at(const kr_exact *e, double span, double out[6])
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
+INLINE void factors_at(const exact_lanes *e, double span, wide out[6])
+{
+    const mask dual = is_dual(e);
+    const wide at = wide_splat(span);
+    wide some[6];
+    if (mask_all(dual)) {
+        factors_of_kind(e, 1, is_euler(e), at, out);
+        return;
+    }
+    factors_of_kind(e, 0, is_euler(e), at, out);
+    if (!mask_any(dual)) return;
+    factors_of_kind(e, 1, is_euler(e), at, some);
+    take_lanes(out, some, sizeof some, dual);
+}
 
 static const double two_pi = 6.283185307179586477;
 
 /* Returns a phase that grows at this rate [rad in a unit of time], from 0. */
-static kr_phase phase_of(dd rate)
+INLINE phase_lanes phase_of(dd rate)
 {
-    const dd turn = dd_make(0.15915494309189534561, -9.839338337591243e-18); /* 1 / 2 pi */
-    const dd f = dd_mul(rate, turn);
-    kr_phase r;
+    const dd f = dd_mul(rate, one_turn());
+    phase_lanes r;
     r.fast = f.hi;
     r.slow = f.lo;
-    r.start = r.more = 0.0;
+    r.start = r.more = wide_splat(0.0);
     return r;
 }
 /* Lets a phase begin at `start` [turns], less so many whole turns that it lies within 1 +- 1/2:
  * phase_at relies on that. */
-static void phase_start(kr_phase *phase, dd start)
+INLINE void phase_start(phase_lanes *phase, dd start)
 {
-    const dd s = two_sum(1.0, start.hi - rint(start.hi));
+    const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
     phase->start = s.hi;
     phase->more = s.lo + start.lo;
 }
-/* Returns the argument of x + i y in turns. Quarters are exact; the rest is an arc tangent of at
- * most an eighth, whose rounding is the smaller for it. */
-static dd turns_of(double y, double x)
+/* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), within 1 ulp. */
+INLINE wide turns_of_tangent(wide u)
 {
-    const double ax = fabs(x), ay = fabs(y);
-    const dd part = ax >= ay ? dd_of(x < 0.0 ? 0.5 : 0.0) : dd_of(y < 0.0 ? -0.25 : 0.25);
-    const double small = ax >= ay ? atan2(x < 0.0 ? -y : y, ax) : atan2(y < 0.0 ? x : -x, ay);
-    return two_sum(part.hi, small / two_pi);
+    const dd turn = one_turn();
+    const wide z = u * u, zz = z * z;
+    const wide low = (-0.0530516476972984402 + z * 0.0318309886183719381) +
+                     zz * (-0.0227364204400317979 + z * 0.0176838824132084663);
+    const wide high = (-0.0144686240078471209 + z * 0.0122424897797794527) +
+                      zz * ((-0.0106068993999666122 + z * 0.00932353355566516922) +
+                            zz * ((-0.00809374456969824621 + z * 0.00624391215077724649) +
+                                  zz * -0.00305209614217111548));
+    return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
+}
+/* Returns the argument of x + i y in turns. Eighths are exact; the rest is an arc tangent of at
+ * most a sixteenth, whose rounding is the smaller for it. */
+INLINE dd turns_of(wide y, wide x)
+{
+    const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
+    const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
+    /* The rest is the argument of a + i b, where |b| <= a. */
+    const wide a = wide_choose(flat, ax, ay),
+               b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
+    const wide quarters =
+        wide_choose(flat, wide_choose(left, wide_splat(0.5), zero), 0.25 * minus_where(below));
+    const wide up = minus_where(is_negative(b));
+    const mask far = wide_more(up * b, 0.41421356237309503 * a);
+    const wide over = wide_choose(far, b - up * a, b), under = wide_choose(far, a + up * b, a);
+    const wide eighth = wide_choose(far, 0.125 * up, zero);
+    const wide tangent = wide_choose(is_positive(under), over / under, zero);
+    return two_sum(quarters + eighth, turns_of_tangent(tangent));
 }
 /* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
-static dd turns_between(double x, double y, double u, double v)
+INLINE dd turns_between(wide x, wide y, wide u, wide v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
              im = dd_sub(two_product(v, x), two_product(u, y));
     return turns_of(im.hi, re.hi);
 }
 
+/* Returns the product of four double-doubles with four doubles. */
+INLINE dd dot(const dd a[4], wide w, wide x, wide y, wide z)
+{
+    return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
+                  dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
+}
+/* Replaces q by the product q by: the turn `by` comes first. */
+INLINE void turn_first(dd q[4], quat_lanes by)
+{
+    const dd a[4] = {q[0], q[1], q[2], q[3]};
+    q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
+    q[1] = dot(a, by.x, by.w, by.z, -by.y);
+    q[2] = dot(a, by.y, -by.z, by.w, by.x);
+    q[3] = dot(a, by.z, by.y, -by.x, by.w);
+}
+
 /* Returns a quaternion in double-double as a unit quaternion in doubles. */
-static kr_quat rounded(const dd q[4]) { return q_unit(q4(q[0].hi, v3(q[1].hi, q[2].hi, q[3].hi))); }
+INLINE quat_lanes rounded(const dd q[4])
+{
+    const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
+               n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
+    const quat_lanes r = {n * w, n * x, n * y, n * z};
+    return r;
+}
 
 /* Gives the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
  * come straight from the quaternion, so that neither cancels near a pole. */
-static dd axis_of(const dd q[4], dd a[3], dd *plus)
+INLINE dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
-    const dd scale = dd_div(dd_of(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
+    const dd scale = dd_over(dd_splat(2.0), dd_add(up, side)), minus = dd_mul(scale, side);
     *plus = dd_mul(scale, up);
     a[0] = dd_mul(scale, dd_add(dd_mul(q[1], q[3]), dd_mul(q[0], q[2])));
     a[1] = dd_mul(scale, dd_sub(dd_mul(q[2], q[3]), dd_mul(q[0], q[1])));
@@ -80,7 +135,7 @@ static dd axis_of(const dd q[4], dd a[3], dd *plus)
     return minus;
 }
 /* Gives q* v q, where q need not be of unit length. */
-static void turned_back(const dd q[4], const dd v[3], dd r[3])
+INLINE void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
     for (int i = 0; i < 4; i++)
@@ -97,91 +152,68 @@ static void turned_back(const dd q[4], const dd v[3], dd r[3])
     }
 }
 
-static double sign_of(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0; }
+INLINE wide sign_of(wide x)
+{
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
+}
 
 /* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
  * of the phases of alpha and beta. theta1 and theta2 of X + i y wind about zero themselves, against
  * the sign of y and hence with that of `slope`. A zero on the way turns by half a turn either way,
  * which counts as none. Euler's beta, a theta4, has no zeros and does not wind. */
-static void set_rates(kr_exact *exact, double nu, double first, double second, int euler)
+INLINE void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
-    const double wind1 = sign_of(exact->slope[0]), wind2 = euler ? 0.0 : sign_of(exact->slope[1]);
+    const wide wind1 = sign_of(exact->slope[0]),
+               wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
     exact->period = 0.5 * two_pi / nu;
     exact->precession = (first + second) + (wind1 + wind2) * nu;
     exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
-/* Sets a motion up in which alpha and beta keep their size and turn at constant rates: that of a
- * top which sleeps, hangs or rests, or of a symmetric body without torque. */
-static void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd second)
+/* Returns I1. */
+INLINE dd equal_moment(const exact_top *top)
 {
-    const double a = length(q.w, q.z), b = length(q.x, q.y);
-    exact->curve = LAGRANGE;
-    phase_start(&exact->nutation, dd_of(0.25));
-    exact->first = phase_of(first);
-    exact->second = phase_of(second);
-    phase_start(&exact->first, turns_of(q.z, q.w));
-    phase_start(&exact->second, dd_add(turns_of(q.y, q.x), dd_of(-0.25)));
-    exact->alpha.even[0] = a;
-    exact->beta.odd[0] = b;
-    exact->period = INFINITY;
-    /* Where the axis is vertical, the whole turn counts as spin. */
-    exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
-    exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
+    return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
 /* Returns the top as it is seen from below, q -> i q: gravity that points upwards points downwards
  * there. */
-static exact_top seen_from_below(const exact_top *top)
+INLINE exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
     r.q[0] = dd_neg(top->q[1]);
     r.q[1] = top->q[0];
     r.q[2] = dd_neg(top->q[3]);
     r.q[3] = top->q[2];
-    r.m = v3(top->m.x, -top->m.y, -top->m.z);
+    r.m.y = -top->m.y;
+    r.m.z = -top->m.z;
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Puts the closed form into the frame q -> left q right, which is kept as what it makes of 1, i, j
- * and k. */
-static void set_frame(kr_exact *exact, kr_quat left, kr_quat right)
+/* Turns what has no frame of the closed form of a top that was seen from below back. */
+INLINE void turn_over(exact_lanes *exact)
 {
-    const double w = left.w, x = left.x, y = left.y, z = left.z;
-    const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
-    for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(columns[i], right);
-    exact->framed = 1;
-}
-/* Turns the closed form of a top that was seen from below back. */
-static void turn_over(kr_exact *exact)
-{
-    exact->side = -1.0;
-    set_frame(exact, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
+    exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;
     exact->precession = -exact->precession;
 }
 
-/* Changes a phase's unit of time. */
-static void slow_down(kr_phase *phase, double unit)
+/* Brings what has no frame of the closed form from own units to the user's. `unit` is its unit of
+ * time in the user's, a power of two, `momentum` its unit of momentum. */
+INLINE void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
-    phase->fast /= unit;
-    phase->slow /= unit;
-}
-/* Brings the closed form from working axes and own units to the user's; `unit` is its unit of time
- * in the user's. */
-static void to_user(kr_exact *exact, const exact_top *top, double start, double unit)
-{
-    const double momentum = top->units.moment / top->units.time;
-    if (v_largest(q_vec(top->axes)) > 0.0) {
-        if (!exact->framed) set_frame(exact, q_one(), q_one());
-        for (int i = 0; i < 4; i++) exact->frame[i] = q_mul(exact->frame[i], q_conj(top->axes));
+    const wide rate = 1.0 / unit;
+    phase_lanes *const phases[3] = {&exact->nutation, &exact->first, &exact->second};
+    for (int i = 0; i < 3; i++) {
+        phases[i]->fast = phases[i]->fast * rate;
+        phases[i]->slow = phases[i]->slow * rate;
     }
     exact->begin = start;
-    exact->period *= unit;
-    exact->precession /= unit;
-    exact->spin /= unit;
-    exact->momentum *= momentum;
-    exact->constant = v_scale(momentum, exact->constant);
-    slow_down(&exact->nutation, unit);
-    slow_down(&exact->first, unit);
-    slow_down(&exact->second, unit);
+    exact->period = exact->period * unit;
+    exact->precession = exact->precession * rate;
+    exact->spin = exact->spin * rate;
+    exact->momentum = exact->momentum * momentum;
+    exact->constant.x = momentum * exact->constant.x;
+    exact->constant.y = momentum * exact->constant.y;
+    exact->constant.z = momentum * exact->constant.z;
 }
 #endif

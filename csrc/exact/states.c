@@ -2,7 +2,7 @@
  * file is compiled with the vectorizer of loops, once per instruction set: -DKR_ISA=avx2 -mavx2
  * -mfma, and so on (CMakeLists.txt). */
 #include "dispatch.h"
-#include "kernel.h"
+#include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif

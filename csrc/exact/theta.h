@@ -1,11 +1,11 @@
 /* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. A complete integral
  * comes from the arithmetic-geometric mean M, that of the third kind as (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
- * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source that
- * is compiled once per instruction set, because its double-doubles want the fused product. */
+ * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source
+ * that is compiled once per instruction set and number of lanes, see setup.h. */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
-#include "setup.h"
+#include "kernel.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
@@ -15,108 +15,132 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs
  * doubles only. */
-static dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
+INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
-    const double enough = 1e-8;
-    dd a = dd_of(1.0), g = kp, p[2], q[2];
-    int again = 1;
-    double rest = 0.0; /* (a - g)^2 / 4 a^2 at the last step */
+    const wide enough = wide_splat(1e-8);
+    dd a = dd_splat(1.0), g = kp, p[2], q[2];
+    mask live = wide_equal(enough, enough);
+    wide apart = wide_splat(0.0); /* (a - g)/2 at the last step */
     for (int i = 0; i < n; i++) {
         p[i] = start[i]; /* p[i] holds p_n^2. */
-        q[i] = sum[i] = dd_of(1.0);
+        q[i] = sum[i] = dd_splat(1.0);
     }
-    for (int step = 0; again && step < 100; step++) {
-        const dd ag = dd_mul(a, g), mean = dd_half(dd_add(a, g));
-        const double apart = dd_half(dd_sub(a, g)).hi / mean.hi;
-        again = fabs(apart) > enough;
+    for (int step = 0; mask_any(live) && step < 100; step++) {
+        const dd ag = dd_mul(a, g), mean = dd_half(dd_add_near(a, g));
+        const wide half = 0.5 * ((a.hi - g.hi) + (a.lo - g.lo));
+        mask again = wide_more(wide_abs(half), enough * mean.hi);
         for (int i = 0; i < n; i++) {
-            const dd both = dd_add(p[i], ag), e = dd_div(dd_sub(p[i], ag), both);
-            q[i] = dd_half(dd_mul(q[i], e));
-            sum[i] = dd_add(sum[i], q[i]);
-            p[i] = dd_scale(0.25, dd_div(dd_square(both), p[i]));
-            again |= fabs(e.hi) > enough;
+            const dd both = dd_add_near(p[i], ag), e = dd_over(dd_add_near(p[i], dd_neg(ag)), both);
+            q[i] = dd_choose(live, dd_half(dd_mul(q[i], e)), q[i]);
+            sum[i] = dd_choose(live, dd_add_near(sum[i], q[i]), sum[i]);
+            p[i] = dd_choose(live, dd_scale(0.25, dd_over(dd_square(both), p[i])), p[i]);
+            again = mask_or(again, wide_more(wide_abs(e.hi), enough));
         }
-        rest = apart * apart;
-        a = mean;
-        if (again) g = dd_sqrt(ag);
+        apart = wide_choose(live, half, apart);
+        a = dd_choose(live, mean, a);
+        live = mask_and(live, again);
+        if (mask_any(live)) g = dd_choose(live, dd_sqrt(ag), g);
     }
-    /* The last step takes a g = a^2 (1 - rest / 2). */
+    /* The last step takes a g = a^2 (1 - rest / 2), with rest = (a - g)^2 / 4 a^2. */
+    const wide part = apart / a.hi, rest = part * part;
     for (int i = 0; i < n; i++) {
         const dd square = dd_square(a);
-        const double e = (dd_sub(p[i], square).hi + 0.5 * rest * square.hi) / (2.0 * square.hi);
+        const wide e = (dd_sub(p[i], square).hi + 0.5 * rest * square.hi) / (2.0 * square.hi);
         sum[i] = dd_add(sum[i], dd_times(0.5 * e, q[i]));
     }
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
 /* Returns agm(a, b) in doubles. */
-static double elliptic_agm(double a, double b)
+INLINE wide elliptic_agm(wide a, wide b)
 {
-    for (int i = 0; i < 40 && fabs(a - b) > 1e-8 * a; i++) {
-        const double mean = 0.5 * (a + b);
-        b = sqrt(a * b);
-        a = mean;
+    for (int i = 0; i < 40; i++) {
+        const mask live = wide_more(wide_abs(a - b), 1e-8 * a);
+        if (!mask_any(live)) break;
+        const wide mean = 0.5 * (a + b);
+        b = wide_choose(live, wide_sqrt(a * b), b);
+        a = wide_choose(live, mean, a);
     }
     return 0.5 * (a + b);
 }
 /* Returns T = numerator / agm(1, k): that is K'/K where the numerator is agm(1, k'), and twice as
  * much, for the square of the nome, where it is 2 agm(1, k'). The dual series multiply a phase by
  * pi / T, hence that is kept in double-double where they serve. */
-static inline double theta_stretch(kr_exact *exact, dd numerator, dd k2)
+INLINE wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
-    const double T = numerator.hi / elliptic_agm(1.0, sqrt(k2.hi));
-    if (T < 1.0) {
+    const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
+    const mask dual = wide_less(T, wide_splat(1.0));
+    if (mask_any(dual)) {
         const dd stretch =
-            dd_div(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
-        exact->stretch = stretch.hi;
-        exact->stretch_rest = stretch.lo;
+            dd_over(dd_mul(dd_pi(), elliptic_mean(dd_sqrt(k2), 0, NULL, NULL)), numerator);
+        exact->stretch = wide_choose(dual, stretch.hi, exact->stretch);
+        exact->stretch_rest = wide_choose(dual, stretch.lo, exact->stretch_rest);
     }
     return T;
 }
 /* Returns Carlson's R_F(x, y, z): duplication brings the arguments together, until the series about
  * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
-static double elliptic_rf(double x, double y, double z)
+INLINE wide elliptic_rf(wide x, wide y, wide z)
 {
-    double mean = (x + y + z) / 3.0, dx, dy, dz, e2, e3;
+    wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
-        const double sx = sqrt(x), sy = sqrt(y), sz = sqrt(z), l = sx * (sy + sz) + sy * sz;
-        if (fmax(fabs(mean - x), fmax(fabs(mean - y), fabs(mean - z))) < 4e-3 * mean) break;
-        x = 0.25 * (x + l);
-        y = 0.25 * (y + l);
-        z = 0.25 * (z + l);
-        mean = 0.25 * (mean + l);
+        const wide most =
+            wide_max(wide_abs(mean - x), wide_max(wide_abs(mean - y), wide_abs(mean - z)));
+        const mask live = wide_at_most(8e-3 * mean, most);
+        if (!mask_any(live)) break;
+        const wide sx = wide_sqrt(x), sy = wide_sqrt(y), sz = wide_sqrt(z),
+                   l = sx * (sy + sz) + sy * sz;
+        x = wide_choose(live, 0.25 * (x + l), x);
+        y = wide_choose(live, 0.25 * (y + l), y);
+        z = wide_choose(live, 0.25 * (z + l), z);
+        mean = wide_choose(live, 0.25 * (mean + l), mean);
     }
-    dx = 1.0 - x / mean;
-    dy = 1.0 - y / mean;
+    inverse = 1.0 / mean;
+    dx = 1.0 - x * inverse;
+    dy = 1.0 - y * inverse;
     dz = -(dx + dy);
     e2 = dx * dy - dz * dz;
     e3 = dx * dy * dz;
-    return (1.0 - e2 / 10.0 + e3 / 14.0 + e2 * e2 / 24.0 - 3.0 * e2 * e3 / 44.0 -
-            5.0 * e2 * e2 * e2 / 208.0 + 3.0 * e3 * e3 / 104.0 + e2 * e2 * e3 / 16.0) /
-           sqrt(mean);
+    const wide squares = e2 * (1.0 / 24 - e2 * (5.0 / 208)) + e3 * (1.0 / 16 * e2 - 3.0 / 44);
+    return (1.0 + (e2 * (squares - 1.0 / 10) + e3 * (1.0 / 14 + e3 * (3.0 / 104)))) /
+           wide_sqrt(mean);
 }
 
+/* Returns cos(acos(c) / 3) for 0 <= c <= 1: the largest root of 4 x^3 - 3 x = c, by Newton's method
+ * from where it is known to 4e-5. */
+INLINE wide third_of_angle(wide c)
+{
+    wide x =
+        (0.866066329533 + c * 0.165330350221) + c * c * (-0.0406911974229 + c * 0.00931968389748);
+    for (int i = 0; i < 2; i++) {
+        const wide xx = x * x;
+        x = x - (x * (4.0 * xx - 3.0) - c) / (12.0 * xx - 3.0);
+    }
+    return x;
+}
 /* Returns the root of x^3 + c2 x^2 + c1 x + c0, all of whose roots are real, that lies farthest
  * from the two others; `top` says whether it is the largest or the smallest. */
-static double lone_root(double c2, double c1, double c0, int *top)
+INLINE wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
-    const double square = c2 * c2 - 3.0 * c1;
-    *top = 1;
-    if (!(square > 0.0)) return -c2 / 3.0; /* All are one. */
-    const double d = sqrt(square),
-                 r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
-    *top = r >= 0.0;
-    return (2.0 * d * (*top ? 1.0 : -1.0) * cos(acos(fmin(1.0, fabs(r))) / 3.0) - c2) / 3.0;
+    const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
+               r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
+    const mask apart = is_positive(square); /* All are one where this is not so. */
+    const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
+    *top = mask_or(mask_not(apart), wide_at_most(zero, r));
+    const wide way = minus_where(mask_not(*top));
+    return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
  * method. The slope at the start serves for both steps, because it need not be better than that. */
-static dd newton_cubic(dd lead, const dd c[3], double start)
+INLINE dd newton_cubic(dd lead, const dd c[3], wide start)
 {
-    const double slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi;
+    const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
+               zero = wide_splat(0.0),
+               inverse = wide_choose(wide_equal(slope, zero), zero, 1.0 / slope);
     dd x = dd_of(start);
-    for (int i = 0; i < 2 && slope != 0.0; i++) {
+    for (int i = 0; i < 2; i++) {
         const dd f =
             dd_add(dd_mul(dd_add(dd_mul(dd_add(dd_mul(lead, x), c[2]), x), c[1]), x), c[0]);
-        x = dd_sub(x, dd_of(f.hi / slope));
+        x = dd_sub(x, dd_of(f.hi * inverse));
     }
     return x;
 }
@@ -130,56 +154,66 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-static void accumulate(double sum[], double weight, const double term[])
+/* Adds `weight` times row j, whose terms behind the j-th are zero. */
+INLINE void accumulate(wide sum[], wide weight, int j, const double row[])
 {
-    for (int i = 0; i < KR_THETA_TERMS; i++) sum[i] += weight * term[i];
+    for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
+}
+/* Gives sinh and cosh of y, also of a small one to all digits. With exp y = 2^k exp r
+ *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
+INLINE void sinhcosh_all(wide y, wide *s, wide *c)
+{
+    const exponential e = exponential_of(dd_of(y));
+    const wide even = 0.5 * (e.plus + e.minus), odd = 0.5 * (e.plus - e.minus);
+    *s = e.even * odd + e.odd * even;
+    *c = e.even * even + e.odd * odd;
 }
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. Where
  * `dual` is not 0, it returns theta(y + i x), times i for theta1, in the same form with sinh for
  * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is left out. */
-static kr_theta theta_series(enum theta which, double nome, double y, int dual)
+INLINE theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
     const double sign = which == THETA1 || which == THETA4 ? -1.0 : 1.0, way = dual ? -1.0 : 1.0;
-    double c1, s1;
-    if (dual) {
-        sin_cos(y, &s1, &c1);
-    } else {
-        const double grow = expm1(fabs(y)), part = 0.5 * grow / (1.0 + grow);
-        c1 = 1.0 + grow * part;
-        s1 = copysign(0.5 * grow + part, y);
-    }
-    const double c2 = 1.0 + way * 2.0 * s1 * s1, s2 = 2.0 * s1 * c1;
-    double c = odd ? c1 : 1.0, s = odd ? s1 : 0.0, weight = 1.0, ratio = odd ? nome * nome : nome;
-    kr_theta r = {{0}, {0}};
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    wide c1, s1;
+    if (dual)
+        sincos_turns(dd_mul(dd_of(y), one_turn()), &s1, &c1);
+    else
+        sinhcosh_all(y, &s1, &c1);
+    const wide c2 = 1.0 + way * 2.0 * s1 * s1, s2 = 2.0 * s1 * c1;
+    wide c = odd ? c1 : one, s = odd ? s1 : zero, weight = one, ratio = odd ? nome * nome : nome;
+    theta_lanes r;
+    for (int i = 0; i < KR_THETA_TERMS; i++) r.even[i] = r.odd[i] = zero;
     for (int j = 0; j < (odd ? KR_THETA_TERMS - 1 : KR_THETA_TERMS); j++) {
-        const double twice = !odd && j > 0 ? 2.0 : 1.0, next = c * c2 + way * s * s2;
+        const double twice = !odd && j > 0 ? 2.0 : 1.0;
+        const wide next = c * c2 + way * s * s2;
         if (which == THETA1) {
-            accumulate(r.even, dual ? -weight * c : weight * c, SIN_ODD[j]);
-            accumulate(r.odd, weight * s, COS_ODD[j]);
+            accumulate(r.even, dual ? -weight * c : weight * c, j, SIN_ODD[j]);
+            accumulate(r.odd, weight * s, j, COS_ODD[j]);
         } else {
-            accumulate(r.even, twice * weight * c, odd ? COS_ODD[j] : COS_EVEN[j]);
-            accumulate(r.odd, -twice * weight * s, odd ? SIN_ODD[j] : SIN_EVEN[j]);
+            accumulate(r.even, twice * weight * c, j, odd ? COS_ODD[j] : COS_EVEN[j]);
+            accumulate(r.odd, -twice * weight * s, j, odd ? SIN_ODD[j] : SIN_EVEN[j]);
         }
         s = s * c2 + c * s2;
         c = next;
-        weight *= sign * ratio;
-        ratio *= nome * nome;
+        weight = weight * (sign * ratio);
+        ratio = ratio * (nome * nome);
     }
     return r;
 }
 /* Returns the value of a polynomial at s. */
-static double theta_at(const double poly[KR_THETA_TERMS], double s)
+INLINE wide theta_at(const wide poly[KR_THETA_TERMS], wide s)
 {
-    double r = poly[KR_THETA_TERMS - 1];
+    wide r = poly[KR_THETA_TERMS - 1];
     for (int i = KR_THETA_TERMS - 2; i >= 0; i--) r = r * s + poly[i];
     return r;
 }
-static void theta_scale(kr_theta *series, double factor)
+INLINE void theta_scale(theta_lanes *series, wide factor)
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) {
-        series->even[i] *= factor;
-        series->odd[i] *= factor;
+        series->even[i] = series->even[i] * factor;
+        series->odd[i] = series->odd[i] * factor;
     }
 }
 #endif

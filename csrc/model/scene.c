@@ -7,52 +7,57 @@ kr_scene kr_scene_default(void)
     kr_body_cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0), &s.body);
     return s;
 }
-kr_status kr_scene_check(const kr_scene *scene)
+kr_status kr_scene_check_start(const kr_scene *scene)
 {
-    const kr_status status = scene ? kr_body_check(&scene->body) : KR_ERR_ARGUMENT;
-    if (status != KR_OK) return status;
     const kr_state *start = &scene->start;
     const kr_vec3 damping = scene->damping;
     if (!isfinite(scene->gravity) || !isfinite(start->t) || !v_finite(start->m))
         return KR_ERR_ARGUMENT;
-    if (!v_finite(damping) || !(fmin(damping.x, fmin(damping.y, damping.z)) >= 0.0))
+    if (!v_finite(damping) || !(damping.x >= 0.0 && damping.y >= 0.0 && damping.z >= 0.0))
         return KR_ERR_ARGUMENT;
     return fabs(q_dot(start->q, start->q) - 1.0) <= KR_INPUT_RTOL ? KR_OK : KR_ERR_ATTITUDE;
 }
-
-/* The power of two that is x or somewhat more, if that is a double; 1 for zero. */
-static double power_of_two(double x)
+kr_status kr_scene_check(const kr_scene *scene)
 {
-    int exponent = 0;
-    frexp(x, &exponent);
-    return ldexp(1.0, exponent < 1024 ? exponent : 1023);
+    const kr_status status = scene ? kr_body_check(&scene->body) : KR_ERR_ARGUMENT;
+    return status == KR_OK ? kr_scene_check_start(scene) : status;
+}
+
+static kr_vec3 vec_times_power(kr_vec3 a, int power)
+{
+    return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
+              times_power_of_2(a.z, power));
 }
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com)
 {
     int mass, gravity, reach;
-    kr_pull pull = {frexp(scene->body.mass, &mass), frexp(scene->gravity, &gravity), com, 0};
-    frexp(v_largest(com), &reach);
-    pull.com = v3(ldexp(com.x, -reach), ldexp(com.y, -reach), ldexp(com.z, -reach));
+    kr_pull pull = {fraction_of(scene->body.mass, &mass), fraction_of(scene->gravity, &gravity),
+                    com, 0};
+    fraction_of(v_largest(com), &reach);
+    pull.com = vec_times_power(com, -reach);
     pull.power = mass + gravity + reach;
     return pull;
 }
-/* What is less has no reciprocal. */
-static const double least = 0x1p-1020;
-
+kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working)
+{
+    const double moment = times_power_of_2(1.0, power_above(v_largest(working->inertia)));
+    const kr_pull pull = kr_scene_pull(scene, working->com);
+    const double part = v_largest(v_scale(pull.gravity * pull.mass, pull.com));
+    const int power = pull.power - exponent_of(moment), odd = power & 1;
+    const kr_swing swing = {moment, 1.0 / moment,
+                            times_power_of_2(sqrt(times_power_of_2(part, odd)), (power - odd) / 2)};
+    return swing;
+}
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units)
 {
-    const double moment = power_of_two(v_largest(working->inertia));
+    const kr_swing swing = kr_scene_swing(scene, working);
     const kr_pull pull = kr_scene_pull(scene, working->com);
-    const kr_vec3 part = v_scale(pull.gravity * pull.mass, pull.com);
-    const int power = pull.power - ilogb(moment), odd = power & 1;
-    const double swing = ldexp(sqrt(ldexp(v_largest(part), odd)), (power - odd) / 2),
-                 rate = fmax(v_largest(scene->start.m) / moment, swing);
-    if (!isfinite(rate) || moment < least) return KR_ERR_ARGUMENT;
-    units->moment = moment;
-    units->time = rate > 0.0 ? 1.0 / power_of_two(fmax(rate, least)) : 1.0;
-    if (!(isfinite(moment / units->time) && moment / units->time >= least)) return KR_ERR_ARGUMENT;
-    const int own = power + 2 * ilogb(units->time);
-    units->lever = v3(ldexp(part.x, own), ldexp(part.y, own), ldexp(part.z, own));
+    int time;
+    if (!kr_swing_time(&swing, v_largest(scene->start.m), &time)) return KR_ERR_ARGUMENT;
+    units->moment = swing.moment;
+    units->time = times_power_of_2(1.0, time);
+    units->lever = vec_times_power(v_scale(pull.gravity * pull.mass, pull.com),
+                                   pull.power - exponent_of(swing.moment) + 2 * time);
     return KR_OK;
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)

@@ -1,48 +1,86 @@
 /* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. From libc
  * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
  * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. A name
- * that begins with dd_ rounds to a double-double; two_sum and two_product are exact. */
+ * that begins with dd_ rounds to a double-double; two_sum and two_product are exact. Where
+ * KR_DD_LANES is defined, each of the two is a vector of doubles (wide.h), and each lane has the
+ * bits that it would have alone. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
 
+/* A part is one of the two doubles, a truth what a comparison of parts gives. */
+#if defined KR_DD_LANES
+#  include "wide.h"
+typedef wide dd_part;
+typedef mask dd_truth;
+static inline dd_part part_of(double a) { return wide_splat(a); }
+static inline dd_part part_sqrt(dd_part a) { return wide_sqrt(a); }
+static inline dd_part part_fma(dd_part a, dd_part b, dd_part c) { return wide_fma(a, b, c); }
+static inline dd_truth part_less(dd_part a, dd_part b) { return wide_less(a, b); }
+static inline dd_truth part_equal(dd_part a, dd_part b) { return wide_equal(a, b); }
+static inline dd_truth truth_and(dd_truth a, dd_truth b) { return mask_and(a, b); }
+static inline dd_truth truth_or(dd_truth a, dd_truth b) { return mask_or(a, b); }
+static inline dd_part part_choose(dd_truth m, dd_part yes, dd_part no)
+{
+    return wide_choose(m, yes, no);
+}
+#else
+typedef double dd_part;
+typedef int dd_truth;
+static inline dd_part part_of(double a) { return a; }
+static inline dd_part part_sqrt(dd_part a) { return sqrt(a); }
+static inline dd_part part_fma(dd_part a, dd_part b, dd_part c) { return fma(a, b, c); }
+static inline dd_truth part_less(dd_part a, dd_part b) { return a < b; }
+static inline dd_truth part_equal(dd_part a, dd_part b) { return a == b; }
+static inline dd_truth truth_and(dd_truth a, dd_truth b) { return a && b; }
+static inline dd_truth truth_or(dd_truth a, dd_truth b) { return a || b; }
+static inline dd_part part_choose(dd_truth m, dd_part yes, dd_part no) { return m ? yes : no; }
+#endif
+
 typedef struct dd {
-    double hi, lo;
+    dd_part hi, lo;
 } dd;
 
-static inline dd dd_make(double hi, double lo)
+static inline dd dd_make(dd_part hi, dd_part lo)
 {
     dd r;
     r.hi = hi, r.lo = lo;
     return r;
 }
-static inline dd dd_of(double a) { return dd_make(a, 0.0); }
+static inline dd dd_of(dd_part a) { return dd_make(a, part_of(0.0)); }
+/* Returns a constant. */
+static inline dd dd_splat(double a) { return dd_of(part_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
-static inline dd dd_abs(dd a) { return a.hi < 0.0 ? dd_neg(a) : a; }
+static inline dd dd_choose(dd_truth m, dd yes, dd no)
+{
+    return dd_make(part_choose(m, yes.hi, no.hi), part_choose(m, yes.lo, no.lo));
+}
+static inline dd dd_abs(dd a) { return dd_choose(part_less(a.hi, part_of(0.0)), dd_neg(a), a); }
 
 /* Returns a + b exactly, where |a| >= |b|. */
-static inline dd two_sum_ordered(double a, double b)
+static inline dd two_sum_ordered(dd_part a, dd_part b)
 {
-    const double sum = a + b;
+    const dd_part sum = a + b;
     return dd_make(sum, b - (sum - a));
 }
 /* Returns a + b exactly, in any order of their sizes. */
-static inline dd two_sum(double a, double b)
+static inline dd two_sum(dd_part a, dd_part b)
 {
-    const double sum = a + b, v = sum - a;
+    const dd_part sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
 /* Returns a b exactly. Processors with and without a fused product get the same bits, because the
  * rounding error of a product is itself a double. */
-static inline dd two_product(double a, double b)
+static inline dd two_product(dd_part a, dd_part b)
 {
-    const double product = a * b;
+    const dd_part product = a * b;
 #if defined __FMA__ || defined __aarch64__
-    return dd_make(product, fma(a, b, -product));
+    return dd_make(product, part_fma(a, b, -product));
 #else
     /* Veltkamp splits each factor into halves of 26 bits, whose products Dekker adds up. */
-    const double split = 134217729.0, p = split * a, q = split * b;
-    const double ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
+    const double split = 134217729.0;
+    const dd_part p = split * a, q = split * b;
+    const dd_part ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
     return dd_make(product, ((ah * bh - product) + ah * bl + al * bh) + al * bl);
 #endif
 }
@@ -52,13 +90,19 @@ static inline dd dd_add(dd a, dd b)
     s = two_sum_ordered(s.hi, s.lo + t.hi);
     return two_sum_ordered(s.hi, s.lo + t.lo);
 }
+/* Returns a + b with an error of 2^-104 |a| + 2^-104 |b|, in half of the time. */
+static inline dd dd_add_near(dd a, dd b)
+{
+    const dd s = two_sum(a.hi, b.hi);
+    return two_sum_ordered(s.hi, s.lo + (a.lo + b.lo));
+}
 static inline dd dd_sub(dd a, dd b) { return dd_add(a, dd_neg(b)); }
 static inline dd dd_mul(dd a, dd b)
 {
     const dd p = two_product(a.hi, b.hi);
     return two_sum_ordered(p.hi, p.lo + (a.hi * b.lo + a.lo * b.hi));
 }
-static inline dd dd_times(double a, dd b)
+static inline dd dd_times(dd_part a, dd b)
 {
     const dd p = two_product(a, b.hi);
     return two_sum_ordered(p.hi, p.lo + a * b.lo);
@@ -74,24 +118,40 @@ static inline dd dd_square(dd a)
 }
 static inline dd dd_div(dd a, dd b)
 {
-    const double q = a.hi / b.hi;
+    const dd_part q = a.hi / b.hi;
     const dd p = two_product(q, b.hi);
-    const double rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
+    const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
+}
+/* Returns a / b likewise, by one division in place of two, and so sooner; 1 / b must be a double
+ * that is not subnormal. */
+static inline dd dd_over(dd a, dd b)
+{
+    const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
+    const dd p = two_product(q, b.hi);
+    const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
+    return two_sum_ordered(q, rest * inverse);
 }
 /* Returns zero for a <= 0, because an argument below zero is a zero that rounding has moved. */
 static inline dd dd_sqrt(dd a)
 {
-    if (!(a.hi > 0.0)) return dd_of(0.0);
-    const double x = sqrt(a.hi);
-    const dd p = two_product(x, x);
-    return two_sum_ordered(x, (((a.hi - p.hi) - p.lo) + a.lo) / (2.0 * x));
+    const dd_part x = part_sqrt(a.hi);
+    const dd p = two_product(x, x),
+             root = two_sum_ordered(x, (((a.hi - p.hi) - p.lo) + a.lo) / (2.0 * x));
+    return dd_choose(part_less(part_of(0.0), a.hi), root, dd_splat(0.0));
 }
-static inline int dd_less(dd a, dd b) { return a.hi < b.hi || (a.hi == b.hi && a.lo < b.lo); }
-static inline dd dd_max(dd a, dd b) { return dd_less(a, b) ? b : a; }
+static inline dd_truth dd_less(dd a, dd b)
+{
+    return truth_or(part_less(a.hi, b.hi),
+                    truth_and(part_equal(a.hi, b.hi), part_less(a.lo, b.lo)));
+}
+static inline dd dd_max(dd a, dd b) { return dd_choose(dd_less(a, b), b, a); }
 static inline dd dd_dot(const dd a[3], const dd b[3])
 {
     return dd_add(dd_add(dd_mul(a[0], b[0]), dd_mul(a[1], b[1])), dd_mul(a[2], b[2]));
 }
-static inline dd dd_pi(void) { return dd_make(3.141592653589793116, 1.224646799147353207e-16); }
+static inline dd dd_pi(void)
+{
+    return dd_make(part_of(3.141592653589793116), part_of(1.224646799147353207e-16));
+}
 #endif

@@ -11,11 +11,11 @@
 #include <string.h>
 #include "isa.h"
 
-#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) || \
+#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) ||           \
     !defined __SSE2__
 enum { LANES = 1 };
 typedef double wide;
-typedef int64_t whole; /* the bits of a wide, or as many integers */
+typedef uint64_t whole; /* the bits of a wide, or as many integers */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
 static inline wide wide_sqrt(wide a) { return sqrt(a); }
@@ -58,7 +58,7 @@ enum { LANES = 2 };
 typedef __m128d mask;
 #  endif
 typedef double wide __attribute__((vector_size(8 * LANES)));
-typedef int64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64_t whole __attribute__((vector_size(8 * LANES)));
 INLINE wide wide_splat(double a) { return a - (wide){0}; }
 INLINE wide wide_sqrt(wide a) { return (wide)WIDE_DO(sqrt_pd, a); }
 INLINE mask wide_less(wide a, wide b) { return WIDE_LESS(a, b); }
@@ -108,9 +108,16 @@ INLINE wide wide_of_bits(whole a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
+/* Ends the use of wide vectors: after it the narrow ones of other code are fast again. */
+INLINE void wide_leave(void)
+{
+#if defined __AVX__ && !defined KR_ONE_LANE
+    _mm256_zeroupper();
+#endif
+}
 INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
 INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
-INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & INT64_MAX); }
+INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
 /* The second where either is not a number, as fmin and fmax would not do. */
 INLINE wide wide_min(wide a, wide b) { return wide_choose(wide_less(a, b), a, b); }
 INLINE wide wide_max(wide a, wide b) { return wide_choose(wide_less(b, a), a, b); }

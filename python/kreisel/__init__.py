@@ -19,26 +19,35 @@ from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
+from ._model.bodies import Bodies
 from ._model.body import Body
-from ._model.scene import Scene
+from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
+from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
+from ._recording.paths import Paths
+from ._recording.reduced import Reduced
 from ._request.methods import Method, methods
-from ._request.plan import Choice, Plan, plan
+from ._request.plan import Choice, Plan
 from ._showing.view import View, view
-from ._verbs.exact import Exact, ExactEnsemble, ExactMap, exact
+from ._verbs.exact import Exact, ExactMap, exact
+from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
+from ._verbs.plans import ManyPlan, plan
 from ._verbs.run import Run, resume
 from ._verbs.solve import solve
-from ._verbs.start import start, stream
+from ._verbs.start import start
+from ._verbs.stream import stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 
 __all__ = [
     "Apex",
+    "Bodies",
     "Body",
     "Choice",
     "CompareInterrupted",
+    "Ensemble",
     "Error",
     "Event",
     "Events",
@@ -46,12 +55,16 @@ __all__ = [
     "ExactEnsemble",
     "ExactMap",
     "Interrupted",
+    "ManyEvents",
+    "ManyPlan",
     "Method",
     "MethodName",
     "Nutation",
     "Path",
+    "Paths",
     "Plan",
     "QuantityName",
+    "Reduced",
     "Rod",
     "Row",
     "Run",

@@ -13,6 +13,7 @@ _Quaternion = tuple[float, float, float, float]
 _Stats = tuple[int, int, int, int]
 _Integers = npt.NDArray[np.intc]
 _Terms = list[tuple[float, int, int]]
+_Met = tuple[_Array, _Array, _Integers, _Integers]
 _Event = tuple[_Terms, _Terms, bool, int, int, bool]
 
 class _Method(TypedDict):
@@ -40,6 +41,8 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+reductions: list[str]
+courses: list[str]
 INPUT_RTOL: float
 KIND_RTOL: float
 TENSOR_LEAST: float
@@ -48,9 +51,14 @@ def method_applies(method: str, body: bytes) -> bool: ...
 def method_suits(method: str, scene: bytes) -> bool: ...
 def exact_plan(scene: bytes) -> tuple[str, float, float, float, _Array]: ...
 def exact_states(plan: _Array, t: object, most: float) -> _Array | None: ...
-def exact_plans(scenes: list[bytes]) -> tuple[str, int, _Array]: ...
-def exact_plans_states(plans: _Array, t: _Array) -> _Array: ...
-def exact_turnings(scenes: list[bytes]) -> tuple[str, int, _Array, list[str]]: ...
+def exact_rates(tops: Tops, begin: int, end: int, out: _Array) -> tuple[str, int]: ...
+def exact_states_of_tops(
+    tops: Tops, begin: int, end: int, out: _Array, t: _Array
+) -> tuple[str, int]: ...
+def exact_turning(scene: bytes) -> tuple[str, _Array, str]: ...
+def exact_turnings(
+    tops: Tops, begin: int, end: int, rows: _Array, courses: npt.NDArray[np.int8]
+) -> tuple[str, int]: ...
 def turning_potential(row: _Array, nutation: _Array) -> _Array: ...
 def exact_map_plan(scene: bytes, step: float) -> tuple[str, float, float, float, _Array]: ...
 def exact_map_states(plan: _Array, k: npt.NDArray[np.int64]) -> _Array: ...
@@ -62,7 +70,83 @@ def scene(
     body: bytes, momentum: object, attitude: object, gravity: object, damping: object
 ) -> tuple[_Vector, _Quaternion, float, _Vector, bytes] | str | None: ...
 
-_Met = tuple[_Array, _Array, _Integers, _Integers]
+class Tops:
+    def __init__(self, shape: Sequence[int], columns: list[_Array]) -> None: ...
+    def __len__(self) -> int: ...
+    def check(self) -> tuple[str, int]: ...
+    def block(self, index: int) -> bytes: ...
+    def values(self, name: str) -> _Array: ...
+
+def bodies(
+    shape: Sequence[int], columns: list[_Array], are_matrices: bool
+) -> tuple[str, int, npt.NDArray[np.bool_], _Array]: ...
+def cosine(x: _Array) -> _Array: ...
+def sine(x: _Array) -> _Array: ...
+def logarithm(x: _Array) -> _Array: ...
+
+class Work:
+    def __init__(self) -> None: ...
+    def stop(self) -> None: ...
+    def did(self, tops: int) -> None: ...
+    @property
+    def stopped(self) -> bool: ...
+    @property
+    def done(self) -> int: ...
+
+class Worker:
+    def __init__(
+        self,
+        method: str | None,
+        step: float,
+        tol: float,
+        digits: int,
+        max_steps: int,
+        leave_heading: bool,
+        reductions: Sequence[tuple[str, int, int]],
+        work: Work | None = ...,
+    ) -> None: ...
+    def run(
+        self,
+        tops: Tops,
+        begin: int,
+        end: int,
+        t: _Array,
+        status: npt.NDArray[np.int8],
+        done: npt.NDArray[np.int64],
+        counts: npt.NDArray[np.int64],
+        reached: _Array,
+        states: _Array | None = ...,
+        reduced: _Array | None = ...,
+        columns: dict[str, _Array] = ...,
+    ) -> _Array: ...
+
+def alone(
+    method: str,
+    step: float,
+    tol: float,
+    digits: int,
+    max_steps: int,
+    leave_heading: bool,
+    events: list[_Event],
+    work: Work | None,
+    tops: Tops,
+    begin: int,
+    end: int,
+    t: _Array,
+    status: npt.NDArray[np.int8],
+    done: npt.NDArray[np.int64],
+    counts: npt.NDArray[np.int64],
+    reached: _Array,
+    states: _Array | None,
+    low: _Array | None,
+    columns: dict[str, _Array],
+) -> tuple[_Array, _Array, npt.NDArray[np.int64], npt.NDArray[np.int64], _Met]: ...
+def values_of_tops(
+    name: str, tops: Tops, states: _Array, done: npt.NDArray[np.int64], out: _Array
+) -> None: ...
+def horizons(tops: Tops, out: _Array) -> None: ...
+def unsuited(tops: Tops, method: str) -> tuple[int, int]: ...
+
 _Recorded = tuple[str, _Array, _Array | None, _Stats, float]
 _Progress = Callable[[float], object] | None
 

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 
 from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
-from ._ground.arguments import Array, Quaternion, Vector, array, row, shown
+from ._ground.arguments import Array, Quaternion, R, array, row, shown
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
     """The product a b: first the turn b, then the turn a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
@@ -29,17 +29,17 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
-def conjugate(q: Quaternion) -> Quaternion:
+def conjugate(q: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
     """The opposite turn."""
     w, x, y, z = q
     return w, -x, -y, -z
 
 
-def _cross(a: Vector, b: Vector) -> Vector:
+def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def turn(q: Quaternion, v: Vector) -> Vector:
+def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
     """q v q*: what the body sees as v, seen from space."""
     w, ux, uy, uz = q
     x, y, z = v
@@ -52,7 +52,7 @@ def turn(q: Quaternion, v: Vector) -> Vector:
     )
 
 
-def turn_back(q: Quaternion, v: Vector) -> Vector:
+def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
     """q* v q: what is v in space, seen from the body."""
     return turn(conjugate(q), v)
 

@@ -57,7 +57,7 @@ def core(wasm: Path) -> None:
     files = (
         file
         for file in (ROOT / "csrc").rglob("*.c")
-        if file.parent.name != "gsl" and file.name != "kernel_dd.c"
+        if file.parent.name not in ("gsl", "ensemble") and file.name != "kernel_dd.c"
     )
     compile = [
         sys.executable,

@@ -88,7 +88,7 @@ static void integrals(void)
         }
     }
     NEAR(worst, 0.0, 1e-14);
-    NEAR(worst_energy, 0.0, 1e-14);
+    NEAR(worst_energy, 0.0, 2e-14);
     NEAR(worst_norm, 0.0, 2e-15);
     NEAR(worst_start, 0.0, 5e-15);
     NEAR(worst_m, 0.0, 5e-15);

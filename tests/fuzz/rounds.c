@@ -43,7 +43,7 @@ void claim_failed(const char *file, int line, const char *what)
 
 static void one_of_all(void)
 {
-    switch (choose(24)) {
+    switch (choose(25)) {
     case 0:
         call_bodies();
         break;
@@ -60,6 +60,9 @@ static void one_of_all(void)
     case 5:
     case 6:
         call_stage();
+        break;
+    case 7:
+        call_many();
         break;
     default:
         call_top();

@@ -29,8 +29,10 @@ def run(scene, method="auto", **more):
 
 SELVES = {  # things of each class that has methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
+    kr.Bodies: [always(bodies) for bodies in words.BODIES],
     kr.Body: [always(body) for body in RIGHT["body"]],
     kr.Choice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
+    kr.Ensemble: [always(tops) for tops in words.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(most=2, terminal=True))],
     kr.Events: [always(PATHS[2].events)],
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
@@ -56,7 +58,12 @@ SELVES = {  # things of each class that has methods
 }
 
 
-USERS = kr.Body, kr.Scene  # make these; all else kreisel makes, and they read
+USERS = (
+    kr.Body,
+    kr.Bodies,
+    kr.Ensemble,
+    kr.Scene,
+)  # make these; all else kreisel makes, and they read
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 

@@ -15,6 +15,18 @@ DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
 MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), made_up=True)
 PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
 SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
+BODIES = [
+    kr.Bodies.symmetric(1, i1=[2, 3], i3=1, height=0.5),
+    kr.Bodies.cuboid(half=[[(1, 1, 1)], [(1, 2, 3)]], pivot=(0.1, 0.2, 0)),
+    kr.Bodies(1, (2, 2, 1), (0, 0, 0.5)),
+]
+ENSEMBLES = [
+    LAGRANGE.vary(spin=[[1.0], [2.0]], tilt=[0.0, 0.5, 1.0]),
+    kr.Ensemble(BODIES[0], momentum=np.ones((3, 1, 3)), damping=0.1),
+    kr.Ensemble.of([TOP, FREE]),
+    kr.Ensemble(TOP.body, momentum=np.empty((0, 3))),
+    TOP.vary(gravity=2.0),
+]
 LOW = kr.events.nutation(direction=1)
 WANTED = kr.solve(TOP, [0.0, 0.5], want=("energy", "apex"))
 PATHS = [
@@ -91,11 +103,15 @@ RIGHT = {
     "extremum": FLAGS,
     "table": [None],
     "key": ["taylor", "rk4"],
+    "scenes": [[TOP, LAGRANGE], [[TOP], [FREE]]],
+    "shape": [-1, 1, (1, -1)],
 }
 WORDS = {  # what a function's **words are
     "more": ["direction", "where", "most", "terminal"],
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
+    "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
+PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # where a word means something else than elsewhere
     **dict.fromkeys(["apex.path", "rod.path", "h_eps.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
@@ -104,6 +120,19 @@ PARTICULAR = {  # where a word means something else than elsewhere
     "Body.ellipsoid.half": VECTORS,
     "exact.scene": [*SCENES, SCENES[:2]],
     "compare.t": [0.5, [0.25, 0.5]],
+    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble")},
+    **{f"Bodies.{name}.mass": [1, [1, 2]] for name in ("cone", "cuboid", "symmetric")},
+    **{f"Ensemble{name}.body": [TOP.body, *BODIES] for name in ("", ".from_euler", ".spinning")},
+    **{
+        f"Bodies.{name}.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]]
+        for name in ("cuboid", "ellipsoid")
+    },
+    "Bodies.made_up": [True, [True, False]],
+    "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
+    "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
+    "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
+    "Scene.scatter.momentum": [0.1, (0.1, 0, 0)],
+    "Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
     "quaternion.unit.name": ["attitude"],
     "quaternion.from_xyzw.name": ["attitude"],
     "quaternion.from_xyzw.value": ATTITUDES,

@@ -25,8 +25,8 @@ def core():
 
 def per_isa():
     """Gives the files that are compiled once more for each instruction set."""
-    exact = (CSRC / "exact" / name for name in ("states.c", "closed_form.c", "map.c"))
-    return [*sorted(CSRC.glob("taylor/kernel*.c")), *exact]
+    exact = (CSRC / "exact" / name for name in ("states.c", "plans.c", "closed_form.c", "map.c"))
+    return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
 
 
 def compiler():

@@ -11,7 +11,7 @@ import numpy as np
 from .._ground.arguments import Array, shown
 from .._ground.optional import installed
 from .._model.scene import Scene
-from .._model.turning import Turnings, turnings
+from .._model.turning import Turnings, turning
 from .solids import BLUE, FAINT, ORANGE, bare, drawable, view
 
 with installed("'kreisel[plot]'"):
@@ -144,7 +144,7 @@ def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Shown, unit: fl
 
 def _limits(scene: Scene) -> Turnings | None:
     try:
-        return turnings((scene,))
+        return turning(scene)
     except ValueError:
         return None
 

@@ -26,6 +26,8 @@ class Arrayed(Protocol):
 
 Numbers = float | Arrayed | Sequence[float] | Sequence[Arrayed]  # one, or a list, and no text
 
+R = TypeVar("R", float, Array)  # a number, or one for each of many
+
 _PLAIN = {float, int, np.float64}
 _T = TypeVar("_T")
 _SHORT = reprlib.Repr()
@@ -45,7 +47,9 @@ def shown(value: object) -> str:
 def instance(name: str, value: object, wanted: type[_T]) -> _T:
     """The value, where it is a kreisel.Scene, kreisel.Path and so on; TypeError where it is not."""
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}")
+        many = getattr(type(value), "_one", None) is wanted
+        one = f" of many: take one by its index, as {name}s[0]" if many else ""
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}{one}")
     return value
 
 
@@ -94,8 +98,8 @@ def boolean(name: str, value: object) -> bool:
     return bool(value)
 
 
-def array(name: str, value: object, what: str) -> Array:
-    """An array of finite doubles, of any shape; `what` says what would be right."""
+def doubles(name: str, value: object, what: str) -> Array:
+    """An array of doubles of its own, of any shape; `what` says what would be right."""
     if np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what}, none of them masked")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
@@ -108,7 +112,12 @@ def array(name: str, value: object, what: str) -> Array:
     if given.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {what}, not {shown(value)}")
     with np.errstate(over="ignore"):
-        numbers = given.astype(np.float64)
+        return given.astype(np.float64)
+
+
+def array(name: str, value: object, what: str) -> Array:
+    """An array of finite doubles, of any shape; `what` says what would be right."""
+    numbers = doubles(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
             raise ValueError(f"{name} must be finite, not {shown(value)}")

@@ -3,7 +3,6 @@ follow."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from itertools import combinations
 from struct import unpack
@@ -21,6 +20,7 @@ from .inertia import (
     described,
     lost,
     moments_of,
+    no_such_body,
     of_a_shift,
     slack,
     tensor_of,
@@ -28,7 +28,7 @@ from .inertia import (
     with_a_point,
 )
 from .shaped import Shaped
-from .shapes import rod
+from .shapes import inertia_of, mass_of, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -99,7 +99,7 @@ class Body(Shaped):
         if made_up is not False:
             boolean("made_up", made_up)
         elif not can_be:
-            _warn(self, tensor)
+            warn(no_such_body(self.mass, tensor, self.com))
         kept["made_up"] = made_up or not can_be
 
     @classmethod
@@ -139,9 +139,9 @@ class Body(Shaped):
         >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
         (3.0, 4.0, 1.0)
         """
-        shape = rod(length)
-        heavy, at = shape.mass(mass, None), np.subtract(0.0, vector("pivot", pivot))
-        return _body_or_line(heavy, with_a_point(shape.inertia(heavy), heavy, at), at)
+        shape = rod(positive("length", length))
+        heavy, at = mass_of(shape, mass, None), np.subtract(0.0, vector("pivot", pivot))
+        return _body_or_line(heavy, with_a_point(inertia_of(shape, heavy), heavy, at), at)
 
     @classmethod
     def symmetric(
@@ -302,13 +302,3 @@ def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
             return Line(mass, tensor, com, made_up=made_up)
     rounded = max((part.rounded for part in parts), default=0.0)
     return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
-
-
-def _warn(body: Body, tensor: Array) -> None:
-    rest = with_a_point(tensor, -body.mass, np.array(body.com))
-    left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
-    warn(
-        f"no body has this inertia about the fixed point: about its centre of mass the moments "
-        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "
-        "mass? Then give it as inertia_about_com. Are mass and com made up? Say made_up=True"
-    )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -65,6 +67,17 @@ def violation(tensor: Array, rounded: float) -> str:
     said = f", with rounded={rounded!r}" if rounded else ""
     hint = f"; rounded={1.1 * over:.2g} would let it pass" if INPUT_RTOL < over < 0.01 else ""
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
+
+
+def no_such_body(mass: float, tensor: Array, com: Vector) -> str:
+    """That no mass has this inertia about the fixed point, and what may have been meant."""
+    rest = with_a_point(tensor, -mass, np.array(com))
+    left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
+    return (
+        f"no body has this inertia about the fixed point: about its centre of mass the moments "
+        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "
+        "mass? Then give it as inertia_about_com. Are mass and com made up? Say made_up=True"
+    )
 
 
 def with_a_point(tensor: Array, mass: float, at: Array) -> Array:

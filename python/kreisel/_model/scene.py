@@ -8,45 +8,35 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from inspect import signature
-from typing import TYPE_CHECKING, Self, TypedDict, Unpack
+from typing import TYPE_CHECKING, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import scene
-from .._ground.arguments import Array, Quaternion, Vector, boolean, instance, number, shown, vector
+from .._ground.arguments import Array, Quaternion, Vector, boolean, instance, number
 from .._ground.files import write
-from .._ground.refusals import refusal, unchangeable
-from ..quaternion import multiply, turn, turn_back, unit
+from .._ground.refusals import unchangeable
 from .body import Body
 from .textbook import (
     attitude_of,
+    half_turn,
     moments_about_axis,
     radians,
     steady_rate,
+    steady_words,
     velocity_of,
 )
+from .textbook_tops import TextbookTops
 from .toml import a_table, lines, made, read, tables
 from .toml_body import MAKERS, body_of
+from .typed import Changes, Varied
+from .varied import scattered, varied
+from .words import gravity_of, looked_at, made_plainly
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 _COUNTABLE = 2.0**53  # whole radians are told apart up to here
-
-
-class _Changes(TypedDict, total=False):
-    """The words of Scene."""
-
-    body: Body
-    momentum: ArrayLike
-    velocity: ArrayLike
-    body_momentum: ArrayLike
-    body_velocity: ArrayLike
-    attitude: ArrayLike | Rotation
-    attitude_xyzw: ArrayLike
-    gravity: float
-    damping: ArrayLike | None
 
 
 @unchangeable("scene.replace({}=...) makes another scene")
@@ -99,9 +89,13 @@ class Scene:
             given["body_momentum"] = body_momentum
         if body_velocity is not None:
             given["body_velocity"] = body_velocity
-        made = None if attitude_xyzw is not None else _made(body, given, attitude, gravity, damping)
+        made = (
+            None
+            if attitude_xyzw is not None
+            else made_plainly(body, given, attitude, gravity, damping)
+        )
         if made is None:
-            made = _looked_at(body, given, attitude, attitude_xyzw, gravity, damping)
+            made = looked_at(body, given, attitude, attitude_xyzw, gravity, damping)
         kept = self.__dict__
         kept["body"] = body
         kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], kept["_block"] = made
@@ -133,7 +127,7 @@ class Scene:
         w, x, y, z = self.attitude
         return x, y, z, w
 
-    def replace(self, **changes: Unpack[_Changes]) -> Self:
+    def replace(self, **changes: Unpack[Changes]) -> Self:
         """This scene but for what is named, in the words of the constructor."""
         words: dict[str, object] = {
             "body": self.body,
@@ -148,6 +142,55 @@ class Scene:
             del words["attitude"]
         make: Callable[..., Self] = type(self)  # which checks what the words are
         return make(**{**words, **changes})
+
+    def vary(self, **words: Unpack[Varied]) -> Ensemble:
+        """An ensemble of this scene in which some words vary; all else is as it is here.
+
+        They are given as to kr.Ensemble, which broadcasts them, and are those of
+        - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
+          momentum, velocity, body_momentum, body_velocity; the momentum in space stays where none
+          of these is given
+        - Body: mass, inertia, com, the others kept; momentum and attitude stay as well
+        - Scene.spinning: spin, tilt, precession, steady, fast, for any body unless steady; those
+          not given are the scene's own, as are Euler's other angles and the rate of its nutation
+        - Scene.from_euler: angles, rates
+
+        degrees is for the last two. Each dimension of the ensemble is named by the word of single
+        numbers that alone varies along it: tops.axes, tops.coords.
+
+        >>> import kreisel as kr, numpy as np
+        >>> top = kr.scenes.sleeping
+        >>> tops = top.vary(spin=np.linspace(0, 20, 5)[:, None], tilt=np.linspace(0, 1, 3))
+        >>> tops.shape, tops.axes
+        ((5, 3), ('spin', 'tilt'))
+        """
+        return varied(Ensemble, self, words)
+
+    def scatter(
+        self,
+        n: int,
+        *,
+        seed: int = 0,
+        momentum: ArrayLike | None = None,
+        attitude: ArrayLike | None = None,
+        gravity: float | None = None,
+    ) -> Ensemble:
+        """n uncertain starts: this scene with normal deviations of these widths.
+
+        momentum  of the momentum in space: one width for all components, or 3 [M L^2 T^-1]
+        attitude  of the rotation vector by which the body is turned first, seen from the body: one
+                  width, or 3 [rad]; the momentum stays in space
+        gravity   of gravity [L T^-2]
+
+        Top i depends on seed and i alone, whatever n is, and what is scattered in one word on that
+        word's width alone.
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
+        >>> tops[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
+        True
+        """
+        return scattered(Ensemble, self, n, seed, momentum, attitude, gravity)
 
     @classmethod
     def from_euler(
@@ -221,22 +264,15 @@ class Scene:
         True
         """
         across, along = moments_about_axis(instance("body", body, Body))
-        rate, angle = number("spin", spin), number("tilt", tilt)
-        if boolean("degrees", degrees):
-            rate, angle = math.radians(rate), math.radians(angle)
-        if not 0.0 <= angle <= math.pi:
-            most = "180" if degrees else "pi, or up to 180 with degrees=True"
-            raise ValueError(f"tilt must lie between 0 and {most}, not {shown(tilt)}")
-        if boolean("fast", fast) and not steady:
-            raise ValueError("fast chooses between two steady precessions: say steady=True too")
-        if boolean("steady", steady):
-            if precession is not None or (damping is not None and np.any(damping)):
-                raise ValueError("steady=True goes with neither precession nor damping")
-            torque = body.mass * _gravity(gravity) * math.hypot(*body.com)
+        rate, in_degrees = number("spin", spin), boolean("degrees", degrees)
+        rate = math.radians(rate) if in_degrees else rate
+        angle = half_turn(tilt, in_degrees)
+        if steady_words(steady, fast, precession, damping):
+            torque = body.mass * gravity_of(gravity) * math.hypot(*body.com)
             turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
             turning = 0.0 if precession is None else number("precession", precession)
-            turning = math.radians(turning) if degrees else turning
+            turning = math.radians(turning) if in_degrees else turning
         rates = turning, 0.0, rate - turning * math.cos(angle)
         return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity, damping=damping)
 
@@ -275,6 +311,37 @@ class Scene:
         return text
 
 
+@unchangeable("kreisel.Ensemble(..., {}=...) makes another ensemble")
+class Ensemble(TextbookTops[Scene]):
+    """Many tops: a body or bodies, gravity, what damps them, and the states at t = 0.
+
+    Each word of kr.Scene is one value or an array of values, which broadcast to one shape: (n,),
+    (500, 500), () too.
+
+    body      a kr.Body for all, or kr.Bodies
+    momentum  (..., 3) in space [M L^2 T^-1]; or velocity, body_momentum, body_velocity (..., 3)
+    attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations; or
+              attitude_xyzw (..., 4)
+    gravity   (...,) along -e3 [L T^-2]
+    damping   one number for all, or (..., 3) along the principal axes, or (..., 1) for all three
+              axes alike [M L^2 T^-1]
+
+    `tops[i, j]` is a kr.Scene; slices, arrays and masks of places give ensembles; iteration gives
+    scenes, of several dimensions ensembles along the first. Each member has the bits that Scene
+    gives it (of attitudes in single precision up to the last place). What does not vary is held
+    once. Two ensembles are equal where bodies and states are. Raises TypeError and ValueError in the words of Scene,
+    for the first value that is refused, with its index.
+
+    >>> import kreisel as kr
+    >>> body = kr.scenes.thesis.body
+    >>> tops = kr.Ensemble(body, momentum=[(0, 0, 1), (0, 0, 2)], gravity=[[1], [2], [3]])
+    >>> tops.shape, tops[2, 0].gravity, tops[:, 1].momentum.shape
+    ((3, 2), 3.0, (3, 3))
+    """
+
+    _one = Scene
+
+
 _WORDS = [word for word in signature(Scene).parameters if word != "body"]
 _SCENE_MAKERS: dict[str, Callable[..., Scene]] = {
     "from_euler": Scene.from_euler,
@@ -300,85 +367,3 @@ def parse(text: str) -> Scene:
     if others:
         raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
     return made(make, f"[{name}]", a_table(name, table[name]), _BELOW)
-
-
-# momentum, attitude, gravity, damping, and the block
-_Made = tuple[Vector, Quaternion, float, Vector, bytes]
-
-
-def _made(
-    body: Body,
-    given: dict[str, ArrayLike],
-    attitude: ArrayLike | Rotation | None,
-    gravity: float,
-    damping: ArrayLike | None,
-) -> _Made | None:
-    """What a scene keeps beside its body; None where the words are other than plain numbers or have
-    to be refused."""
-    if len(given) != 1:
-        return None
-    ((name, value),) = given.items()
-    made = scene(body._block, value, attitude, gravity, damping)
-    if isinstance(made, tuple) and name != "momentum":
-        v, q, g, d, _ = made
-        made = scene(body._block, _momentum(body, q, name, v), q, g, d)
-    return made if isinstance(made, tuple) else None
-
-
-def _looked_at(
-    body: Body,
-    given: dict[str, ArrayLike],
-    attitude: ArrayLike | Rotation | None,
-    attitude_xyzw: ArrayLike | None,
-    gravity: float,
-    damping: ArrayLike | None,
-) -> _Made:
-    """What a scene keeps beside its body, of words that are looked at one by one."""
-    g = _gravity(gravity)
-    if attitude_xyzw is not None:
-        if attitude is not None:
-            raise ValueError("give either attitude or attitude_xyzw, not both")
-        q = unit("attitude_xyzw", attitude_xyzw, last=True)
-    else:
-        q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
-    if len(given) != 1:
-        raise ValueError(
-            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
-            + (" and ".join(given) or "none")
-        )
-    ((name, value),) = given.items()
-    m, d = _momentum(body, q, name, vector(name, value)), _damping(damping)
-    made = scene(body._block, m, q, g, d)
-    if not isinstance(made, tuple):
-        raise refusal(made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}")
-    return made
-
-
-def _damping(given: ArrayLike | None) -> Vector:
-    if given is None:
-        return 0.0, 0.0, 0.0
-    along = (number("damping", given),) * 3 if np.ndim(given) == 0 else vector("damping", given)
-    if min(along) < 0.0:
-        raise ValueError(f"damping must not be negative, not {shown(given)}: it takes energy out")
-    return along
-
-
-def _gravity(value: object) -> float:
-    try:
-        return number("gravity", value)
-    except TypeError as error:
-        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None
-
-
-def _momentum(body: Body, q: Quaternion, name: str, v: Vector) -> Vector:
-    """The momentum in space, of the word in which it was given."""
-    if name == "momentum":
-        return v
-    if name == "body_momentum":
-        return turn(q, v)
-    if name == "body_velocity":
-        v = turn(q, v)
-    principal = multiply(q, body.axes)
-    x, y, z = turn_back(principal, v)
-    i1, i2, i3 = body.moments
-    return turn(principal, (i1 * x, i2 * y, i3 * z))

@@ -6,6 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
+from .._ground.arguments import boolean, number, positive, vector
 from . import shapes
 
 
@@ -37,7 +38,12 @@ class Shaped:
         >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
         (4.0, 4.0, 2.0)
         """
-        return cls._of(shapes.cylinder(radius, height), pivot, mass, density)
+        return cls._of(
+            shapes.cylinder(positive("radius", radius), positive("height", height)),
+            pivot,
+            mass,
+            density,
+        )
 
     @classmethod
     def tube(
@@ -55,7 +61,10 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        return cls._of(shapes.tube(inner, outer, height), pivot, mass, density)
+        hole, r = number("inner", inner), positive("outer", outer)
+        if not 0.0 <= hole <= r:
+            raise ValueError(shapes.tube_refusal(hole, r))
+        return cls._of(shapes.tube(hole, r, positive("height", height)), pivot, mass, density)
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
@@ -71,7 +80,7 @@ class Shaped:
         >>> top.kind, round(top.mass, 12)
         ('lagrange', 0.52)
         """
-        return cls._of(shapes.disk(radius), pivot, mass, None)
+        return cls._of(shapes.disk(positive("radius", radius)), pivot, mass, None)
 
     @classmethod
     def sphere(
@@ -87,7 +96,8 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        return cls._of(shapes.sphere(radius, shell), pivot, mass, density)
+        r = positive("radius", radius)
+        return cls._of(shapes.sphere(r, boolean("shell", shell)), pivot, mass, density)
 
     @classmethod
     def ellipsoid(
@@ -102,7 +112,8 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        return cls._of(shapes.ellipsoid(half), pivot, mass, density)
+        a, b, c = (positive("half", x) for x in vector("half", half))
+        return cls._of(shapes.ellipsoid(a, b, c), pivot, mass, density)
 
     @classmethod
     def cone(
@@ -124,11 +135,21 @@ class Shaped:
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
         (0.0, 0.0, 1.5)
         """
-        return cls._of(shapes.cone(radius, height), pivot, mass, density)
+        return cls._of(
+            shapes.cone(positive("radius", radius), positive("height", height)),
+            pivot,
+            mass,
+            density,
+        )
 
     @classmethod
     def _of(
-        cls, shape: shapes.Shape, pivot: ArrayLike, mass: float | None, density: float | None
+        cls,
+        shape: shapes.Shape[float],
+        pivot: ArrayLike,
+        mass: float | None,
+        density: float | None,
     ) -> Self:
-        heavy = shape.mass(mass, density)
-        return cls.from_com(heavy, shape.inertia(heavy), shape.com, pivot)
+        heavy = shapes.mass_of(shape, mass, density)
+        com = (0.0, 0.0, shape.height)
+        return cls.from_com(heavy, shapes.inertia_of(shape, heavy), com, pivot)

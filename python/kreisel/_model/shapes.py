@@ -1,4 +1,5 @@
-"""Homogeneous shapes of the textbooks: volume, second moments, centre of mass.
+"""Homogeneous shapes of the textbooks: volume, second moments, centre of mass; of one body, or of
+many by arrays.
 
 With s = <x^2>, <y^2>, <z^2> about the centre of mass, the moments of inertia are mass (s_y + s_z)
 and so on (Goldstein, Classical Mechanics, ch. 5).
@@ -7,86 +8,104 @@ and so on (Goldstein, Classical Mechanics, ch. 5).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 import numpy as np
 
-from .._ground.arguments import Array, Vector, boolean, number, positive, vector
+from .._ground.arguments import Array, R, positive
 
 
-class Shape(NamedTuple):
+class Shape(NamedTuple, Generic[R]):
     """A shape with its axis along the third."""
 
     name: str
-    volume: float  # [L^3]; 0 for what is thin
-    squares: Vector  # <x^2>, <y^2>, <z^2> about the centre of mass [L^2]
-    com: Vector = (0.0, 0.0, 0.0)  # seen from the point from which the pivot is seen [L]
-
-    def mass(self, mass: float | None, density: float | None) -> float:
-        """Its mass, of exactly one of mass and density."""
-        if (mass is None) == (density is None):
-            both = "not both" if mass is not None else "not none"
-            raise ValueError(f"give exactly one of mass and density of the {self.name}, {both}")
-        if density is None:
-            return positive("mass", mass)
-        if not self.volume:
-            raise ValueError(f"the {self.name} is thin and has no volume: give its mass")
-        return positive(f"mass of the {self.name}", positive("density", density) * self.volume)
-
-    def inertia(self, mass: float) -> Array:
-        """About its centre of mass."""
-        xx, yy, zz = (mass * s for s in self.squares)
-        return np.diag((yy + zz, zz + xx, xx + yy))
+    volume: R  # [L^3]; 0 for what is thin
+    squares: tuple[R, R, R]  # <x^2>, <y^2>, <z^2> about the centre of mass [L^2]
+    height: R  # of the centre of mass, above the point from which the pivot is seen [L]
 
 
-def cylinder(radius: object, height: object) -> Shape:
+def moments_of(shape: Shape[R], mass: R) -> tuple[R, R, R]:
+    """The moments of inertia about the centre of mass."""
+    x, y, z = shape.squares
+    xx, yy, zz = mass * x, mass * y, mass * z
+    return yy + zz, zz + xx, xx + yy
+
+
+def mass_of(shape: Shape[float], mass: float | None, density: float | None) -> float:
+    """The mass of a shape, of exactly one of mass and density."""
+    one_of(shape.name, mass, density)
+    if density is None:
+        return positive("mass", mass)
+    if not shape.volume:
+        raise ValueError(thin(shape.name))
+    return positive(f"mass of the {shape.name}", positive("density", density) * shape.volume)
+
+
+def one_of(name: str, mass: object, density: object) -> None:
+    """Refuses both of mass and density, and neither."""
+    if (mass is None) == (density is None):
+        both = "not both" if mass is not None else "not none"
+        raise ValueError(f"give exactly one of mass and density of the {name}, {both}")
+
+
+def thin(name: str) -> str:
+    """Why such a shape has no density."""
+    return f"the {name} is thin and has no volume: give its mass"
+
+
+def inertia_of(shape: Shape[float], mass: float) -> Array:
+    """The tensor about the centre of mass."""
+    return np.diag(moments_of(shape, mass))
+
+
+def cylinder(radius: R, height: R) -> Shape[R]:
     """Solid, round, its axis along the third."""
-    r, h = positive("radius", radius), positive("height", height)
+    r, h = radius, height
     side = r * r / 4.0
-    return Shape("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0))
+    return Shape("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0), 0.0 * h)
 
 
-def tube(inner: object, outer: object, height: object) -> Shape:
-    """A cylinder with a round hole along its axis."""
-    hole, r, h = number("inner", inner), positive("outer", outer), positive("height", height)
-    if not 0.0 <= hole <= r:
-        raise ValueError(f"inner must lie between 0 and outer = {r!r}, not {hole!r}")
+def tube(inner: R, outer: R, height: R) -> Shape[R]:
+    """A cylinder with a round hole along its axis, 0 <= inner <= outer."""
+    hole, r, h = inner, outer, height
     side = (r * r + hole * hole) / 4.0
-    return Shape("tube", math.pi * (r - hole) * (r + hole) * h, (side, side, h * h / 12.0))
+    volume = math.pi * (r - hole) * (r + hole) * h
+    return Shape("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
 
 
-def disk(radius: object) -> Shape:
+def tube_refusal(inner: float, outer: float) -> str:
+    """Why there is no tube with such radii."""
+    return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
+
+
+def disk(radius: R) -> Shape[R]:
     """Round and thin, across the third axis."""
-    r = positive("radius", radius)
-    side = r * r / 4.0
-    return Shape("disk", 0.0, (side, side, 0.0))
+    side = radius * radius / 4.0
+    return Shape("disk", 0.0 * radius, (side, side, 0.0 * radius), 0.0 * radius)
 
 
-def rod(length: object) -> Shape:
+def rod(length: R) -> Shape[R]:
     """Straight and thin, along the third axis."""
-    whole = positive("length", length)
-    return Shape("rod", 0.0, (0.0, 0.0, whole * whole / 12.0))
+    nothing = 0.0 * length
+    return Shape("rod", nothing, (nothing, nothing, length * length / 12.0), nothing)
 
 
-def sphere(radius: object, shell: object) -> Shape:
+def sphere(radius: R, shell: bool) -> Shape[R]:
     """A ball, or a thin shell."""
-    r = positive("radius", radius)
-    thin = boolean("shell", shell)
-    side = r * r / (3.0 if thin else 5.0)
-    volume = 0.0 if thin else 4.0 / 3.0 * math.pi * r * r * r
-    return Shape("shell" if thin else "sphere", volume, (side, side, side))
+    r = radius
+    side = r * r / (3.0 if shell else 5.0)
+    volume = 0.0 * r if shell else 4.0 / 3.0 * math.pi * r * r * r
+    return Shape("shell" if shell else "sphere", volume, (side, side, side), 0.0 * r)
 
 
-def ellipsoid(half: object) -> Shape:
+def ellipsoid(a: R, b: R, c: R) -> Shape[R]:
     """Solid, of these half axes."""
-    a, b, c = (positive("half", x) for x in vector("half", half))
     volume = 4.0 / 3.0 * math.pi * a * b * c
-    return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0))
+    return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
 
-def cone(radius: object, height: object) -> Shape:
+def cone(radius: R, height: R) -> Shape[R]:
     """Solid, round, from its tip up to its base."""
-    r, h = positive("radius", radius), positive("height", height)
+    r, h = radius, height
     side, along = 0.15 * r * r, 0.0375 * h * h
-    volume = math.pi / 3.0 * r * r * h
-    return Shape("cone", volume, (side, side, along), (0.0, 0.0, 0.75 * h))
+    return Shape("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)

@@ -1,12 +1,15 @@
-"""Starts in the words of the textbooks: Euler's angles and their rates, steady precession."""
+"""Starts in the words of the textbooks: Euler's angles and their rates, steady precession. Angles
+and rates are numbers, or arrays of those of many tops."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from .._core import KIND_RTOL, values
-from .._ground.arguments import Array, Quaternion, Vector, vector
+import numpy as np
+
+from .._core import KIND_RTOL, cosine, sine, values
+from .._ground.arguments import Array, Quaternion, R, Vector, boolean, number, shown, vector
 from ..quaternion import conjugate, multiply
 
 if TYPE_CHECKING:
@@ -19,13 +22,23 @@ def radians(name: str, value: object, degrees: bool) -> Vector:
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
 
-def turned_by(angles: Vector) -> Quaternion:
+def cos(x: R) -> R:
+    """With the same bits for one angle as for many."""
+    return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
+
+
+def sin(x: R) -> R:
+    """With the same bits for one angle as for many."""
+    return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
+
+
+def turned_by(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
     """The turn by the first angle about the third axis after that by the second about the first
     after that by the third about the third."""
     precession, nutation, spin = angles
-    c, s = math.cos(0.5 * nutation), math.sin(0.5 * nutation)
+    c, s = cos(0.5 * nutation), sin(0.5 * nutation)
     total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
-    return c * math.cos(total), s * math.cos(apart), s * math.sin(apart), c * math.sin(total)
+    return c * cos(total), s * cos(apart), s * sin(apart), c * sin(total)
 
 
 def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
@@ -39,13 +52,34 @@ def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     return multiply(turned_by(angles), conjugate(turned_by((own[0], own[1], own[2]))))
 
 
-def velocity_of(angles: Vector, rates: Vector) -> Vector:
+def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
     """The angular velocity in space."""
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
-    c, s = math.cos(precession), math.sin(precession)
-    across, up = spinning * math.sin(nutation), spinning * math.cos(nutation)
+    c, s = cos(precession), sin(precession)
+    across, up = spinning * sin(nutation), spinning * cos(nutation)
     return nodding * c + across * s, nodding * s - across * c, turning + up
+
+
+def half_turn(tilt: object, degrees: bool) -> float:
+    """An angle with the vertical, in radians."""
+    given = number("tilt", tilt)
+    angle = math.radians(given) if degrees else given
+    if not 0.0 <= angle <= math.pi:
+        most = "180" if degrees else "pi, or up to 180 with degrees=True"
+        raise ValueError(f"tilt must lie between 0 and {most}, not {shown(tilt)}")
+    return angle
+
+
+def steady_words(steady: object, fast: object, precession: object, damping: object) -> bool:
+    """Whether a steady precession is asked for, with words that go with it."""
+    if boolean("fast", fast) and not steady:
+        raise ValueError("fast chooses between two steady precessions: say steady=True too")
+    if not boolean("steady", steady):
+        return False
+    if precession is not None or (damping is not None and np.any(np.asarray(damping))):
+        raise ValueError("steady=True goes with neither precession nor damping")
+    return True
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:
@@ -87,7 +121,7 @@ def steady_rate(
     a, b = across * cosine if abs(cosine) > 1e-15 else 0.0, along * spin
     root = 2.0 * math.sqrt(abs(a)) * math.sqrt(abs(torque))
     if a * torque <= 0.0:
-        root = math.hypot(b, root)
+        root = float(np.hypot(b, root))
     elif abs(b) < root * (1.0 - 1e-12):
         given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
         raise ValueError(

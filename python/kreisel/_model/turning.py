@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core import exact_turnings, statuses
+from .._core import exact_turning, statuses
 from .._ground.arguments import Array, frozen
 from .scene import Scene
 
@@ -27,19 +26,23 @@ class Turnings:
     rows: Array
 
 
-def turnings(scenes: Sequence[Scene]) -> Turnings:
-    """Those of all scenes; ValueError for the first that has none."""
-    status, done, rows, courses = exact_turnings([scene._block for scene in scenes])
-    if status != "OK":
-        where = f"scene[{done}]: " if len(scenes) > 1 else ""
-        raise ValueError(where + _reason(status, scenes[done]))
+def turnings(rows: Array, course: npt.NDArray[np.str_]) -> Turnings:
+    """Those of rows that the core has made, and of the courses."""
     least, greatest, t_least, t_greatest, spin = (frozen(x.copy()) for x in rows.T[:5])
-    names = np.array(courses)
-    names.flags.writeable = False
-    return Turnings(least, greatest, t_least, t_greatest, spin, names, rows)
+    course.flags.writeable = False
+    return Turnings(least, greatest, t_least, t_greatest, spin, course, rows)
 
 
-def _reason(status: str, scene: Scene) -> str:
+def turning(scene: Scene) -> Turnings:
+    """Those of one scene; ValueError if it has none."""
+    status, row, course = exact_turning(scene._block)
+    if status != "OK":
+        raise ValueError(no_turning(status, scene))
+    return turnings(row[None], np.array([course]))
+
+
+def no_turning(status: str, scene: Scene) -> str:
+    """Why a scene has no turning points, by the status of the core."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"

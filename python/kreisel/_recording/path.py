@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import index
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -312,29 +312,32 @@ class Events:
         return self.path.states
 
 
-class _Stopped(BaseException):
+class Stopped(BaseException):
     """A run that ended before its time.
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
     path    the states asked for that were reached, and the last good state where that is later
+    paths   of many tops what is known of all, a kreisel.Paths or kreisel.Reduced; `path` is then
+            that of the first that failed, or was not done
     """
 
-    def __init__(self, message: str, status: str, path: Path) -> None:
+    def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:
         super().__init__(message)
         self.status = status
         self.path = path
+        self.paths = paths
 
-    def __reduce__(self) -> tuple[type[_Stopped], tuple[str, str, Path]]:
-        return type(self), (str(self), self.status, self.path)
+    def __reduce__(self) -> tuple[type[Stopped], tuple[str, str, Path, object]]:
+        return type(self), (str(self), self.status, self.path, self.paths)
 
 
-class Error(_Stopped, RuntimeError):
+class Error(Stopped, RuntimeError):
     """A run failed. `.path` holds what was reached, `.status` the reason's name."""
 
     __module__ = "kreisel"  # a traceback names what users catch
 
 
-class Interrupted(_Stopped, KeyboardInterrupt):
+class Interrupted(Stopped, KeyboardInterrupt):
     """Ctrl-C during a run. `.path` holds what was reached."""
 
     __module__ = "kreisel"
@@ -342,7 +345,7 @@ class Interrupted(_Stopped, KeyboardInterrupt):
 
 def stopped(status: str, path: Path, where: str) -> BaseException:
     """What the status of a run stands for: a failure with its path, or bad input."""
-    kinds: dict[str, type[_Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
+    kinds: dict[str, type[Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import SupportsIndex
+from typing import Any, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -50,3 +51,17 @@ def inside(reached: Array, t: Numbers) -> Array:
             f"from {low!r} to {high!r}: solve for a longer one"
         )
     return times.reshape(-1)
+
+
+def numbers_of(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
+    """The numbers, in C order, of the members of a shape that an index of numpy's means."""
+    every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
+    return np.asarray(every[key])
+
+
+def number_of(shape: tuple[int, ...], key: Any) -> int | None:
+    """The number of the one member that is meant; None where the index means several, or none."""
+    if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
+        return key % shape[0]
+    found = np.arange(math.prod(shape)).reshape(shape)[key]
+    return None if isinstance(found, np.ndarray) else int(found)

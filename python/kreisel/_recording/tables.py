@@ -7,12 +7,13 @@ import csv
 import io
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from .._ground.arguments import Array, boolean, shown
 from .._ground.files import write
+from .._ground.names import QuantityName
 from .._ground.optional import installed
 from .._ground.refusals import unknown
 from .._request.quantities import ANGLES, LOW, TIME, WANTED, Quantity
@@ -24,9 +25,19 @@ if TYPE_CHECKING:
 
 Rows = list[tuple[Quantity, Array]]
 
-_TABLES = "'kreisel[tables]'"
+
+class Keeper(Protocol):
+    """A path, or many: quantities are its attributes."""
+
+    @property
+    def want(self) -> tuple[QuantityName, ...] | None: ...
+    @property
+    def _low(self) -> Array | None: ...
+
+
+TABLES = "'kreisel[tables]'"
 _EULER = "precession_angle", "nutation", "spin_angle"
-_DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
+DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
     (): {},
     (3,): {"axis": [*"xyz"]},
     (4,): {"quaternion": [*"wxyz"]},
@@ -34,7 +45,7 @@ _DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows 
 }
 
 
-def tabled(path: States, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
+def tabled(path: Keeper, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
     """The quantities of these names with their values at each state; of none, what the path keeps.
     The dimension of an angle is its unit."""
     in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
@@ -61,7 +72,7 @@ def _checked(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _kept(path: States) -> tuple[str, ...]:
+def _kept(path: Keeper) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -129,7 +140,7 @@ class Tables(States):
         out of angles. Raises TypeError and ValueError for names that are none, AttributeError for
         what `want` has left out, ImportError without pandas.
         """
-        with installed(_TABLES):
+        with installed(TABLES):
             import pandas as pd
         rows = tabled(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
@@ -149,14 +160,14 @@ class Tables(States):
         Dataset the method and the scene, in TOML. The words are those of to_pandas, and so is what
         it raises.
         """
-        with installed(_TABLES):
+        with installed(TABLES):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
         for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
-            along = _DIMENSIONS.get(quantity.shape, own)
+            along = DIMENSIONS.get(quantity.shape, own)
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}

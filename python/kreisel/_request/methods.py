@@ -160,16 +160,22 @@ def no_closed_form(scene: Scene) -> str:
     )
 
 
-def fitting(name: object, scene: Scene) -> Method:
-    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
-    the scene."""
+def named(name: object) -> Method:
+    """The method of this name; TypeError or ValueError if there is none."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {shown(name)}")
-    if name == "auto":
-        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
     method = methods.get(cast(MethodName, name))
     if method is None:
         raise ValueError(unknown(name))
+    return method
+
+
+def fitting(name: object, scene: Scene) -> Method:
+    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
+    the scene."""
+    if isinstance(name, str) and name == "auto":
+        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
+    method = named(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:
             raise ValueError(f"the method {name!r} does not apply: {no_closed_form(scene)}")

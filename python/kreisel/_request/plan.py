@@ -16,7 +16,7 @@ from .quantities import TURNING, doubles
 from .request import Request, checked_every, request
 from .times import PIECE, listed
 
-_BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
+BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
 Reasons = tuple[tuple[str, str], ...]
 
 
@@ -133,7 +133,7 @@ def plan(
     Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
     takes trial runs: see path.plan.
     """
-    if method == _BY_TRIAL:
+    if method == BY_TRIAL:
         raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
     asked = request(scene, method, step, tol, digits, 0, want)
     number = checked_every(asked.method, every)

@@ -15,12 +15,9 @@ from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .methods import ELSE, Method, fitting
 from .quantities import TURNING, WANTED, doubles
-from .times import PIECE
+from .times import COUNTABLE, PIECE
 
 Progress = Callable[[float], object]
-
-
-_COUNTABLE = 2.0**53  # whole numbers, and with them steps, are told apart up to here
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class Request:
     @cached_property
     def within(self) -> float:
         """Times below this are certainly of fewer steps than a double can count [T]."""
-        return math.inf if self.step is None else 0.5 * _COUNTABLE * self.step
+        return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property
     def limit(self) -> int:
@@ -100,10 +97,10 @@ def request(
             return _known(*words, want)
         except TypeError:  # a word without a hash, or one that is refused below
             pass
-    return _checked(*words, want)
+    return steered(*words, want)
 
 
-def _checked(
+def steered(
     method: Method,
     step: object,
     tol: object,
@@ -112,12 +109,13 @@ def _checked(
     asked: object,
     want: object,
 ) -> Request:
+    """The request of a method in these words, whatever the scene."""
     steering = checked_step(method, step), checked_tol(method, tol)
     number, most = checked_digits(method, digits, tol), whole("max_steps", max_steps, 0)
     return Request(method, *steering, number, most, wanted(want), str(asked))
 
 
-_known = lru_cache(maxsize=256, typed=True)(_checked)
+_known = lru_cache(maxsize=256, typed=True)(steered)
 
 
 def wanted(want: object) -> tuple[QuantityName, ...] | None:

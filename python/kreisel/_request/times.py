@@ -14,7 +14,7 @@ from .._ground.arguments import Array, Numbers, array, number
 from .._model.scene import Scene
 
 PIECE = 1 << 14  # states that are computed, reduced and dropped at a time
-_EXACT = 2.0**53  # whole numbers, and with them steps and radians, are told apart up to here
+COUNTABLE = 2.0**53  # whole numbers, and with them steps and radians, are told apart up to here
 _WHAT = "a number or a list of times"
 
 
@@ -109,8 +109,8 @@ def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
 def _steps(end: float, step: float) -> int:
     """The whole steps from 0 to the end, up to its rounding."""
     length = abs(end)
-    if not length / step < _EXACT:
-        raise ValueError(_too_many_steps(end, step))
+    if not length / step < COUNTABLE:
+        raise ValueError(too_many_steps(end, step))
     steps = math.floor(length / step + 0.5)
     return steps - 1 if steps * step - length > 2.0 * np.finfo(float).eps * length else steps
 
@@ -140,7 +140,7 @@ def _grid_pieces(
 
 def refuse_too_many(states: int, size: int) -> None:
     """More states of so many bytes than there is memory for."""
-    if size * states > _memory():
+    if size * states > memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
             f"{states} states need {needed}, more than this machine has: record fewer, by a "
@@ -148,7 +148,7 @@ def refuse_too_many(states: int, size: int) -> None:
         )
 
 
-def _memory() -> int:
+def memory() -> int:
     """Bytes of this machine's memory; where it does not tell, no limit."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -156,7 +156,7 @@ def _memory() -> int:
         return 2**63
 
 
-def _too_many_steps(end: float, step: float) -> str:
+def too_many_steps(end: float, step: float) -> str:
     return (
         f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
         "take larger steps"
@@ -165,10 +165,10 @@ def _too_many_steps(end: float, step: float) -> str:
 
 def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
-    if step is not None and not abs(end / step) < _EXACT:
-        raise ValueError(_too_many_steps(end, abs(step)))
+    if step is not None and not abs(end / step) < COUNTABLE:
+        raise ValueError(too_many_steps(end, abs(step)))
     angle = scene._fastest * abs(end)
-    if angle >= _EXACT:
+    if angle >= COUNTABLE:
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell "
             "where it is"

@@ -9,24 +9,22 @@ from functools import cached_property
 from typing import Final, Literal, overload
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core import (
     exact_map_plan,
     exact_map_states,
     exact_plan,
-    exact_plans,
-    exact_plans_states,
     exact_states,
     statuses,
     turning_potential,
 )
 from .._ground.arguments import Array, Numbers, array, instance, number, shown
-from .._model.scene import Scene
-from .._model.turning import Turnings, turnings
+from .._model.scene import Ensemble, Scene
+from .._model.turning import Turnings, turning
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting, methods, no_closed_form
+from .._request.methods import EXACT, fitting
 from .._request.times import refuse_endless
+from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53
@@ -76,7 +74,7 @@ class Exact(_Rates):
 
     @cached_property
     def _turning(self) -> Turnings:
-        return turnings((self.scene,))
+        return turning(self.scene)
 
     @property
     def least_nutation(self) -> float:
@@ -135,94 +133,9 @@ class Exact(_Rates):
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
     def _times(self, t: Numbers) -> Array:
-        times = _row(t)
+        times = row_of(t)
         refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ExactEnsemble:
-    """The motions of n scenes in closed form; call it with a time for the states of all, an array
-    (n, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array (n, k, 8).
-
-    period, precession, spin and what is told of turning points are arrays (n,), each as of one
-    scene alone; so are the states, bit for bit. ValueError, asked for turning points, where one
-    scene has none.
-
-    A map over spin and tilt, of how far each top falls that is let go [degrees]:
-
-        >>> import numpy as np
-        >>> import kreisel as kr
-        >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
-        >>> spins, tilts = np.linspace(10, 30, 3), np.linspace(0, 1, 2)
-        >>> tops = [kr.Scene.spinning(top, spin, tilt) for spin in spins for tilt in tilts]
-        >>> np.degrees(kr.exact(tops).greatest_nutation).reshape(3, 2).round(1)
-        array([[  0. , 104.7],
-               [  0. ,  69.2],
-               [  0. ,  62.2]])
-
-    To make the scenes takes longer than what is told of them: some microseconds each by Scene and
-    replace, several times that by spinning and from_euler.
-    """
-
-    scenes: tuple[Scene, ...]
-    period: Array
-    precession: Array
-    spin: Array
-    _plans: Array
-
-    def __repr__(self) -> str:
-        return f"<kreisel.ExactEnsemble: {len(self)} scenes>"
-
-    def __len__(self) -> int:
-        return len(self.scenes)
-
-    def __call__(self, t: Numbers) -> Array:
-        times = _row(t)
-        end = float(np.abs(times).max(initial=0.0))
-        if end >= self._within:
-            for scene in self.scenes:
-                refuse_endless(scene, end, None)
-        states = exact_plans_states(self._plans, times.reshape(-1))
-        return states if times.ndim else states[:, 0]
-
-    @cached_property
-    def _turning(self) -> Turnings:
-        return turnings(self.scenes)
-
-    @property
-    def least_nutation(self) -> Array:
-        """(n,) as in Exact [rad]."""
-        return self._turning.least
-
-    @property
-    def greatest_nutation(self) -> Array:
-        """(n,) as in Exact [rad]."""
-        return self._turning.greatest
-
-    @property
-    def t_least(self) -> Array:
-        """(n,) as in Exact [T]."""
-        return self._turning.t_least
-
-    @property
-    def t_greatest(self) -> Array:
-        """(n,) as in Exact [T]."""
-        return self._turning.t_greatest
-
-    @property
-    def course(self) -> npt.NDArray[np.str_]:
-        """(n,) as in Exact."""
-        return self._turning.course
-
-    @property
-    def critical_spin(self) -> Array:
-        """(n,) as in Exact [T^-1]."""
-        return self._turning.critical_spin
-
-    @cached_property
-    def _within(self) -> float:
-        return min(scene._within for scene in self.scenes)
 
 
 @dataclass(frozen=True)
@@ -254,23 +167,25 @@ class ExactMap(_Rates):
 @overload
 def exact(scene: Scene) -> Exact: ...
 @overload
-def exact(scene: Sequence[Scene]) -> ExactEnsemble: ...
+def exact(scene: Ensemble | Sequence[Scene]) -> ExactEnsemble: ...
 @overload
 def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactMap: ...
 def exact(
-    scene: Scene | Sequence[Scene], *, map: str | None = None, step: float | None = None
+    scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
     """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no
     torque acts.
 
-    scene  or a list of scenes: of all of them at once
+    scene  or many, as a kreisel.Ensemble or a list of scenes
     map    "bobenko_suris": that of the integrable map instead, for Lagrange tops
     step   the map's, of either sign [T]
 
     Raises ValueError, with the reason, for a scene without closed form.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return _ensemble(scene)
+        return ensemble_of(scene)
+    if isinstance(scene, Ensemble) and map is None and step is None:
+        return form_of(scene)
     top = instance("scene", scene, Scene)
     if map is not None:
         return _exact_map(top, map, step)
@@ -278,35 +193,8 @@ def exact(
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
-        raise _refusal(status, top)
+        raise no_form(status, top)
     return Exact(top, period, precession, spin, plan)
-
-
-def _refusal(status: str, scene: Scene, where: str = "") -> ValueError:
-    if status != "ERR_METHOD":
-        return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    return ValueError(f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}")
-
-
-def _ensemble(scenes: Sequence[Scene]) -> ExactEnsemble:
-    for i, scene in enumerate(scenes):
-        instance(f"scene[{i}]", scene, Scene)
-    if not scenes:
-        raise ValueError("a list of scenes must not be empty")
-    status, done, plans = exact_plans([scene._block for scene in scenes])
-    if status != "OK":
-        raise _refusal(status, scenes[done], f"scene[{done}]: ")
-    period, precession, spin = plans[:, :3].T.copy()
-    return ExactEnsemble(tuple(scenes), period, precession, spin, plans)
-
-
-def _row(t: Numbers) -> Array:
-    times = array("t", t, "a number or a list of times")
-    if times.ndim > 1:
-        raise ValueError(
-            f"t must be a number or a list of times, not an array of shape {times.shape}"
-        )
-    return times
 
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:

@@ -10,12 +10,13 @@ and its step h are guessed, and refined until the run is near enough to a refere
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from .._core import values
-from .._ground.arguments import Array
+from .._ground.arguments import Array, positive
 from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._recording.path import Path, Stats, path_of, stopped
@@ -153,6 +154,23 @@ class _Search:
             "(2**-53) of the state, in the top's own units, moves the attitude by about "
             f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
         )
+
+
+def checked_error(error: float | None, others: Mapping[str, object]) -> float:
+    """The error allowed, where no other word steers the choice."""
+    if error is None:
+        raise ValueError(
+            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
+        )
+    given = [name for name, value in others.items() if value is not None]
+    if given:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
+    target = positive("error", error)
+    if target > 0.1:
+        raise ValueError(
+            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
+        )
+    return target
 
 
 def best(

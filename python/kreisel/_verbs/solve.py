@@ -4,17 +4,22 @@ anything runs."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
 from typing import Literal, overload
 
-from .._ground.arguments import Numbers, instance, positive, whole
+from .._ground.arguments import Array, Numbers, instance, whole
 from .._ground.names import MethodName, QuantityName
-from .._model.scene import Scene
+from .._model.scene import Ensemble, Scene
 from .._recording.path import Path
+from .._recording.paths import Paths
 from .._recording.recording import recorded, recorded_at_once, told
+from .._recording.reduced import Reduced
 from .._recording.watched import WatchedPath
+from .._request.many import Reductions
 from .._request.request import Progress, checked_every, checked_progress, wanted
 from .._request.times import listed, refuse_endless
-from .geometric import best
+from .geometric import best, checked_error
+from .many import Words, refuse_words_of_many, solve_all
 from .run import Run
 from .start import Looked, asked_for
 
@@ -34,6 +39,10 @@ def solve(
     want: Iterable[QuantityName] | None = None,
     progress: Progress | None = None,
     events: None = None,
+    threads: None = None,
+    executor: None = None,
+    reduce: None = None,
+    out: None = None,
 ) -> Path: ...
 @overload
 def solve(
@@ -50,9 +59,14 @@ def solve(
     want: Iterable[QuantityName] | None = None,
     progress: Progress | None = None,
     events: Looked,
+    threads: None = None,
+    executor: None = None,
+    reduce: None = None,
+    out: None = None,
 ) -> WatchedPath: ...
+@overload
 def solve(
-    scene: Scene,
+    scene: Ensemble,
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
     *,
@@ -65,8 +79,51 @@ def solve(
     want: Iterable[QuantityName] | None = None,
     progress: Progress | None = None,
     events: Looked | None = None,
-) -> Path:
-    """The motion of a scene, which starts at t = 0.
+    threads: int | None = None,
+    executor: Executor | None = None,
+    reduce: None = None,
+    out: Array | None = None,
+) -> Paths: ...
+@overload
+def solve(
+    scene: Ensemble,
+    t: Numbers,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: None = None,
+    want: None = None,
+    progress: Progress | None = None,
+    events: None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    reduce: Reductions,
+    out: None = None,
+) -> Reduced: ...
+def solve(
+    scene: Scene | Ensemble,
+    t: Numbers,
+    method: MethodName | Literal["geometric"] = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: float | None = None,
+    want: Iterable[QuantityName] | None = None,
+    progress: Progress | None = None,
+    events: Looked | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    reduce: Reductions | None = None,
+    out: Array | None = None,
+) -> Path | Paths | Reduced:
+    """The motion of a scene, which starts at t = 0; or of many, as a kreisel.Ensemble.
 
     t          a list: exactly these states, all on one side of 0 and ever further from it. A
                number: the start and the end, or with `every` each so many steps. Negative: back in
@@ -103,10 +160,35 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
+    Of an ensemble the words mean the same for each top, and the result is a kreisel.Paths: arrays
+    that begin with the shape of the ensemble. A top's numbers are its own to the last bit, whatever
+    else is moved, where and by whom; they are those of the top alone but for roundings of taylor's.
+    `t` may also be an array (*shape, k) of times of each top, `progress` is called with the part of
+    the tops that is done, 0 .. 1, and there is more to say:
+
+    threads    how many move the tops; left out: as many as there are processors
+    executor   of concurrent.futures, in their place; tops that go to other processes are copied
+    reduce     what to keep of each top in place of its path, as {"nutation": ("min", "max")}: names
+               of quantities or their components, with one or several of min, max, mean, variance,
+               last, where_min, where_max; then the result is a kreisel.Reduced
+    out        a float64 array (*shape, k, 8) in C order, which gets the states
+
+        >>> import numpy as np
+        >>> tops = kr.scenes.cusps.vary(gravity=np.linspace(0.5, 1.0, 3))
+        >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
+        >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
+        ((3, 3, 4), [], np.float64(1.136))
+
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
-    with `.path` up to the last good state.
+    with `.path` up to the last good state. Of an ensemble a run that fails is told by
+    paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
     """
+    if isinstance(scene, Ensemble):
+        steered = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
+        return solve_all(scene, t, method, steered, progress, threads, executor, out)
+    if threads is not None or executor is not None or reduce is not None or out is not None:
+        refuse_words_of_many(threads, executor, reduce, out)
     if method == "geometric":
         others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         return _geometric(scene, t, error, max_steps, others, want, progress)
@@ -139,18 +221,7 @@ def _geometric(
     progress: Progress | None,
 ) -> Path:
     instance("scene", scene, Scene)
-    if error is None:
-        raise ValueError(
-            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
-        )
-    given = [name for name, value in others.items() if value is not None]
-    if given:
-        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
-    target = positive("error", error)
-    if target > 0.1:
-        raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
-        )
+    target = checked_error(error, others)
     names, times = wanted(want), listed(t, None, None)
     if not times.any():
         return solve(scene, t, "strang", step=1.0, want=names, progress=progress)  # nothing moves

@@ -6,14 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, overload
 
-from .._ground.arguments import Numbers, shown, whole
+from .._ground.arguments import Numbers, shown
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
-from .._recording.path import Path
 from .._recording.watched import WatchedPath
 from .._request.methods import ELSE
-from .._request.request import Progress, Request, checked_every, checked_progress, request
-from .._request.times import PIECE, direction, pieces
+from .._request.request import Progress, Request, request
+from .._request.times import PIECE
 from ..events import Event, checked_events
 from .run import Run
 
@@ -127,75 +126,3 @@ def asked_for(
     name = ELSE if method == "auto" else method
     asked = request(scene, name, step, tol, digits, max_steps, want, method)
     return replace(asked, watched=True), checked_events(asked.method.name, events)
-
-
-@overload
-def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: None = None,
-    chunk: int = PIECE,
-    progress: Progress | None = None,
-) -> Iterator[Path]: ...
-@overload
-def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked,
-    chunk: int = PIECE,
-    progress: Progress | None = None,
-) -> Iterator[WatchedPath]: ...
-def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
-    chunk: int = PIECE,
-    progress: Progress | None = None,
-) -> Iterator[Path]:
-    """The states of kreisel.solve, with the same bits, as paths of at most `chunk` states: in
-    constant memory.
-
-    t      a list, an iterator of times, which may have no end, or with `every` a number, which may
-           be math.inf [T]
-
-        for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
-        for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
-
-        >>> import kreisel as kr
-        >>> words = {"method": "strang", "step": 0.01, "every": 10, "want": ["nutation"]}
-        >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
-        [4000, 4000, 2001]
-
-    Each path's stats are those of the whole run so far, its events those of its part of the way; a
-    terminal one ends the stream. Raises what kreisel.solve raises: for what can be seen at once, at
-    once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
-    """
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    number, size = checked_every(asked.method, every), whole("chunk", chunk, 1)
-    back, t = direction(t)
-    found = pieces(t, asked.step, number, size, None)
-    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))

@@ -37,3 +37,11 @@ closed = kr.exact(scene)
 print(closed(times).apex, closed([1, 2]).q, kr.exact([scene])(1.0).shape)
 table = kr.compare(scene, 10, methods=["rk4", "taylor"], steps=[0.1], truth="exact")
 print(table[0].method, kr.methods["taylor"].order)
+tops = kr.Ensemble(body, momentum=np.ones((3, 3)), gravity=[1.0, 2.0, 3.0], damping=0.1)
+print(
+    tops[::2].shape, tops[[0, 1]].axes, tops.reshape(3, 1).momentum[0], [top.body for top in tops]
+)
+varied = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees=False)
+print(varied.coords["spin"], varied.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
+bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
+print(kr.Ensemble.spinning(bodies, 5.0).body, bodies.moments, kr.Ensemble.of([scene]).gravity)

@@ -29,3 +29,6 @@ kr.events.plane((0, 1, 0), mst=3)  # wrong
 kr.solve(scene, 1, events=["loop"])  # wrong
 kr.start(scene, events=kr.events.loop)  # wrong
 path.energy = path.t  # wrong
+scene.vary(spn=1.0)  # wrong
+kr.Ensemble(scene.body, momntum=[(0, 0, 1)])  # wrong
+kr.Ensemble.of([scene]).momentum = path.m  # wrong

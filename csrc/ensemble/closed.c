@@ -1,0 +1,107 @@
+/* The tops that have a closed form, as many at once as are set up at once. Their states are those of
+ * kr_exact_state, but at the start that start itself. What asks for more than to be read in order
+ * goes alone, for the driver to say what is wrong. */
+#include "exact/dispatch.h"
+#include "worker.h"
+
+enum { PIECE = 64, AT_ONCE = 1 << 16 /* states between two questions whether to go on */ };
+
+/* Returns a time from which on, before and after 0, a double may not tell where the top is; it is at
+ * most that of kr_scene_horizon, and costs less. */
+static double near_horizon(const kr_scene *s)
+{
+    const kr_vec3 A = s->body.inertia, m = s->start.m;
+    const double largest = fmax(A.x, fmax(A.y, A.z)), turning = v_length(m) / largest,
+                 swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
+    return 0x1p52 / fmax(turning, swing);
+}
+/* Whether a top's times are all on one side of its start, ever further from it, and not too far. */
+static int is_plain(const kr_tops *tops, size_t i)
+{
+    const kr_scene *scene = &tops->scenes[i];
+    const double *t = kr_worker_times(tops, i), start = scene->start.t,
+                 horizon = near_horizon(scene);
+    const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
+    double before = start;
+    int plain = fabs(start) < horizon;
+    for (size_t k = 0; k < tops->times; k++) {
+        plain &= fabs(t[k]) < horizon && forward * (t[k] - before) >= 0.0;
+        before = t[k];
+    }
+    return plain;
+}
+/* Takes states of a top that were read. Returns how many there are before the first that is none. */
+static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr_state states[])
+{
+    const kr_state *start = &worker->tops->scenes[slot->top].start;
+    size_t k = 0;
+    for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++)
+        kr_worker_put(worker, slot, kept, states[k].t == start->t ? start : &states[k]);
+    return k;
+}
+static void end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status)
+{
+    const kr_stats none = {0};
+    kr_worker_end(worker, slot, kept, status, none);
+}
+static int is_stopped(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+    return worker->interrupted;
+}
+/* Reads a top a few states at a time. */
+static void read(kr_worker *worker, size_t i, const kr_exact *plan)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times(tops, i);
+    kr_kept *kept = kr_worker_own(worker);
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_state piece[PIECE];
+    while (slot.done < tops->times && !worker->interrupted) {
+        const size_t left = tops->times - slot.done, n = left < PIECE ? left : PIECE;
+        kr_exact_states(plan, n, t + slot.done, piece);
+        if (take(worker, &slot, kept, n, piece) < n) {
+            kr_worker_alone(worker, worker->closed, i);
+            return;
+        }
+        if (slot.done % AT_ONCE < n) is_stopped(worker);
+    }
+    end(worker, &slot, kept, slot.done < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
+}
+/* Takes a top whose states stand where they were asked for. */
+static void accept(kr_worker *worker, size_t i)
+{
+    const kr_tops *tops = worker->tops;
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_kept *kept = kr_worker_own(worker);
+    if (take(worker, &slot, kept, tops->times, tops->states + i * tops->times) == tops->times)
+        end(worker, &slot, kept, KR_OK);
+    else
+        kr_worker_alone(worker, worker->closed, i);
+}
+void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
+{
+    const kr_tops *tops = worker->tops;
+    const int at_once = tops->states && tops->times <= AT_ONCE / KR_BLOCK;
+    kr_exact_asked asked = {.n = n, .scenes = tops->scenes + from, .status = status};
+    if (at_once) {
+        asked.times = tops->times;
+        asked.t = tops->own_times ? tops->t + from * tops->times : tops->t;
+        asked.own_times = tops->own_times;
+        asked.states = tops->states + from * tops->times;
+    } else {
+        asked.plans = worker->plans;
+    }
+    kr_exact_do(&asked);
+    for (size_t i = 0; i < n && !worker->interrupted; i++) {
+        if (status[i] != KR_OK) continue;
+        if (!is_plain(tops, from + i))
+            kr_worker_alone(worker, worker->closed, from + i);
+        else if (at_once)
+            accept(worker, from + i);
+        else
+            read(worker, from + i, &worker->plans[i]);
+    }
+    is_stopped(worker);
+}

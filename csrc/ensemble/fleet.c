@@ -1,0 +1,271 @@
+/* Tops in lanes: which top is in which lane, where it is to be looked at, and what becomes of it.
+ * Each has its own clock and steps. A lane whose top has come to its end takes the next. What a
+ * lane does not bring to its end goes alone, from its start, for the driver to say what is wrong. */
+#include "worker.h"
+
+enum { ROUND = 64 /* steps between two questions whether to go on */ };
+
+const kr_lanes_isa *kr_lanes_isa_at(int i)
+{
+    static const kr_lanes_isa isas[] = {
+#if defined KR_X86
+        {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
+         kr_lanes_look_avx512},
+        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2},
+#endif
+        {"base", &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base},
+    };
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
+}
+
+static void set_vector(kr_lane_number *v, int lane, double x, double y, double z)
+{
+    v[0][lane] = x;
+    v[1][lane] = y;
+    v[2][lane] = z;
+}
+static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
+{
+    to[0][lane] = q.w;
+    set_vector(to + 1, lane, q.x, q.y, q.z);
+}
+/* Leaves a lane without a top at rest, where no step ends. */
+static void rest(kr_lanes *l, int lane)
+{
+    kr_lane_number *const none[] = {l->end_w, l->k, l->up, l->down, l->part, l->moment};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_vector(none[i], lane, 0, 0, 0);
+    set_vector(l->end_p, lane, 0, 0, 1);
+    set_quaternion(l->end_q, lane, q_one());
+    set_quaternion(l->axes, lane, q_one());
+    l->end[lane] = l->steps[lane] = 0.0;
+    l->forward[lane] = 1.0;
+    l->goal[lane] = l->fall[lane] = l->most_steps[lane] = INFINITY;
+}
+/* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
+ * have to aim at. validation/bench/lanes.py has measured both. */
+static void choose_order(kr_lanes *l, double tol)
+{
+    static const struct {
+        double until, less;
+        int order;
+    } rows[] = {{-18.0, 3.5, 12},
+                {-26.0, 3.5, 14},
+                {-32.0, 4.5, 16},
+                {-48.0, 5.5, 18},
+                {-INFINITY, 3.0, 20}};
+    const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
+    int i = 0;
+    while (log2_tol < rows[i].until) i++;
+    l->order = rows[i].order;
+    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, -54.5));
+}
+void kr_fleet_equip(kr_worker *worker)
+{
+    int i = 0;
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    worker->isa = kr_lanes_isa_at(i);
+    worker->lanes->leave_heading = worker->config.leave_heading;
+    choose_order(worker->lanes, worker->config.tol);
+}
+void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)
+{
+    worker->isa = isa;
+    worker->lanes->order = order;
+    worker->lanes->log2_tol = log2_tol;
+}
+void kr_fleet_begin(kr_worker *worker)
+{
+    worker->busy = 0;
+    for (int i = 0; i < KR_LANES_MOST; i++) rest(worker->lanes, i);
+}
+
+/* Returns the turn of the axes, each onto the next, by which the third moment becomes the largest;
+ * how often the axes go on is told by `shift`. */
+static kr_quat order_axes(kr_vec3 A, int *shift)
+{
+    *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
+    const double h = *shift == 1 ? 0.5 : -0.5;
+    return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
+}
+static kr_vec3 shifted(kr_vec3 v, int shift)
+{
+    return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
+}
+static void put_vector(kr_lane_number *to, int lane, kr_vec3 v)
+{
+    set_vector(to, lane, v.x, v.y, v.z);
+}
+/* Sets what of a lane does not change, from a motion and the rate of its series. */
+static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate, int shift)
+{
+    const kr_vec3 A = shifted(motion->inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shifted(motion->lever, shift));
+    set_vector(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
+    set_vector(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
+    set_vector(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
+    set_vector(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
+    const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
+                         fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
+    l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
+}
+/* Brings the top that `alone` has just become into a lane. */
+static void load(kr_worker *worker, int lane)
+{
+    const kr_top *top = worker->alone;
+    const kr_motion *motion = &top->main;
+    const kr_piece p = top->method->piece(motion);
+    kr_lanes *l = worker->lanes;
+    kr_slot *slot = &worker->slots[lane];
+    int shift;
+    const kr_quat turn = order_axes(motion->inertia, &shift);
+    set_constants(l, lane, motion, p.rate, shift);
+    put_vector(l->end_p, lane, shifted(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
+    put_vector(l->end_w, lane, shifted(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
+    set_quaternion(l->end_q, lane,
+                   q_mul(q4(p.end_x[0], v3(p.end_x[1], p.end_x[2], p.end_x[3])), turn));
+    set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
+    put_vector(l->moment, lane,
+               v_scale(top->momentum_unit * p.rate, shifted(motion->inertia, shift)));
+    l->end[lane] = l->steps[lane] = 0.0;
+    l->forward[lane] = slot->forward = top->forward;
+    l->most_steps[lane] =
+        worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;
+    slot->start = slot->asked = top->scene.start.t;
+    slot->time_unit = top->time_unit;
+    slot->rate = p.rate;
+    slot->horizon = top->horizon;
+    slot->last = top->scene.start;
+}
+
+static kr_kept *kept_of(const kr_worker *worker, int lane)
+{
+    return worker->kept + (size_t)lane * worker->reductions;
+}
+static void leave(kr_worker *worker, int lane)
+{
+    worker->busy &= ~(1u << lane);
+    rest(worker->lanes, lane);
+}
+static void give_up(kr_worker *worker, int lane)
+{
+    const size_t i = worker->slots[lane].top;
+    leave(worker, lane);
+    kr_worker_alone(worker, worker->alone, i);
+}
+static void arrive(kr_worker *worker, int lane)
+{
+    kr_stats stats = {0};
+    stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
+    kr_worker_end(worker, &worker->slots[lane], kept_of(worker, lane), KR_OK, stats);
+    leave(worker, lane);
+}
+/* Sets the goal of a lane to the next time that is asked for. At the start nothing has to be
+ * computed. Returns whether there is one: else the top is done, or cannot be moved in a lane. */
+static int aim(kr_worker *worker, int lane)
+{
+    kr_slot *slot = &worker->slots[lane];
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times(tops, slot->top);
+    for (; slot->done < tops->times && t[slot->done] == slot->start && slot->asked == slot->start;
+         slot->asked = slot->start)
+        kr_worker_put(worker, slot, kept_of(worker, lane), &tops->scenes[slot->top].start);
+    if (slot->done == tops->times) {
+        arrive(worker, lane);
+        return 0;
+    }
+    const double next = t[slot->done];
+    if (!(fabs(next) < slot->horizon) || !(slot->forward * (next - slot->asked) >= 0.0)) {
+        give_up(worker, lane);
+        return 0;
+    }
+    slot->asked = next;
+    worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
+    return 1;
+}
+static int is_passed(const kr_lanes *l, int lane)
+{
+    return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
+}
+/* Whether a lane's piece is a good one. */
+static int is_well(const kr_lanes *l, int lane)
+{
+    double sum = l->turn[l->order][lane];
+    for (int i = 0; i < 3; i++) sum += fabs(l->end_p[i][lane]) + fabs(l->end_w[i][lane]);
+    return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
+           l->steps[lane] <= l->most_steps[lane];
+}
+/* Takes the state of a lane that was looked at, and aims at the next time. Returns whether that
+ * lies in the same piece. */
+static int take(kr_worker *worker, int lane)
+{
+    const kr_lanes *l = worker->lanes;
+    kr_slot *slot = &worker->slots[lane];
+    const kr_state s = {
+        slot->asked,
+        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    if (!kr_state_is_good(s.q, s.m)) {
+        give_up(worker, lane);
+        return 0;
+    }
+    kr_worker_put(worker, slot, kept_of(worker, lane), &s);
+    return aim(worker, lane) && is_passed(l, lane);
+}
+/* Looks at all times that lie in the pieces of these lanes. */
+static void look(kr_worker *worker, unsigned lanes)
+{
+    kr_lanes *l = worker->lanes;
+    while (lanes) {
+        memcpy(l->at, l->goal, sizeof l->at);
+        worker->isa->look(l);
+        for (int lane = 0; lane < KR_LANES_MOST; lane++)
+            if (lanes >> lane & 1 && !take(worker, lane)) lanes &= ~(1u << lane);
+    }
+}
+/* Moves all lanes until one, at least, has its next states. */
+static void advance(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    const unsigned called = worker->isa->advance(worker->lanes, ROUND) & worker->busy;
+    unsigned passed = 0;
+    for (int lane = 0; lane < KR_LANES_MOST; lane++) {
+        if (!(called >> lane & 1)) continue;
+        if (is_well(worker->lanes, lane))
+            passed |= 1u << lane;
+        else
+            give_up(worker, lane);
+    }
+    look(worker, passed);
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+}
+/* The first lane without a top; the number of lanes if there is none. */
+static int free_lane(const kr_worker *worker)
+{
+    int lane = 0;
+    while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
+    return lane;
+}
+void kr_fleet_add(kr_worker *worker, size_t i)
+{
+    int lane = free_lane(worker);
+    for (; lane == *worker->isa->lanes && !worker->interrupted; lane = free_lane(worker))
+        advance(worker);
+    if (worker->interrupted) return;
+    kr_slot *slot = &worker->slots[lane];
+    const kr_config config = kr_worker_config(worker, i);
+    const kr_slot empty = {.top = i, .last = worker->tops->scenes[i].start};
+    *slot = empty;
+    const kr_status status = kr_top_become(worker->alone, &worker->tops->scenes[i], &config);
+    if (status != KR_OK) {
+        const kr_stats none = {0};
+        kr_worker_end(worker, slot, NULL, status, none);
+        return;
+    }
+    load(worker, lane);
+    worker->busy |= 1u << lane;
+    aim(worker, lane);
+}
+void kr_fleet_finish(kr_worker *worker)
+{
+    while (worker->busy && !worker->interrupted) advance(worker);
+}

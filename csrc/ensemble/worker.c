@@ -1,0 +1,191 @@
+/* Many tops, one worker: it allocates once, gives each top to the lanes or moves it alone, and
+ * tells what became of it. Whoever moves a top, its numbers depend on that top alone. */
+#include "worker.h"
+#include <stdlib.h>
+
+enum { LINE = 8 /* doubles on 64 bytes */ };
+
+void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_state *state)
+{
+    const kr_tops *tops = worker->tops;
+    if (tops->states) tops->states[slot->top * tops->times + slot->done] = *state;
+    if (tops->reduced)
+        kr_reduce_add(worker->reductions, worker->reduction, kept, &tops->scenes[slot->top], state,
+                      slot->done);
+    slot->last = *state;
+    slot->done++;
+}
+void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
+                   kr_stats stats)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times(tops, slot->top);
+    kr_state *states = tops->states ? tops->states + slot->top * tops->times : NULL;
+    double *row = tops->reduced ? tops->reduced + slot->top * worker->reductions : NULL;
+    const kr_outcome outcome = {status, slot->done, slot->last, stats};
+    tops->outcomes[slot->top] = outcome;
+    for (size_t k = slot->done; states && k < tops->times; k++) {
+        const kr_state none = {t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+        states[k] = none;
+    }
+    if (row && status == KR_OK && slot->done > 0)
+        kr_reduce_end(worker->reductions, worker->reduction, kept, slot->done, row);
+    else
+        for (size_t r = 0; row && r < worker->reductions; r++) row[r] = NAN;
+}
+kr_config kr_worker_config(const kr_worker *worker, size_t i)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times(tops, i);
+    kr_config config = worker->config;
+    const int back = tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
+    config.step = kr_step_led(config.step, back);
+    return config;
+}
+
+/* Records a top that has begun, a few states at a time. */
+static kr_status record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times(tops, slot->top);
+    kr_state piece[64];
+    kr_status status = KR_OK;
+    while (status == KR_OK && slot->done < tops->times) {
+        const size_t left = tops->times - slot->done, n = left < 64 ? left : 64;
+        size_t good = 0;
+        status = kr_top_record(top, n, t + slot->done, piece, &good);
+        for (size_t k = 0; k < good; k++) kr_worker_put(worker, slot, kept, &piece[k]);
+    }
+    slot->last = kr_top_state(top);
+    return status;
+}
+void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
+{
+    const kr_scene *scene = &worker->tops->scenes[i];
+    kr_config config = kr_worker_config(worker, i);
+    kr_kept *kept = kr_worker_own(worker);
+    kr_slot slot = {.top = i, .last = scene->start};
+    kr_stats stats = {0};
+    if (top == worker->closed) config.leave_heading = 0; /* it saves nothing there */
+    kr_status status = kr_top_become(top, scene, &config);
+    if (status == KR_OK) {
+        status = record(worker, top, &slot, kept);
+        stats = kr_top_stats(top);
+    }
+    kr_worker_end(worker, &slot, kept, status, stats);
+    if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
+}
+
+/* Gives a top that has no closed form to whoever moves it. */
+static void move(kr_worker *worker, size_t i)
+{
+    const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
+    kr_top *alone = worker->alone ? worker->alone : worker->closed;
+    if (worker->isa && !damped)
+        kr_fleet_add(worker, i);
+    else
+        kr_worker_alone(worker, alone, i);
+}
+static void move_block(kr_worker *worker, size_t from, size_t n)
+{
+    kr_status status[KR_BLOCK];
+    for (size_t i = 0; i < n; i++) status[i] = KR_ERR_METHOD;
+    if (worker->closed) kr_closed_run(worker, from, n, status);
+    for (size_t i = 0; i < n && !worker->interrupted; i++)
+        if (status[i] != KR_OK) move(worker, from + i);
+}
+/* Tells of all tops that they were not brought to their ends. */
+static void interrupt(kr_worker *worker, const kr_tops *tops)
+{
+    const kr_stats none = {0};
+    for (int lane = 0; lane < KR_LANES_MOST; lane++)
+        if (worker->busy >> lane & 1)
+            kr_worker_end(worker, &worker->slots[lane], NULL, KR_ERR_INTERRUPTED, none);
+    for (size_t i = 0; i < tops->n; i++) {
+        const kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+        if (tops->outcomes[i].status == KR_STATUS_COUNT)
+            kr_worker_end(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
+    }
+}
+kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
+{
+    if (!worker || !tops || (tops->n > 0 && !(tops->scenes && tops->outcomes)) ||
+        (tops->n > 0 && tops->times > 0 && !tops->t))
+        return KR_ERR_ARGUMENT;
+    worker->tops = tops;
+    worker->interrupted = 0;
+    if (worker->lanes) kr_fleet_begin(worker);
+    for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
+    for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BLOCK)
+        move_block(worker, i, tops->n - i < KR_BLOCK ? tops->n - i : KR_BLOCK);
+    if (worker->lanes) kr_fleet_finish(worker);
+    if (worker->interrupted) interrupt(worker, tops);
+    return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
+}
+
+static int is_sound(size_t n, const kr_reduction reduction[])
+{
+    size_t i = 0;
+    while (i < n && reduction && reduction[i].quantity &&
+           reduction[i].component < kr_quantity_doubles(reduction[i].quantity) &&
+           kr_reduce_name(reduction[i].kind))
+        i++;
+    return i == n;
+}
+/* Lays out the memory of a worker behind it. */
+static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed)
+{
+    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? sizeof(kr_lanes) : 0,
+                 plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
+                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + plans +
+                        reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
+    kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
+    if (!worker) return NULL;
+    char *memory = (char *)(worker->memory +
+                            (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE);
+    if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
+    if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
+    worker->kept = (kr_kept *)(void *)(memory + lanes + plans);
+    worker->reduction = (kr_reduction *)(void *)(worker->kept + rows * reductions);
+    return worker;
+}
+/* Allocates the tops that move by themselves, and looks at what steers them, on a body that any
+ * config suits. */
+static kr_status equip(kr_worker *worker)
+{
+    const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
+    const kr_scene scene = kr_scene_default();
+    kr_status status = KR_OK;
+    if (worker->method != &kr_method_exact) status = kr_top_blank(method, &worker->alone);
+    if (status == KR_OK && worker->plans) status = kr_top_blank(&kr_method_exact, &worker->closed);
+    if (status != KR_OK) return status;
+    status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
+    return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
+}
+kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
+                           const kr_reduction reduction[], kr_worker **out)
+{
+    const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
+              is_closed = !method || method == &kr_method_exact;
+    if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
+    kr_worker *worker = laid_out(reductions, in_lanes, is_closed);
+    if (!worker) return KR_ERR_MEMORY;
+    worker->config = config;
+    worker->method = method;
+    worker->reductions = reductions;
+    if (in_lanes) kr_fleet_equip(worker);
+    if (reductions) memcpy(worker->reduction, reduction, reductions * sizeof *reduction);
+    const kr_status status = equip(worker);
+    if (status == KR_OK)
+        *out = worker;
+    else
+        kr_worker_free(worker);
+    return status;
+}
+void kr_worker_free(kr_worker *worker)
+{
+    if (!worker) return;
+    if (worker->alone) kr_top_free(worker->alone);
+    if (worker->closed) kr_top_free(worker->closed);
+    free(worker);
+}

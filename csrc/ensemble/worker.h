@@ -1,0 +1,69 @@
+/* A worker, as the files of ensemble/ share it: worker.c gives each top to whoever moves it,
+ * closed.c sets up those that have a closed form, fleet.c moves tops in lanes, reduce.c keeps what is wanted of their states. */
+#ifndef KR_WORKER_H
+#define KR_WORKER_H
+#include "driver/top.h"
+#include "lanes.h"
+#include "reduce.h"
+
+enum { KR_BLOCK = 64 /* tops that are set up at once */ };
+
+/* The top in a lane. */
+typedef struct kr_slot {
+    size_t top, done; /* its number, and its states that are good */
+    double start, time_unit, rate, horizon, forward, asked;
+    kr_state last;
+} kr_slot;
+
+struct kr_worker {
+    kr_config config;
+    const kr_method *method; /* NULL: by the top */
+    kr_top *alone;           /* moves by the method, or by taylor, what no lane does */
+    kr_top *closed;          /* the closed form; NULL where the method is another */
+    kr_exact *plans;         /* those of a block, where there is `closed` */
+    const kr_tops *tops;     /* what is under way */
+    int interrupted;
+    const kr_lanes_isa *isa; /* NULL: the method has no lanes */
+    kr_lanes *lanes;
+    unsigned busy; /* lanes with a top, as bits */
+    kr_slot slots[KR_LANES_MOST];
+    size_t reductions;
+    kr_reduction *reduction;
+    kr_kept *kept; /* a row for each lane, and one for the top that goes alone */
+    double memory[];
+};
+
+/* Writes a state of the top `slot` is about, and counts it. */
+void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_state *state);
+/* Tells what became of a top. */
+void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
+                   kr_stats stats);
+/* The row of what is kept for the top that goes by itself. */
+static inline kr_kept *kr_worker_own(const kr_worker *worker)
+{
+    return worker->kept + KR_LANES_MOST * worker->reductions;
+}
+/* Moves a top by itself. */
+void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i);
+/* The config for a top, whose side its last time decides. */
+kr_config kr_worker_config(const kr_worker *worker, size_t i);
+static inline const double *kr_worker_times(const kr_tops *tops, size_t i)
+{
+    return tops->own_times ? tops->t + i * tops->times : tops->t;
+}
+
+/* Moves those of at most KR_BLOCK tops, from number `from` on, that have a closed form. What
+ * kr_exact_plan says of each goes into `status`; the others are left. */
+void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
+
+/* Chooses the lanes' instruction set, order and tolerance, by the config. */
+void kr_fleet_equip(kr_worker *worker);
+/* Goes on with others: this is for tests and measurements. */
+void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol);
+/* Empties the lanes. */
+void kr_fleet_begin(kr_worker *worker);
+/* Takes a top in, as soon as a lane is free. */
+void kr_fleet_add(kr_worker *worker, size_t i);
+/* Moves all tops that are in lanes to their ends. */
+void kr_fleet_finish(kr_worker *worker);
+#endif

@@ -1,0 +1,179 @@
+// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls and
+// with the GIL released. Whoever waits for several such calls stops them, and asks how far they have
+// come, by the work that they share.
+#include <optional>
+#include "results.hpp"
+
+class worker
+{
+    using owned = std::unique_ptr<kr_worker, void (*)(kr_worker *)>;
+    owned core{nullptr, kr_worker_free};
+    size_t reductions;
+    patience waiting;
+    std::vector<kr_scene> scenes;
+    std::vector<kr_outcome> outcomes;
+    std::vector<kr_state> scratch, last;
+
+    // Moves the tops first to first + n, whose results begin with row `at`.
+    void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
+    {
+        const size_t times = these.times;
+        all.fill(first, first + n, scenes.data());
+        these.n = n;
+        these.scenes = scenes.data();
+        these.outcomes = outcomes.data();
+        if (these.own_times) these.t += at * times;
+        these.states = to.states              ? to.states + at * times
+                       : to.columns.empty() ? nullptr
+                                              : scratch.data();
+        these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
+        kr_worker_run(core.get(), &these);
+        for (size_t i = 0; i < n; i++) {
+            to.take(at + i, outcomes[i]);
+            if (outcomes[i].status != KR_OK) last.push_back(outcomes[i].last);
+            if (these.states)
+                to.take_columns(at + i, scenes[i], times, outcomes[i].done,
+                                these.states + i * times, nullptr);
+        }
+        waiting.did(int64_t(n));
+    }
+
+  public:
+    worker(const std::optional<std::string> &method, double step, double tol, int digits,
+           int64_t max_steps, bool leave_heading,
+           const std::vector<std::tuple<std::string, size_t, int>> &kept, std::shared_ptr<work> with)
+        : reductions(kept.size())
+    {
+        waiting.shared = std::move(with);
+        std::vector<kr_reduction> asked;
+        for (const auto &[name, component, kind] : kept)
+            asked.push_back({quantity_of(name), component, kr_reduce(kind)});
+        kr_worker *made = nullptr;
+        const kr_config config = {step, tol, max_steps, patience::poll, &waiting,
+                                  digits, leave_heading};
+        const kr_status status = kr_worker_create(method ? method_of(*method) : nullptr, config,
+                                                  asked.size(), asked.data(), &made);
+        if (status == KR_ERR_MEMORY) throw std::bad_alloc();
+        if (status != KR_OK) throw py::value_error(name_of(status));
+        core.reset(made);
+    }
+    worker(const worker &) = delete;
+    worker &operator=(const worker &) = delete;
+    size_t width() const { return reductions; }
+
+    // Moves the tops begin to end to their times: a row for all, or one for each. Returns the last
+    // good states of those that failed.
+    doubles run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
+    {
+        kr_tops these = {};
+        these.times = size_t(t.shape(t.ndim() - 1));
+        these.t = t.data();
+        these.own_times = t.ndim() == 2;
+        const size_t n = end - begin, most = 1024, memory = 1 << 18;
+        const bool lean = !to.states && !to.columns.empty();
+        size_t piece = std::min(n, most);
+        if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
+        waiting.begin();
+        last.clear();
+        {
+            py::gil_scoped_release nogil;
+            scenes.resize(piece);
+            outcomes.resize(piece);
+            if (lean) scratch.resize(piece * these.times);
+            for (size_t at = 0; at < n && !waiting.is_over(); at += piece)
+                move(all, begin + at, std::min(piece, n - at), at, these, to);
+        }
+        waiting.end();
+        return array_of_states(last);
+    }
+};
+
+static doubles run(worker &mover, const tops &all, size_t begin, size_t end, const doubles &t,
+                   const py::object &status, const py::object &done, const py::object &counts,
+                   const py::object &reached, const py::object &states, const py::object &reduced,
+                   const py::dict &columns)
+{
+    check_range(all, begin, end, t);
+    const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
+    const results to =
+        results_of(n, times, status, done, counts, reached, states, reduced, mover.width(), columns);
+    return mover.run(all, begin, end, t, to);
+}
+
+// A quantity at the states of all tops, (tops, times, 8) in C order, of which so many are good.
+static void values_of_tops(const std::string &name, const tops &all, const doubles &states,
+                           const py::array_t<int64_t, py::array::c_style> &done,
+                           const py::object &out)
+{
+    const kr_quantity *quantity = quantity_of(name);
+    const size_t n = all.size(), width = kr_quantity_doubles(quantity),
+                 times = n > 0 ? size_t(states.size()) / (8 * n) : 0;
+    if (size_t(states.size()) != 8 * n * times || size_t(done.size()) != n)
+        throw py::value_error("an array has the wrong shape");
+    double *to = in_place<double>(out, n * times * width);
+    const auto *from = reinterpret_cast<const kr_state *>(states.data());
+    const int64_t *good = done.data();
+    in_pieces(py::ssize_t(n * times), [&](py::ssize_t begin, py::ssize_t end) {
+        for (size_t i = size_t(begin); i < size_t(end);) {
+            const size_t top = i / times, k = i % times, count = std::min(size_t(end) - i, times - k),
+                         most = size_t(good[top]);
+            kr_scene scene;
+            all.fill(top, top + 1, &scene);
+            take_values(quantity, scene, count, most > k ? most - k : 0, from + i, to + i * width);
+            i += count;
+        }
+    });
+}
+// The first top that the method does not suit, and how many there are.
+static py::tuple unsuited(const tops &all, const std::string &name)
+{
+    const kr_method *method = method_of(name);
+    size_t first = all.size(), count = 0;
+    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
+        for (size_t i = size_t(begin); i < size_t(end); i++) {
+            kr_scene scene;
+            all.fill(i, i + 1, &scene);
+            if (kr_method_suits(method, &scene)) continue;
+            if (count++ == 0) first = i;
+        }
+    });
+    return py::make_tuple(first, count);
+}
+
+// The horizon of each top.
+static void horizons(const tops &all, const py::object &out)
+{
+    double *to = in_place<double>(out, all.size());
+    in_pieces(py::ssize_t(all.size()), [&](py::ssize_t begin, py::ssize_t end) {
+        for (size_t i = size_t(begin); i < size_t(end); i++) {
+            kr_scene scene;
+            all.fill(i, i + 1, &scene);
+            to[i] = kr_scene_horizon(&scene);
+        }
+    });
+}
+
+void bind_worker(py::module_ &m);
+void bind_worker(py::module_ &m)
+{
+    py::list kinds;
+    for (int kind = 0; kind < KR_REDUCE_COUNT; kind++) kinds.append(kr_reduce_name(kr_reduce(kind)));
+    m.attr("reductions") = kinds;
+    py::class_<work, std::shared_ptr<work>>(m, "Work")
+        .def(py::init<>())
+        .def("stop", [](work &shared) { shared.stopped = true; })
+        .def("did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)
+        .def_property_readonly("stopped", [](const work &shared) { return shared.stopped.load(); })
+        .def_property_readonly("done", [](const work &shared) { return shared.done.load(); });
+    py::class_<worker>(m, "Worker")
+        .def(py::init<std::optional<std::string>, double, double, int, int64_t, bool,
+                      std::vector<std::tuple<std::string, size_t, int>>, std::shared_ptr<work>>(),
+             "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "leave_heading"_a,
+             "reductions"_a, "work"_a = nullptr)
+        .def("run", run, "tops"_a, "begin"_a, "end"_a, "t"_a, "status"_a, "done"_a, "counts"_a,
+             "reached"_a, "states"_a = py::none(), "reduced"_a = py::none(),
+             "columns"_a = py::dict());
+    m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
+    m.def("horizons", horizons, "tops"_a, "out"_a);
+    m.def("unsuited", unsuited, "tops"_a, "method"_a);
+}

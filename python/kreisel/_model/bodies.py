@@ -1,0 +1,331 @@
+"""Many bodies: the makers of Body with arrays, checked all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import INPUT_RTOL
+from .._core import bodies as bodies_of
+from .._ground.arguments import Array, doubles, frozen, shown
+from .._ground.refusals import unchangeable, warn
+from .body import Body
+from .columns import (
+    Column,
+    Index,
+    Shape,
+    Word,
+    column,
+    common,
+    names_of,
+    parts,
+    plain,
+    spread,
+    together,
+    vectors,
+    word,
+)
+from .inertia import no_such_body, slack, tensor_of
+from .many import Many
+from .shaped_bodies import ShapedBodies
+
+_UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+@unchangeable("make other bodies with another {}")
+class Bodies(ShapedBodies, Many[Body]):
+    """Many bodies: each word of kr.Body a value or an array of them, which broadcast to one shape.
+
+    mass     [M], a number or an array
+    inertia  [M L^2] about the fixed point: (..., 3) moments, or (..., 3, 3) matrices: an array
+             whose last two dimensions are both 3 is one of matrices. (The moments of three bodies
+             are never the matrix of one, and are refused.) In its place inertia_about_com
+    com      (..., 3), seen from the fixed point [L]
+    rounded, made_up   as in Body, or arrays
+
+    The makers of Body are there too and take arrays in the same way. Each member has the bits that
+    Body gives it. `bodies[i]` is a Body; slices, arrays and masks of places give other Bodies.
+    Raises TypeError and ValueError as Body does, with the index of the first that is refused, and
+    warns as it does.
+
+    >>> import kreisel as kr
+    >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
+    >>> tops.shape, tops[2].com
+    ((3,), (0.0, 0.0, 1.5))
+    """
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        inertia: ArrayLike | None = None,
+        com: ArrayLike | None = None,
+        *,
+        inertia_about_com: ArrayLike | None = None,
+        rounded: ArrayLike = 0.0,
+        made_up: ArrayLike = False,
+    ) -> None:
+        if com is None:
+            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+        if (inertia is None) == (inertia_about_com is None):
+            both = "not none" if inertia is None else "not both"
+            raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
+        words = [word("mass", mass), word("com", com, (3,))]
+        heavy, lever = words[0].values, words[1].values
+        if inertia_about_com is None:
+            words.append(tensors("inertia", inertia))
+            together(*words)
+            tensor = words[-1]
+        else:
+            words.append(tensors("inertia_about_com", inertia_about_com))
+            together(*words)
+            tensor = with_points(words[-1], heavy, lever)
+        self._made(Body, words, heavy, tensor, lever, rounded, made_up)
+
+    def _made(
+        self,
+        make: Callable[..., Body],
+        words: Sequence[Word],
+        mass: Array,
+        tensor: Word,
+        com: Array,
+        rounded: ArrayLike = 0.0,
+        made_up: ArrayLike = False,
+    ) -> Self:
+        """Keeps the columns of what was given in words, of which `make` makes one."""
+        slacks, made = word("rounded", rounded), _flags("made_up", made_up)
+        slacks.refused(~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: slack(x))
+        given = [*words, *([slacks] if np.any(slacks.values) else [])]
+        shape = common([*((each.name, each.shape) for each in given), ("made_up", made.shape)])
+        columns: dict[str, Column] = {
+            "mass": column(mass, shape, 0),
+            "inertia": column(tensor.values, shape, len(tensor.value)),
+            "com": column(com, shape, 1),
+            "rounded": column(slacks.values, shape, 0),
+        }
+        self._keep(shape, names_of(shape, given), columns, {})
+        self.__dict__["_varied"] = {
+            each.name: column(each.values, shape, len(each.value)) for each in given if each.shape
+        }
+        can_be = self._checked(make, given, tensor.value == (3, 3))
+        if not (can_be | made).all():
+            self._warn(~(can_be | made))
+        columns["made_up"] = column(made | ~can_be, shape, 0)
+        return self
+
+    def _checked(self, make: Callable[..., Body], given: Sequence[Word], matrices: bool) -> Column:
+        """Whether there can be such bodies; of matrices the principal columns are kept too."""
+        columns = dict(self._columns)
+        if matrices:
+            flat = columns["inertia"]
+            columns["inertia"] = flat.reshape(*self.shape, 9)
+        status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
+        if status != "OK":
+            raise self._refusal(make, given, tuple(map(int, np.unravel_index(index, self.shape))))
+        kept: dict[str, Column] = self._columns  # type: ignore[assignment]
+        if matrices:
+            blocks = frozen(blocks).reshape(*self.shape, 12)
+            kept["moments"], kept["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
+            kept["axes"] = blocks[..., 7:11]
+        return can_be.reshape(self.shape)
+
+    def _refusal(self, make: Callable[..., Body], given: Sequence[Word], at: Index) -> Exception:
+        """What the maker of one raises, of the words of the member at an index."""
+        own = {each.name: plain(each.over(self.shape)[at]) for each in given}
+        try:
+            make(**own)._block  # noqa: B018  what is no body has none, and says why
+        except (TypeError, ValueError) as error:
+            return type(error)(f"body{list(at)}: {error}" if at else str(error))
+        return ValueError(f"body{list(at)}: not a body")
+
+    def _warn(self, odd: Column) -> None:
+        at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
+        mass, tensor, com, _ = (plain(held[at]) for held in list(self._columns.values())[:4])
+        said = no_such_body(mass, tensor_of("inertia", tensor), com)
+        count = int(odd.sum())
+        more = f" (and {count - 1} more)" if count > 1 else ""
+        warn(f"body{list(at)}{more}: {said}" if at else said)
+
+    def _member(self, index: Index) -> Body:
+        names = "mass", "inertia", "com", "rounded", "made_up"
+        mass, tensor, com, rounded, made_up = (plain(self._columns[name][index]) for name in names)
+        return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
+
+    @classmethod
+    def symmetric(
+        cls,
+        mass: ArrayLike,
+        i1: ArrayLike,
+        i3: ArrayLike,
+        height: ArrayLike,
+        *,
+        rounded: ArrayLike = 0.0,
+        made_up: ArrayLike = False,
+    ) -> Self:
+        """Lagrange tops, as Body.symmetric: moments i1, i1, i3 at the fixed point [M L^2], centre
+        of mass at (0, 0, height) [L].
+
+        >>> import kreisel as kr
+        >>> kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)[0].kind
+        'lagrange'
+        """
+        words = [word("mass", mass), word("i1", i1), word("i3", i3), word("height", height)]
+        together(*words)
+        heavy, one, three, up = (each.values for each in words)
+        com = vectors(np.zeros_like(up), np.zeros_like(up), up)
+        tensor = Word("inertia", vectors(one, one, three), (3,))
+        kept = cls.__new__(cls)
+        return kept._made(Body.symmetric, words, heavy, tensor, com, rounded, made_up)
+
+    @classmethod
+    def from_com(
+        cls,
+        mass: ArrayLike,
+        inertia_about_com: ArrayLike,
+        com: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        rounded: ArrayLike = 0.0,
+        made_up: ArrayLike = False,
+    ) -> Self:
+        """Bodies whose inertia [M L^2] is known about their centres of mass, as Body.from_com:
+        inertia as in Bodies, com (..., 3) and pivot (..., 3) [L]."""
+        heavy, tensor = word("mass", mass), tensors("inertia_about_com", inertia_about_com)
+        centre, at = word("com", com, (3,)), word("pivot", pivot, (3,))
+        together(heavy, tensor, centre, at)
+        with np.errstate(all="ignore"):
+            lever = centre.values - at.values
+        moved = with_points(tensor, heavy.values, lever)
+        words = [heavy, tensor, centre, at]
+        kept = cls.__new__(cls)
+        return kept._made(Body.from_com, words, heavy.values, moved, lever, rounded, made_up)
+
+    @classmethod
+    def _about(
+        cls,
+        make: Callable[..., Body],
+        words: Sequence[Word],
+        mass: Array,
+        moments: tuple[Array, Array, Array],
+        height: Array,
+        pivot: Word,
+    ) -> Self:
+        """Bodies with these moments about a centre of mass at some height on the third axis."""
+        with np.errstate(all="ignore"):
+            nothing = np.zeros_like(height)
+            com = vectors(nothing, nothing, height) - pivot.values
+            tensor = with_points(Word("inertia", vectors(*moments), (3,)), mass, com)
+        return cls.__new__(cls)._made(make, words, mass, tensor, com)
+
+    @property
+    def mass(self) -> Array:
+        """(...,) [M]"""
+        return self._columns["mass"]
+
+    @property
+    def inertia(self) -> Array:
+        """(..., 3) or (..., 3, 3) about the fixed point, as it was given [M L^2]"""
+        return self._columns["inertia"]
+
+    @property
+    def com(self) -> Array:
+        """(..., 3) seen from the fixed point [L]"""
+        return self._columns["com"]
+
+    @property
+    def rounded(self) -> Array:
+        """(...,) as in Body"""
+        return self._columns["rounded"]
+
+    @property
+    def made_up(self) -> Column:
+        """(...,) whether no body has such inertia, or was said to have made-up mass and com"""
+        return self._columns["made_up"]
+
+    @property
+    def moments(self) -> Array:
+        """(..., 3) the principal moments at the fixed point [M L^2], along N, B, T"""
+        return self._columns.get("moments", self._columns["inertia"])
+
+    @property
+    def principal_com(self) -> Array:
+        """(..., 3) the centre of mass along N, B, T [L]"""
+        return self._columns.get("principal_com", self._columns["com"])
+
+    @property
+    def axes(self) -> Array:
+        """(..., 4) the rotations from the principal axes to the frames of description"""
+        return self._columns.get("axes", spread(_UPRIGHT, (*self.shape, 4)))
+
+    @classmethod
+    def _of_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+        """The bodies of a list; one where all are equal."""
+        first = bodies[0]
+        if all(body is first or (body == first and body._block == first._block) for body in bodies):
+            return first
+        tensors = [tensor_of("inertia", body.inertia) for body in bodies]
+        made = cls(
+            np.reshape([body.mass for body in bodies], shape),
+            np.reshape(tensors, (*shape, 3, 3)),
+            np.reshape([body.com for body in bodies], (*shape, 3)),
+            rounded=np.reshape([body.rounded for body in bodies], shape),
+            made_up=np.reshape([body.made_up for body in bodies], shape),
+        )
+        return made._renamed()
+
+    def _over(self, shape: Shape) -> Bodies:
+        """These bodies, broadcast to a shape."""
+        front = len(shape) - len(self.shape)
+        if not front and shape == self.shape:
+            return self
+        dims = len(self.shape)
+        names = (None,) * front + self._names
+        return self._changed(lambda held: spread(held, shape + held.shape[dims:]), shape, names)
+
+
+def tensors(name: str, given: object) -> Word:
+    """Moments, or matrices where the last two dimensions are both 3."""
+    what = "3 moments or a symmetric 3x3 matrix, or an array of them"
+    values = given if isinstance(given, np.ndarray) else doubles(name, given, what)
+    if values.shape[-2:] != (3, 3):
+        return word(name, values, (3,), what)
+    made = word(name, values, (3, 3), what)
+    with np.errstate(over="ignore"):
+        skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
+    made.refused(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)
+    return made
+
+
+def _symmetric(name: str, matrix: object) -> None:
+    try:
+        tensor_of(name, matrix)
+    except ValueError as error:
+        hint = "; for three bodies by their moments give three matrices, as np.diag makes them"
+        raise ValueError(f"{error}{hint}") from None
+
+
+def with_points(tensor: Word, mass: Array, at: Array) -> Word:
+    """Tensors and those of points of mass, as with_a_point has it; moments where none has more."""
+    x, y, z = parts(at)
+    with np.errstate(all="ignore"):
+        xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)
+        xy, yz, zx = (0.0 - mass * both for both in (x * y, y * z, z * x))
+        added = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
+        if tensor.value == (3,):
+            i1, i2, i3 = (own + added[k][k] for k, own in enumerate(parts(tensor.values)))
+            if not (xy.any() or yz.any() or zx.any()):
+                return Word(tensor.name, vectors(i1, i2, i3), (3,))
+            flat = vectors(i1, xy, zx, xy, i2, yz, zx, yz, i3)
+        else:
+            places = [(i, j) for i in range(3) for j in range(3)]
+            flat = vectors(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
+    return Word(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+
+
+def _flags(name: str, given: object) -> Column:
+    flags = np.asarray(given)
+    if flags.dtype != np.bool_:
+        raise TypeError(f"{name} must be True or False, or an array of them, not {shown(given)}")
+    return flags

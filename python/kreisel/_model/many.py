@@ -1,0 +1,253 @@
+"""Many of a kind, as columns over one shape: what ensembles and bodies are indexed by."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator, Mapping
+from types import EllipsisType, MappingProxyType
+from typing import Any, Generic, Self, TypeVar, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import frozen, shown
+from .columns import Change, Column, Index, Shape, Word, compact, once, spread
+
+_Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
+_M = TypeVar("_M")
+_NOTHING = np.False_  # stands for a member where only shapes count
+
+
+class Many(Generic[_M]):
+    """Members over a shape. Each column has the shape of the members, and behind it that of one
+    value; where it does not vary its stride is zero."""
+
+    shape: Shape
+    _names: tuple[str | None, ...]
+    _columns: Mapping[str, Column]
+    _varied: Mapping[str, Column]  # the words that vary, as they were given
+
+    def _keep(
+        self,
+        shape: Shape,
+        names: tuple[str | None, ...],
+        columns: Mapping[str, Column],
+        varied: Mapping[str, Column],
+    ) -> None:
+        self.__dict__.update(shape=shape, _names=names, _columns=columns, _varied=varied)
+
+    def _member(self, index: Index) -> _M:
+        raise NotImplementedError
+
+    def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
+        """The members of which a change of each column leaves the columns."""
+        made, change = type(self).__new__(type(self)), once(change)
+        columns = {name: change(column) for name, column in self._columns.items()}
+        varied = {name: change(column) for name, column in self._varied.items()}
+        made._keep(shape, names, columns, varied)
+        return made
+
+    @property
+    def _axes(self) -> tuple[str, ...]:
+        """A name for each dimension: the word of single numbers that alone varies along it; else
+        'top', or in several dimensions 'dim_0' and so on."""
+        lone = len(self.shape) == 1
+        return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
+
+    @property
+    def coords(self) -> Mapping[str, Column]:
+        """The words that vary, as they were given: arrays that broadcast to the shape, those of
+        vectors with their components behind."""
+        dims = len(self.shape)
+        return MappingProxyType(
+            {name: compact(column, dims) for name, column in self._varied.items()}
+        )
+
+    def _words(self) -> list[Word]:
+        """The words that vary."""
+        return [
+            Word(name, values, values.shape[len(self.shape) :])
+            for name, values in self.coords.items()
+        ]
+
+    def _renamed(self) -> Self:
+        """The same without words that vary, and names that they give."""
+        self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
+        return self
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """The number of members."""
+        return int(np.prod(self.shape, dtype=np.int64))
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError(f"{type(self).__name__} of shape () has no length")
+        return self.shape[0]
+
+    def __iter__(self) -> Iterator[Any]:
+        """The members of one dimension; of several what stands along the first."""
+        if not self.shape:
+            raise TypeError(f"{type(self).__name__} of shape () is no row to go along")
+        return (self[i] for i in range(self.shape[0]))
+
+    @overload
+    def __getitem__(self, key: _Places) -> Self: ...
+    @overload
+    def __getitem__(self, key: object) -> Any: ...
+    def __getitem__(self, key: object) -> _M | Self:
+        """A member, or those at slices, arrays of places or masks, as of an array of numpy."""
+        if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
+            return self._member((key % len(self),))
+        if not _is_basic(key):
+            return self._gathered(key)
+        left: Any = _indexed(np.broadcast_to(_NOTHING, self.shape), key)
+        places = _spelt(key, len(self.shape))
+        if not isinstance(left, np.ndarray):
+            return self._member(
+                tuple(_place(i, n) for i, n in zip(places, self.shape, strict=True))
+            )
+        names = iter(self._names)
+        kept = []
+        for place in places:
+            name = None if place is None else next(names)
+            kept += [name] if place is None or isinstance(place, slice) else []
+        return self._changed(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
+
+    def _gathered(self, key: object) -> _M | Self:
+        """The members at places that are given by arrays."""
+        order: Any = _indexed(np.arange(self.size).reshape(self.shape), key)
+        if not isinstance(order, np.ndarray):
+            return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
+        dims = len(self.shape)
+        parts = _with_one_row(key, dims)
+        if parts is None:
+            return self._at(order, (None,) * order.ndim)
+
+        def take(column: Column) -> Column:
+            small = compact(column, dims)
+            at = tuple(
+                part if small.shape[k] == self.shape[k] else slice(None)
+                for k, part in enumerate(parts)
+            )
+            return spread(frozen(small[at]), order.shape + column.shape[dims:])
+
+        return self._changed(take, order.shape, self._names)
+
+    def _at(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
+        """The members of these numbers, in C order."""
+        dims = len(self.shape)
+        where = np.unravel_index(order, self.shape) if dims else ()
+
+        def gather(column: Column) -> Column:
+            trailing = column.shape[dims:]
+            small = compact(column, dims)
+            varies = [n > 1 for n in small.shape[:dims]]
+            if order.size and not any(varies):
+                return spread(small[(0,) * dims], order.shape + trailing)
+            at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
+            return spread(frozen(small[at]), order.shape + trailing)
+
+        return self._changed(gather, order.shape, names)
+
+    def reshape(self, *shape: Any) -> Self:
+        """The same members, in C order, in another shape; its dimensions have no names.
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
+        >>> tops.reshape(2, 2)[1, 0].gravity
+        3.0
+        """
+        order = np.arange(self.size).reshape(*shape)
+        return self._at(order, (None,) * order.ndim)
+
+    def ravel(self) -> Self:
+        """The members in one dimension, in C order."""
+        return self if len(self.shape) == 1 else self.reshape(-1)
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        mine, its = self._columns, other._columns
+        return self.shape == other.shape and all(
+            mine[name].shape == its[name].shape and np.array_equal(mine[name], its[name])
+            for name in mine
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        told = [_told(word) for word in self._words()]
+        dims = len(self.shape)
+        told = told or [name for name, held in self._columns.items() if any(held.strides[:dims])]
+        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all alike'}>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is held, without what broadcasting makes of it."""
+        held = once(lambda column: compact(column, len(self.shape)).copy())
+        return {
+            "shape": self.shape,
+            "names": self._names,
+            "columns": {name: held(column) for name, column in self._columns.items()},
+            "varied": {name: held(column) for name, column in self._varied.items()},
+        }
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        shape = state["shape"]
+        dims = len(shape)
+
+        def spread_out(held: Mapping[str, Column]) -> dict[str, Column]:
+            return {name: spread(kept, shape + kept.shape[dims:]) for name, kept in held.items()}
+
+        self._keep(shape, state["names"], spread_out(state["columns"]), spread_out(state["varied"]))
+
+
+def _told(word: Word) -> str:
+    """A word that varies, and of single numbers from where to where."""
+    if word.value or not word.values.size:
+        return word.name
+    return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
+
+
+def _indexed(array: Column, key: Any) -> Any:
+    try:
+        return array[key]
+    except OverflowError:
+        raise IndexError(f"{shown(key)} is beyond all places") from None
+
+
+def _is_basic(key: object) -> bool:
+    """Whether the key makes views: numbers, slices, Ellipsis and None."""
+    return all(
+        part is None or part is ... or isinstance(part, slice) or _is_number(part)
+        for part in (key if isinstance(key, tuple) else (key,))
+    )
+
+
+def _is_number(part: object) -> bool:
+    return isinstance(part, int | np.integer) and not isinstance(part, bool)
+
+
+def _spelt(key: object, dims: int) -> tuple[Any, ...]:
+    """The key with a place for each dimension."""
+    parts = list(key) if isinstance(key, tuple) else [key]
+    spent = sum(part is not None and part is not ... for part in parts)
+    at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
+    return (*parts[:at], *[slice(None)] * (dims - spent), *parts[at + 1 :])
+
+
+def _place(i: Any, n: int) -> int:
+    return operator.index(i) % n
+
+
+def _with_one_row(key: object, dims: int) -> tuple[Any, ...] | None:
+    """The parts of a key of slices and of one array of one dimension; None for any other."""
+    parts = _spelt(key, dims)
+    arrays = [part for part in parts if not isinstance(part, slice)]
+    is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1
+    return parts if is_one else None

@@ -1,0 +1,27 @@
+"""The momentum in space, of the words in which it may be given; of one top, or of many by arrays
+of their components."""
+
+from __future__ import annotations
+
+from .._ground.arguments import R
+from ..quaternion import multiply, turn, turn_back
+
+
+def momentum_of(
+    name: str,
+    moments: tuple[R, R, R],
+    axes: tuple[R, R, R, R],
+    q: tuple[R, R, R, R],
+    v: tuple[R, R, R],
+) -> tuple[R, R, R]:
+    """Of a body with these moments along these principal axes, at the attitude q."""
+    if name == "momentum":
+        return v
+    if name == "body_momentum":
+        return turn(q, v)
+    if name == "body_velocity":
+        v = turn(q, v)
+    principal = multiply(q, axes)
+    x, y, z = turn_back(principal, v)
+    i1, i2, i3 = moments
+    return turn(principal, (i1 * x, i2 * y, i3 * z))

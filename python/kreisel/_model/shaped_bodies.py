@@ -1,0 +1,208 @@
+"""Many homogeneous bodies, by the makers of Body with arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._ground.arguments import Array, boolean
+from . import shapes
+from .body import Body
+from .columns import Word, above_zero, parts, together, vectors, word
+
+
+class ShapedBodies:
+    """What many bodies of one shape can be made by."""
+
+    @classmethod
+    def _about(
+        cls,
+        make: Callable[..., Body],
+        words: Sequence[Word],
+        mass: Array,
+        moments: tuple[Array, Array, Array],
+        height: Array,
+        pivot: Word,
+    ) -> Self:
+        """Bodies with these moments about a centre of mass at some height on the third axis, of
+        words of which `make` makes one."""
+        raise NotImplementedError
+
+    @classmethod
+    def _of(
+        cls,
+        make: Callable[..., Body],
+        shape: shapes.Shape[Array],
+        words: Sequence[Word],
+        pivot: ArrayLike,
+        mass: ArrayLike | None,
+        density: ArrayLike | None,
+    ) -> Self:
+        """Homogeneous bodies of a shape that was made of words."""
+        shapes.one_of(shape.name, mass, density)
+        at = word("pivot", pivot, (3,))
+        name, given = ("mass", mass) if density is None else ("density", density)
+        weight = above_zero(name, given)
+        together(*words, at, weight)
+        heavy = weight.values
+        if density is not None:
+            if not shape.volume.any():
+                raise ValueError(shapes.thin(shape.name))
+            with np.errstate(all="ignore"):
+                heavy = weight.values * shape.volume
+            above_zero(f"mass of the {shape.name}", heavy)
+        with np.errstate(all="ignore"):
+            moments = shapes.moments_of(shape, heavy)
+        return cls._about(make, [*words, at, weight], heavy, moments, shape.height, at)
+
+    @classmethod
+    def cuboid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        density: ArrayLike | None = None,
+        *,
+        mass: ArrayLike | None = None,
+    ) -> Self:
+        """Homogeneous cuboids, as Body.cuboid: half (..., 3) and pivot (..., 3) [L], density
+        [M L^-3], 1 where nothing is given, or mass [M].
+
+        >>> import kreisel as kr
+        >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
+        array([16., 48.])
+        """
+        edges, at = word("half", half, (3,)), word("pivot", pivot, (3,))
+        edges.refused(~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0)))
+        if mass is not None and density is not None:
+            raise ValueError("give mass or density of the cuboid, not both")
+        a, b, c = parts(edges.values)
+        if mass is None:
+            weight = above_zero("density", 1.0 if density is None else density)
+        else:
+            weight = above_zero("mass", mass)
+        together(edges, at, weight)
+        heavy = weight.values
+        with np.errstate(all="ignore"):
+            if mass is None:
+                heavy = 8.0 * heavy * a * b * c
+                above_zero("mass of the cuboid", heavy)
+            third = heavy / 3.0
+            xx, yy, zz = third * a * a, third * b * b, third * c * c
+            moments = yy + zz, zz + xx, xx + yy
+        return cls._about(Body.cuboid, [edges, at, weight], heavy, moments, np.zeros(()), at)
+
+    @classmethod
+    def cylinder(
+        cls,
+        radius: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Solid cylinders, as Body.cylinder: radius, height [L], pivot (..., 3) [L]; by mass [M]
+        or density [M L^-3]."""
+        r, h = above_zero("radius", radius), above_zero("height", height)
+        together(r, h)
+        with np.errstate(all="ignore"):
+            shape = shapes.cylinder(r.values, h.values)
+        return cls._of(Body.cylinder, shape, [r, h], pivot, mass, density)
+
+    @classmethod
+    def tube(
+        cls,
+        inner: ArrayLike,
+        outer: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Hollow cylinders, as Body.tube: inner, outer, height [L], pivot (..., 3) [L]; by mass [M]
+        or density [M L^-3]."""
+        hole, r, h = word("inner", inner), above_zero("outer", outer), above_zero("height", height)
+        together(hole, r, h)
+        both = Word("(inner, outer)", vectors(hole.values, r.values), (2,))
+        bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
+        both.refused(bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0))
+        with np.errstate(all="ignore"):
+            shape = shapes.tube(hole.values, r.values, h.values)
+        return cls._of(Body.tube, shape, [hole, r, h], pivot, mass, density)
+
+    @classmethod
+    def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
+        """Thin disks, as Body.disk: radius [L], pivot (..., 3) [L], mass [M]."""
+        r = above_zero("radius", radius)
+        with np.errstate(all="ignore"):
+            shape = shapes.disk(r.values)
+        return cls._of(Body.disk, shape, [r], pivot, mass, None)
+
+    @classmethod
+    def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
+        """Thin rods, as Body.rod: length [L], pivot (..., 3) [L], mass [M]; none with its pivot on
+        its own line, which has no moment about that."""
+        whole = above_zero("length", length)
+        with np.errstate(all="ignore"):
+            shape = shapes.rod(whole.values)
+        return cls._of(Body.rod, shape, [whole], pivot, mass, None)
+
+    @classmethod
+    def sphere(
+        cls,
+        radius: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+        shell: bool = False,
+    ) -> Self:
+        """Solid spheres, or thin shells all of them, as Body.sphere: radius [L], pivot (..., 3)
+        [L]; by mass [M] or density [M L^-3]."""
+        r, thin = above_zero("radius", radius), boolean("shell", shell)
+        with np.errstate(all="ignore"):
+            shape = shapes.sphere(r.values, thin)
+        make = partial(Body.sphere, shell=thin)
+        return cls._of(make, shape, [r], pivot, mass, density)
+
+    @classmethod
+    def ellipsoid(
+        cls,
+        half: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Solid ellipsoids, as Body.ellipsoid: half (..., 3) and pivot (..., 3) [L]; by mass [M] or
+        density [M L^-3]."""
+        axes = word("half", half, (3,))
+        bad = ~(axes.values > 0.0).all(axis=-1)
+        axes.refused(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
+        a, b, c = parts(axes.values)
+        with np.errstate(all="ignore"):
+            shape = shapes.ellipsoid(a, b, c)
+        return cls._of(Body.ellipsoid, shape, [axes], pivot, mass, density)
+
+    @classmethod
+    def cone(
+        cls,
+        radius: ArrayLike,
+        height: ArrayLike,
+        pivot: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        density: ArrayLike | None = None,
+    ) -> Self:
+        """Solid cones on their tips, as Body.cone: radius, height [L], pivot (..., 3) [L]; by mass
+        [M] or density [M L^-3]."""
+        r, h = above_zero("radius", radius), above_zero("height", height)
+        together(r, h)
+        with np.errstate(all="ignore"):
+            shape = shapes.cone(r.values, h.values)
+        return cls._of(Body.cone, shape, [r, h], pivot, mass, density)

@@ -1,0 +1,307 @@
+"""Many tops as columns: their words, broadcast to one shape and checked all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import INPUT_RTOL, statuses
+from .._core import Tops as CoreTops
+from .._ground.arguments import Array, instance, shown
+from ..quaternion import unit
+from .bodies import Bodies
+from .body import Body
+from .columns import (
+    Change,
+    Index,
+    Shape,
+    Word,
+    column,
+    common,
+    in_blocks,
+    names_of,
+    plain,
+    spread,
+    word,
+)
+from .many import Many
+from .momentum import momentum_of
+from .words import damping_of
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+S = TypeVar("S")
+ONE_OF = "momentum", "velocity", "body_momentum", "body_velocity"
+_ZERO = np.zeros(3)
+_UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+
+
+class Tops(Many[S]):
+    """What kr.Ensemble keeps: its bodies, and columns of momentum, attitude, gravity, damping."""
+
+    _one: ClassVar[Any]  # the class of one top
+    _bodies: Body | Bodies
+
+    def __init__(
+        self,
+        body: Body | Bodies,
+        momentum: ArrayLike | None = None,
+        attitude: ArrayLike | Rotation | None = None,
+        gravity: ArrayLike = 1.0,
+        *,
+        velocity: ArrayLike | None = None,
+        body_momentum: ArrayLike | None = None,
+        body_velocity: ArrayLike | None = None,
+        attitude_xyzw: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+    ) -> None:
+        given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
+        bodies, start = bodies_of(body), start_of(given)
+        turned, q = attitudes_of(attitude, attitude_xyzw)
+        down, (drag, along) = word("gravity", gravity), dampings_of(damping)
+        told = [start, turned, down, drag]
+        agreed(bodies, told)
+        columns = {
+            "momentum": momenta_of(bodies, start, q),
+            "attitude": q,
+            "gravity": down.values,
+            "damping": along,
+        }
+        self._fill(bodies, told, columns, self._one)
+
+    def _fill(
+        self,
+        body: Body | Bodies,
+        told: Sequence[Word],
+        columns: Mapping[str, Array],
+        one: Callable[..., S],
+    ) -> Self:
+        """Keeps these columns, of words of which `one` makes a single top; refused by the index of
+        the first that is none."""
+        whole = agreed(body, told)
+        trailing = {name: 0 if name == "gravity" else 1 for name in columns}
+        leads = (held.shape[: held.ndim - trailing[name]] for name, held in columns.items())
+        shape = np.broadcast_shapes(whole, *leads)
+        words = [*(body._words() if isinstance(body, Bodies) else []), *told]
+        self.__dict__["_bodies"] = body._over(shape) if isinstance(body, Bodies) else body
+        self._keep(
+            shape,
+            names_of(shape, words),
+            {name: column(held, shape, trailing[name]) for name, held in columns.items()},
+            {w.name: column(w.values, shape, len(w.value)) for w in words if w.shape},
+        )
+        status, index = self._tops.check()
+        if status != "OK":
+            at = tuple(map(int, np.unravel_index(index, shape)))
+            raise refusal_at(body, told, one, shape, at, statuses[status][1])
+        return self
+
+    @classmethod
+    def of(cls, scenes: Sequence[Any]) -> Self:
+        """The ensemble of a list of scenes; nested lists of equal lengths make more dimensions.
+
+        >>> import kreisel as kr
+        >>> kr.Ensemble.of([[kr.scenes.thesis], [kr.scenes.cusps]]).shape
+        (2, 1)
+        """
+        shape: Shape = ()
+        found: list[Any] = [scenes]
+        while found and isinstance(found[0], (list, tuple)):
+            if any(not isinstance(s, (list, tuple)) or len(s) != len(found[0]) for s in found):
+                raise ValueError("lists of scenes must all have the same length")
+            if len(shape) > 32:
+                raise ValueError("lists of scenes must not be nested without end")
+            shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
+        if not found:
+            raise ValueError(
+                "a list of scenes must not be empty; an ensemble of none has a body, as "
+                "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
+            )
+        for k, scene in enumerate(found):
+            at = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
+            instance(f"scenes{at}", scene, cls._one)
+        rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 24)
+        columns = {
+            "momentum": rows[..., 18:21],
+            "attitude": rows[..., 14:18],
+            "gravity": rows[..., 12],
+            "damping": rows[..., 21:24],
+        }
+        body = Bodies._of_list([scene.body for scene in found], shape)
+        return cls.__new__(cls)._fill(body, (), columns, cls._one)
+
+    def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
+        made = super()._changed(change, shape, names)
+        body = self._bodies
+        kept = body._changed(change, shape, names) if isinstance(body, Bodies) else body
+        made.__dict__["_bodies"] = kept
+        return made
+
+    def _body_at(self, index: Index) -> Body:
+        body = self._bodies
+        return body._member(index) if isinstance(body, Bodies) else body
+
+    def _member(self, index: Index) -> S:
+        words = {name: plain(held[index]) for name, held in self._columns.items()}
+        made: S = self._one(self._body_at(index), **words)
+        return made
+
+    @cached_property
+    def _tops(self) -> CoreTops:
+        """The scenes, as the core lays them out."""
+        shape, held = self.shape, self._columns
+        body, nothing = self._bodies, spread(np.zeros(()), self.shape)
+        if isinstance(body, Bodies):
+            parts = [body.mass, body.moments, body.principal_com, body.axes, body.rounded]
+        else:
+            row = np.frombuffer(body._block)
+            parts = [spread(row[a:b], (*shape, b - a)) for a, b in ((1, 4), (4, 7), (7, 11))]
+            parts = [spread(row[0], shape), *parts, spread(row[11], shape)]
+        start = [held["gravity"], nothing, held["attitude"], held["momentum"], held["damping"]]
+        return CoreTops(shape, [*parts, *start])
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """A name for each dimension: the word of single numbers that alone varies along it; else
+        'top', or in several dimensions 'dim_0' and so on."""
+        return self._axes
+
+    @property
+    def body(self) -> Body | Bodies:
+        """The body of all, or the bodies, of the ensemble's shape"""
+        return self._bodies
+
+    @property
+    def momentum(self) -> Array:
+        """(*shape, 3) the angular momentum about the fixed point, in space [M L^2 T^-1]"""
+        return self._columns["momentum"]
+
+    @property
+    def attitude(self) -> Array:
+        """(*shape, 4) the unit quaternion (w, x, y, z) from the body into space"""
+        return self._columns["attitude"]
+
+    @property
+    def gravity(self) -> Array:
+        """(*shape,) the acceleration along -e3 [L T^-2]"""
+        return self._columns["gravity"]
+
+    @property
+    def damping(self) -> Array:
+        """(*shape, 3) that of a linear drag along the principal axes [M L^2 T^-1]"""
+        return self._columns["damping"]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Tops):
+            return NotImplemented
+        return super().__eq__(other) and bool(self._bodies == other._bodies)
+
+    __hash__ = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "body": self._bodies}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__["_bodies"] = state["body"]
+        super().__setstate__(state)
+
+
+def bodies_of(body: object) -> Body | Bodies:
+    """One body for all, or many."""
+    if isinstance(body, Body | Bodies):
+        return body
+    raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {shown(body)}")
+
+
+def agreed(body: Body | Bodies, told: Sequence[Word]) -> Shape:
+    """The shape to which the bodies and all words broadcast."""
+    own = body.shape if isinstance(body, Bodies) else ()
+    return common([("body", own), *((each.name, each.shape) for each in told)])
+
+
+def refusal_at(
+    body: Body | Bodies,
+    told: Sequence[Word],
+    one: Callable[..., object],
+    shape: Shape,
+    at: Index,
+    text: str = "not a top",
+) -> Exception:
+    """What the making of a single top raises, of the words of a member, with its index."""
+    words = {each.name: plain(each.over(shape)[at]) for each in told}
+    own = body._over(shape)._member(at) if isinstance(body, Bodies) else body
+    place = f"top{list(at)}: " if at else ""
+    try:
+        one(own, **words)
+    except (TypeError, ValueError) as error:
+        return type(error)(f"{place}{error}")
+    return ValueError(f"{place}{text}")
+
+
+def start_of(given: Mapping[str, ArrayLike | None]) -> Word:
+    """The one word of the four that tells how the tops turn."""
+    chosen = [name for name, value in given.items() if value is not None]
+    if len(chosen) != 1:
+        raise ValueError(
+            f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(chosen) or "none")
+        )
+    return word(chosen[0], given[chosen[0]], (3,))
+
+
+def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
+    """The word for the attitudes, and unit quaternions (w, x, y, z)."""
+    if given is not None and xyzw is not None:
+        raise ValueError("give either attitude or attitude_xyzw, not both")
+    if xyzw is None and hasattr(given, "as_quat"):
+        last = np.asarray(given.as_quat())
+        given = np.roll(last, 1, axis=-1)
+    name, value = ("attitude", given) if xyzw is None else ("attitude_xyzw", xyzw)
+    if value is None:
+        return Word(name, _UPRIGHT, (4,)), _UPRIGHT
+    made = word(name, value, (4,))
+    q = made.values
+    off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
+    bad = off > INPUT_RTOL
+    dtype = np.asarray(value).dtype
+    if np.any(bad) and dtype.kind == "f" and dtype.itemsize < 8:
+        norm = np.sqrt((q * q).sum(axis=-1))
+        single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
+        made = made._replace(values=np.where(single[..., None], q / norm[..., None], q))
+        bad &= ~single
+    made.refused(bad, lambda _, one: unit(name, one, last=xyzw is not None))
+    return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
+
+
+def dampings_of(given: ArrayLike | None) -> tuple[Word, Array]:
+    """The word for what damps the tops, and the damping along the principal axes."""
+    if given is None:
+        return Word("damping", _ZERO, (3,)), _ZERO
+    if np.ndim(given) == 0:
+        made = word("damping", given)
+        along = np.repeat(made.values, 3)
+        made = Word("damping", along, (3,))
+    else:
+        width = np.shape(given)[-1:]
+        made = word("damping", given, width if width == (1,) else (3,), "3 numbers, or 1")
+        along = np.broadcast_to(made.values, (*made.shape, 3))
+    made.refused((made.values < 0.0).any(axis=-1), lambda _, one: damping_of(one))
+    return made, along
+
+
+def momenta_of(body: Body | Bodies, start: Word, q: Array) -> Array:
+    """The momenta in space, of the word in which they are given and the attitudes."""
+    if start.name == "momentum":
+        return start.values
+    moments, axes = np.asarray(body.moments), np.asarray(body.axes)
+    given = moments, axes, q, start.values
+    shape = common(("", values.shape[:-1]) for values in given)
+
+    def compute(*components: Any) -> tuple[Array, ...]:
+        return momentum_of(start.name, *components)
+
+    return in_blocks(compute, shape, 3, *given)

@@ -1,0 +1,52 @@
+"""The types of the words in which other scenes and ensembles are made of one, for type checkers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypedDict
+
+from numpy.typing import ArrayLike
+
+from .bodies import Bodies
+from .body import Body
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+
+class Varied(TypedDict, total=False):
+    """The words of Ensemble, of its makers, and of Bodies."""
+
+    body: Body | Bodies
+    mass: ArrayLike
+    inertia: ArrayLike
+    com: ArrayLike
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike | Rotation
+    attitude_xyzw: ArrayLike
+    spin: ArrayLike
+    tilt: ArrayLike
+    precession: ArrayLike
+    angles: ArrayLike
+    rates: ArrayLike
+    steady: bool
+    fast: bool
+    degrees: bool
+    gravity: ArrayLike
+    damping: ArrayLike
+
+
+class Changes(TypedDict, total=False):
+    """The words of Scene."""
+
+    body: Body
+    momentum: ArrayLike
+    velocity: ArrayLike
+    body_momentum: ArrayLike
+    body_velocity: ArrayLike
+    attitude: ArrayLike | Rotation
+    attitude_xyzw: ArrayLike
+    gravity: float
+    damping: ArrayLike | None

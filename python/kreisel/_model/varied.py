@@ -1,0 +1,228 @@
+"""Many tops from one: by words that vary, or scattered at random.
+
+What is kept of a scene in the words of the textbooks follows from its angular velocity w and
+Euler's angles: with u = w_1 sin(precession) - w_2 cos(precession) the nutation's rate is
+w_1 cos(precession) + w_2 sin(precession), and the precession's rate is
+(w_3 sin(nutation) - u cos(nutation)) / sin(nutation).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import cosine, logarithm, sine, values
+from .._ground.arguments import Array, boolean, shown, whole
+from .._ground.refusals import unknown
+from ..quaternion import multiply
+from .bodies import Bodies
+from .body import Body
+from .columns import Word, in_blocks, word
+from .textbook import cos, steady_words
+from .textbook_tops import TextbookTops, Three, radians, steady_rates, three, tilts
+from .tops import ONE_OF, agreed
+
+E = TypeVar("E", bound=TextbookTops[Any])
+Four = tuple[Array, Array, Array, Array]
+_BODY = "mass", "inertia", "com"
+_PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
+_SPINNING = "spin", "tilt", "precession"
+_EULER = "angles", "rates"
+_FLAGS = "steady", "fast", "degrees"
+_KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, "gravity", "damping")
+_DRAWS, _ROWS = 8, 1 << 12  # random numbers of a member, whatever is scattered; members at once
+
+
+class _Now(NamedTuple):
+    """A scene in the words of the textbooks, in radians."""
+
+    angles: tuple[float, float, float]  # precession, nutation, spin
+    precession: float
+    nutation: float  # the rate
+    spin: float  # about the apex
+
+
+def varied(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
+    """The ensemble of a scene in which these words vary."""
+    for name in words:
+        if name not in _KNOWN:
+            raise TypeError(unknown("word", name, _KNOWN))
+    given = {name: value for name, value in words.items() if value is not None}
+    kinds = [[name for name in names if name in given] for names in (_PLAIN, _SPINNING, _EULER)]
+    told = [names[0] for names in kinds if names]
+    if len(told) > 1:
+        raise ValueError(f"{told[0]} and {told[1]} both tell the start: give words of one kind")
+    body, gravity = _body(scene, given), given.get("gravity", scene.gravity)
+    damping = given.get("damping", scene.damping)
+    in_degrees = boolean("degrees", given.get("degrees", False))
+    steady, fast = given.get("steady", False), given.get("fast", False)
+    is_steady = steady_words(steady, fast, given.get("precession"), damping)
+    if kinds[1] or (is_steady and not told):
+        start = _spun(body, scene, given, gravity, in_degrees, (is_steady, fast))
+    elif is_steady:
+        raise ValueError(f"steady=True goes with spin and tilt, not with {told[0]}")
+    elif kinds[2]:
+        start = _turned(scene, given, in_degrees)
+    else:
+        plain = {name: given[name] for name in kinds[0]}
+        if not plain.keys() & set(ONE_OF):
+            plain["momentum"] = scene.momentum
+        if not plain.keys() & {"attitude", "attitude_xyzw"}:
+            plain["attitude"] = scene.attitude
+        return many(body, gravity=gravity, damping=damping, **plain)
+    return many._turned(body, *start, gravity, damping, _none)
+
+
+def _none(_: object, **__: object) -> None:
+    """Stands for the maker of a single top where that has no words of its own for a refusal."""
+
+
+def _body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
+    own: Body = scene.body
+    changed = {name: given[name] for name in _BODY if name in given}
+    if "body" in given:
+        if changed:
+            raise ValueError(f"give either body or {next(iter(changed))}, not both")
+        body: Body | Bodies = given["body"]
+        return body
+    if not changed:
+        return own
+    kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com}
+    return Bodies(**{**kept, **changed}, rounded=own.rounded, made_up=own.made_up)
+
+
+def _now(scene: Any) -> _Now:
+    """What the scene's start is in these words; a rate within roundings of none counts as none."""
+    names = "precession_angle", "nutation", "spin_angle", "spin"
+    phi, theta, psi, spin = (float(values(n, scene._block, scene._start)[0]) for n in names)
+    x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
+    nodding = x * math.cos(phi) + y * math.sin(phi)
+    across = x * math.sin(phi) - y * math.cos(phi)
+    turning = z * math.sin(theta) - across * math.cos(theta)
+    least = 8.0 * np.finfo(float).eps * math.hypot(x, y, z)
+    is_upright = abs(math.sin(theta)) < 1e-15
+    rate = 0.0 if is_upright or abs(turning) <= least else turning / math.sin(theta)
+    return _Now((phi, theta, psi), rate, nodding if abs(nodding) > least else 0.0, spin)
+
+
+_Start = tuple[list[Word], Three, Three]
+
+
+def _spun(
+    body: Body | Bodies,
+    scene: Any,
+    given: Mapping[str, Any],
+    gravity: ArrayLike,
+    degrees: bool,
+    steady: tuple[bool, bool],
+) -> _Start:
+    """Words, angles and rates by spin, tilt and precession; the others are the scene's own."""
+    now = _now(scene)
+    own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
+    told = {
+        name: tilts(given[name], degrees) if name == "tilt" else word(name, given[name])
+        for name in _SPINNING
+        if name in given
+    }
+    rate, angle, turning = (
+        radians(told[name].values, degrees) if name in told else np.asarray(own[name])
+        for name in _SPINNING
+    )
+    agreed(body, list(told.values()))
+    if steady[0]:
+        as_given = [told.get(n, _word_of(n, own[n], degrees)) for n in ("spin", "tilt")]
+        one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
+        down = word("gravity", gravity)
+        turning = steady_rates(body, [*as_given, down], degrees, steady[1], one)
+    with np.errstate(all="ignore"):
+        rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
+    precession, _, spin = now.angles
+    return list(told.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
+
+
+def _word_of(name: str, radian: float, degrees: bool) -> Word:
+    return Word(name, np.asarray(math.degrees(radian) if degrees else radian), ())
+
+
+def _turned(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
+    """Words, angles and rates by those of Euler; what is not given is the scene's own."""
+    now = _now(scene)
+    spinning = now.spin - now.precession * math.cos(now.angles[1])
+    own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
+    told = {name: word(name, given[name], (3,)) for name in _EULER if name in given}
+    angles, rates = (
+        three(radians(told[name].values, degrees) if name in told else np.asarray(own[name]))
+        for name in _EULER
+    )
+    return list(told.values()), angles, rates
+
+
+def scattered(
+    many: type[E],
+    scene: Any,
+    n: int,
+    seed: int,
+    momentum: ArrayLike | None,
+    attitude: ArrayLike | None,
+    gravity: float | None,
+) -> E:
+    """The ensemble of a scene with words that are off by normal deviations of these widths."""
+    count, key = whole("n", n, 0), whole("seed", seed, 0)
+    if momentum is None and attitude is None and gravity is None:
+        raise ValueError("give the width of at least one of momentum, attitude, gravity")
+    normal = _normal(key, count)
+    words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
+    with np.errstate(all="ignore"):
+        if momentum is not None:
+            off = _width("momentum", momentum, 3) * normal[:, :3]
+            words["momentum"] = np.array(scene.momentum) + off
+        if attitude is not None:
+            turns, own = _width("attitude", attitude, 3) * normal[:, 3:6], np.array(scene.attitude)
+            words["attitude"] = in_blocks(_turned_first, (count,), 4, own, turns)
+        if gravity is not None:
+            words["gravity"] = scene.gravity + _width("gravity", gravity, 1) * normal[:, 6]
+    return many(scene.body, damping=scene.damping, **words)._renamed()
+
+
+def _width(name: str, given: ArrayLike, numbers: int) -> Array:
+    """A width for all components, or one for each."""
+    made = word(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
+    if made.shape or (made.values < 0.0).any():
+        many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
+        raise ValueError(
+            f"{name} must be the width of its deviations, {many} that {are} not negative, "
+            f"not {shown(given)}"
+        )
+    return made.values
+
+
+def _normal(seed: int, n: int) -> Array:
+    """(n, 8) normal numbers: row i has those of the member i, whatever n is.
+
+    Each member takes as many random words, of which Box and Muller's transform makes as many
+    normal numbers; Philox counts them, and has no other state.
+    """
+    drawn, philox = np.empty((n, _DRAWS)), np.random.Philox(key=seed)
+    for begin in range(0, n, _ROWS):
+        rows = drawn[begin : begin + _ROWS]
+        raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)
+        even = (raw >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        reach = np.sqrt(-2.0 * logarithm(even[:, 0] + 2.0**-53))
+        angle = math.tau * even[:, 1]
+        rows[:, : _DRAWS // 2] = reach * cosine(angle)
+        rows[:, _DRAWS // 2 :] = reach * sine(angle)
+    return drawn
+
+
+def _turned_first(q: Four, r: Three) -> Four:
+    """The attitudes q after turns by the rotation vectors r."""
+    x, y, z = r
+    size = np.sqrt(x * x + y * y + z * z)
+    half = 0.5 * size
+    per = np.where(size > 0.0, sine(half) / size, 0.5)
+    return multiply(q, (np.asarray(cosine(half)), per * x, per * y, per * z))

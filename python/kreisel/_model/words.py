@@ -1,0 +1,86 @@
+"""The words of a scene, looked at: plain numbers in one crossing into the core, and what else they
+may be one by one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import scene
+from .._ground.arguments import Quaternion, Vector, number, shown, vector
+from .._ground.refusals import refusal
+from ..quaternion import unit
+from .body import Body
+from .momentum import momentum_of
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+# momentum, attitude, gravity, damping, and the block
+Made = tuple[Vector, Quaternion, float, Vector, bytes]
+
+
+def made_plainly(
+    body: Body,
+    given: dict[str, ArrayLike],
+    attitude: ArrayLike | Rotation | None,
+    gravity: float,
+    damping: ArrayLike | None,
+) -> Made | None:
+    """What a scene keeps beside its body; None where the words are other than plain numbers or have
+    to be refused."""
+    if len(given) != 1:
+        return None
+    ((name, value),) = given.items()
+    made = scene(body._block, value, attitude, gravity, damping)
+    if isinstance(made, tuple) and name != "momentum":
+        v, q, g, d, _ = made
+        made = scene(body._block, momentum_of(name, body.moments, body.axes, q, v), q, g, d)
+    return made if isinstance(made, tuple) else None
+
+
+def looked_at(
+    body: Body,
+    given: dict[str, ArrayLike],
+    attitude: ArrayLike | Rotation | None,
+    attitude_xyzw: ArrayLike | None,
+    gravity: float,
+    damping: ArrayLike | None,
+) -> Made:
+    """What a scene keeps beside its body, of words that are looked at one by one."""
+    g = gravity_of(gravity)
+    if attitude_xyzw is not None:
+        if attitude is not None:
+            raise ValueError("give either attitude or attitude_xyzw, not both")
+        q = unit("attitude_xyzw", attitude_xyzw, last=True)
+    else:
+        q = (1.0, 0.0, 0.0, 0.0) if attitude is None else unit("attitude", attitude)
+    if len(given) != 1:
+        raise ValueError(
+            "give exactly one of momentum, velocity, body_momentum, body_velocity, not "
+            + (" and ".join(given) or "none")
+        )
+    ((name, value),) = given.items()
+    m, d = momentum_of(name, body.moments, body.axes, q, vector(name, value)), damping_of(damping)
+    made = scene(body._block, m, q, g, d)
+    if not isinstance(made, tuple):
+        raise refusal(made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}")
+    return made
+
+
+def damping_of(given: ArrayLike | None) -> Vector:
+    if given is None:
+        return 0.0, 0.0, 0.0
+    along = (number("damping", given),) * 3 if np.ndim(given) == 0 else vector("damping", given)
+    if min(along) < 0.0:
+        raise ValueError(f"damping must not be negative, not {shown(given)}: it takes energy out")
+    return along
+
+
+def gravity_of(value: object) -> float:
+    try:
+        return number("gravity", value)
+    except TypeError as error:
+        raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None

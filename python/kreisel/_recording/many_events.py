@@ -1,0 +1,70 @@
+"""Events that many tops met."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import Array
+from .top_rows import Counts, Met
+
+
+@dataclass(frozen=True, eq=False)
+class ManyEvents:
+    """e events in all, those of one top after those of another, in the order in which each met its
+    own. Arrays are read-only.
+
+    top        (e,) the number of the top; (e, dimensions) of an ensemble with several or none
+    states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
+    which      (e,) the index of each in the list that solve was given
+    direction  (e,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
+    count      (*shape) how many each top met
+    """
+
+    top: Counts
+    states: Array
+    which: npt.NDArray[np.intc]
+    direction: npt.NDArray[np.intc]
+    count: Counts
+
+    def __len__(self) -> int:
+        return len(self.which)
+
+    @property
+    def t(self) -> Array:
+        """(e,) times [T]."""
+        return self.states[:, 0]
+
+    @property
+    def q(self) -> Array:
+        """(e, 4) attitudes (w, x, y, z)."""
+        return self.states[:, 1:5]
+
+    @property
+    def m(self) -> Array:
+        """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self.states[:, 5:]
+
+
+def joined(met: list[Met]) -> Met:
+    """Events in the order of their tops."""
+    if not met:
+        none = np.empty(0, dtype=np.intc)
+        return Met(np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none)
+    columns = [np.concatenate(column) for column in zip(*met, strict=True)]
+    order = np.argsort(columns[0], kind="stable")
+    return Met(*(column[order] for column in columns))
+
+
+def events_of(met: Met, shape: tuple[int, ...]) -> ManyEvents:
+    """The events, with their tops by the index in an ensemble."""
+    n = int(np.prod(shape, dtype=np.int64))
+    count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
+    top = met.top
+    if len(shape) != 1:
+        top = np.array(np.unravel_index(met.top, shape)).T.reshape(len(met.top), len(shape))
+    for array in (top, met.states, met.which, met.direction, count):
+        array.flags.writeable = False
+    return ManyEvents(top, met.states, met.which, met.direction, count)

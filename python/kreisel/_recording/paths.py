@@ -1,0 +1,167 @@
+"""Paths of many tops: arrays over the shape of the ensemble, and the path of each."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from .._ground.arguments import Array, frozen, shown
+from .._ground.names import Quantities, QuantityName
+from .._ground.refusals import nearest
+from .._request.quantities import LOW, WANTED, Quantity
+from .many_events import ManyEvents, events_of, joined
+from .outcomes import Outcomes
+from .path import Events, Path
+from .places import number_of
+from .states import NO_STATES, PARTS
+from .top_rows import Met, values
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+class Paths(Outcomes, Quantities):
+    """The motions of an ensemble of tops, at k times each. Arrays are read-only: t, q and m are
+    views of `states`, all else is computed when it is first asked for. They have the shape of the
+    ensemble, then k, then that of the quantity. A top that failed keeps its good states; behind
+    them is NaN.
+
+    tops    the ensemble
+    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; slices, lists and
+            masks give the kreisel.Paths of some, as of an array
+    """
+
+    _one = Path  # what a single one is
+
+    def __repr__(self) -> str:
+        k = self._t.shape[-1]
+        return f"<kreisel.Paths of shape {self.shape}, {k} states each: {self._summary()}>"
+
+    @property
+    def want(self) -> tuple[QuantityName, ...] | None:
+        """What solve was asked to keep beside t, and all that there is then; None: the states."""
+        return self._order.request.want
+
+    @property
+    def _low(self) -> Array | None:
+        return self._rows.low
+
+    @property
+    def states(self) -> Array:
+        """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
+        if self._rows.states is None:
+            raise self._left_out("states")
+        return self._shaped(self._rows.states)
+
+    def _column(self, name: str) -> Array:
+        """A quantity over all tops."""
+        columns = self._rows.columns
+        if name in columns:
+            return self._shaped(columns[name])
+        if self.want is not None:
+            raise self._left_out(name)
+        if name in PARTS:
+            return self.states[..., PARTS[name]]
+        if name in LOW:
+            part, low = PARTS[name.removesuffix("_low")], self._rows.low
+            if low is None:
+                return frozen(0.0 * self.states[..., part])
+            return self._shaped(low)[..., part]
+        return self._shaped(values(name, self.tops, self._rows))
+
+    def _left_out(self, name: str) -> AttributeError:
+        more = f"add {name!r} to want" if name in WANTED else "solve without want"
+        return AttributeError(
+            f"these paths have no {name!r}: they keep what want={self.want!r} asked for; {more}"
+        )
+
+    @property
+    def q_xyzw(self) -> Array:
+        """(*shape, k, 4) attitudes with the scalar last."""
+        return self._column("q")[..., [1, 2, 3, 0]]
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """A hint for any other name, as AttributeError."""
+            if name.startswith("_"):
+                raise AttributeError(name)
+            if self.want is not None and name in {"states", *WANTED}:
+                raise self._left_out(name)
+            known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
+            raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
+
+    @cached_property
+    def events(self) -> ManyEvents | None:
+        """Those that were met, where solve was asked for events; else None."""
+        return None if self._order.events is None else events_of(self._met, self.shape)
+
+    @cached_property
+    def _met(self) -> Met:
+        return joined(self._rows.met)
+
+    def _member(self, i: int) -> Path:
+        path = super()._member(i)
+        if self._order.events is None:
+            return path
+        met = self._met
+        first, last = np.searchsorted(met.top, [i, i + 1])
+        here = slice(int(first), int(last))
+        at = self._path(i, met.states[here].copy(), met.low[here].copy())
+        events = Events(at, met.which[here].copy(), met.direction[here].copy())
+        return replace(path, states=path.states if self.want is None else NO_STATES, events=events)
+
+    def __getitem__(self, key: Any) -> Any:
+        """The path of one top, or those of some, as of an array.
+
+        >>> import numpy as np
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.thesis.vary(gravity=np.linspace(0, 1, 4))
+        >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
+        >>> paths[3], paths[1:3].q.shape
+        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 0 steps>, (2, 3, 4))
+        """
+        i = number_of(self.shape, key)
+        return self._part(key) if i is None else self._member(i)
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
+        """Paths are many arrays, and no one of them is meant."""
+        raise TypeError("paths are no array: take one of theirs, as paths.q or paths.states")
+
+    def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
+        """An xarray.Dataset with a variable for each quantity of these names, in place of what the
+        paths keep. Its dimensions are those of the ensemble by name, then time, then those of a
+        path's; where each top has its own times, t is a variable along both.
+
+            >>> import kreisel as kr
+            >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
+            >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
+            ('gravity', 'time', 'axis')
+
+        Words that vary are coordinates, and so are `status` and `reached`. All else, and what it
+        raises, is as of a path.
+        """
+        from .tables_of_tops import dataset
+
+        return dataset(self, names, degrees, unwrap)
+
+
+def _quantity(quantity: Quantity) -> cached_property[Array]:
+    """The attribute of Paths for a quantity: computed once, and read-only."""
+
+    def of(paths: Paths) -> Array:
+        return paths._column(quantity.name)
+
+    shape = ", ".join(map(str, ("*shape", "k", *quantity.shape)))
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
+    attribute = cached_property(of)
+    attribute.__set_name__(Paths, quantity.name)
+    return attribute
+
+
+for _name in WANTED:
+    setattr(Paths, _name, _quantity(WANTED[_name]))

@@ -1,0 +1,107 @@
+"""What solve kept of each top of an ensemble in place of its path: least, greatest, mean, ..."""
+
+from __future__ import annotations
+
+from collections.abc import ItemsView, Iterator, KeysView, ValuesView
+from typing import TYPE_CHECKING, Any
+
+from .._core import reductions as KINDS
+from .._ground.arguments import Array
+from .._ground.refusals import unknown
+from .._request.quantities import QUANTITIES
+from .outcomes import Outcomes
+from .places import number_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+
+class Reduced(Outcomes):
+    """What solve was asked to keep of each top by reduce: a mapping from the names of quantities
+    to mappings from 'min', 'max', 'mean', 'variance', 'last', 'where_min', 'where_max' to arrays.
+    These are read-only, of the shape of the ensemble and then of the quantity; NaN for a top that
+    failed. A variance is that of the states there are; where_min and where_max are the first times
+    at which it is so [T].
+
+    tops  the ensemble
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+        >>> falls = kr.solve(tops, [0.0, 0.5, 1.0], reduce={"nutation": ("min", "max")})
+        >>> falls["nutation"]["max"].round(3)
+        array([1.037, 1.136])
+    """
+
+    def __repr__(self) -> str:
+        kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._names().items())
+        return f"<kreisel.Reduced of shape {self.shape}, {kept}: {self._summary()}>"
+
+    def _names(self) -> dict[str, list[str]]:
+        """The kinds that are kept, by the name that was asked for."""
+        names: dict[str, list[str]] = {}
+        for one in self._order.kept:
+            kinds = names.setdefault(one.name, [])
+            if KINDS[one.kind] not in kinds:
+                kinds.append(KINDS[one.kind])
+        return names
+
+    def _column(self, name: str, kind: str) -> Array:
+        assert self._rows.kept is not None
+        asked = self._order.kept
+        at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
+        columns = self._rows.kept[:, at[0] : at[-1] + 1]
+        shape = QUANTITIES[name].shape if name in QUANTITIES else ()
+        return self._shaped(columns.reshape(len(columns), *shape))
+
+    def __getitem__(self, key: Any) -> Any:
+        """What is kept of a quantity, by the kind; or, by an index, what is kept of some tops."""
+        if isinstance(key, str):
+            names = self._names()
+            if key not in names:
+                raise KeyError(unknown("quantity among what was kept:", key, names))
+            return {kind: self._column(key, kind) for kind in names[key]}
+        if number_of(self.shape, key) is not None:
+            raise TypeError(
+                "there is no path of one top where reduce kept numbers: index these, as in "
+                "reduced['nutation']['max'][3]"
+            )
+        return self._part(key)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names())
+
+    def __len__(self) -> int:
+        """How many quantities are kept."""
+        return len(self._names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names()
+
+    def keys(self) -> KeysView[str]:
+        """The names of what is kept."""
+        return self._names().keys()
+
+    def items(self) -> ItemsView[str, dict[str, Array]]:
+        """The names of what is kept, each with its arrays by kind."""
+        return {name: self[name] for name in self}.items()
+
+    def values(self) -> ValuesView[dict[str, Array]]:
+        """What is kept of each quantity: arrays by kind."""
+        return {name: self[name] for name in self}.values()
+
+    def to_xarray(self) -> Dataset:
+        """An xarray.Dataset with a variable such as nutation_max for each number that is kept, with
+        its units; its dimensions are those of the ensemble by name, words that vary are
+        coordinates, and so are `status` and `reached`. ImportError without xarray."""
+        from .tables_of_tops import kept_dataset
+
+        return kept_dataset(self)
+
+    def to_pandas(self) -> DataFrame:
+        """A pandas.DataFrame with a row for each top, in C order, and a column such as nutation_max
+        or apex_z_mean for each number; words that vary are columns, and so are `status` and
+        `reached`. `attrs` has the units. ImportError without pandas."""
+        from .tables_of_tops import kept_frame
+
+        return kept_frame(self)

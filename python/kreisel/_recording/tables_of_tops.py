@@ -1,0 +1,138 @@
+"""Tables of what became of many tops, with units: for xarray and pandas."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._ground.arguments import Array
+from .._ground.optional import installed
+from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
+from .outcomes import Outcomes
+from .paths import Paths
+from .reduced import Reduced
+from .tables import DIMENSIONS, TABLES, tabled
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+Variable = tuple[tuple[str, ...], Any, dict[str, object]]
+
+
+def dataset(paths: Paths, names: Iterable[str], degrees: bool, unwrap: bool) -> Dataset:
+    """The quantities of these names at all states."""
+    with installed(TABLES):
+        import xarray as xr
+    along = paths.tops.axes
+    coordinates, variables = _of_tops(paths), {}
+    own = paths.t.ndim > 1
+    for quantity, values in tabled(paths, names, degrees, unwrap):
+        inner = _dimensions(quantity)
+        coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
+        variables[quantity.name] = ((*along, "time", *inner), np.array(values), _about(quantity))
+    time = "t" if own else "time"
+    where = (*along, "time") if own else ("time",)
+    coordinates[time] = (where, np.array(paths.t), _about(TIME))
+    return xr.Dataset(variables, coordinates, _told(paths))
+
+
+def kept_dataset(reduced: Reduced) -> Dataset:
+    """What is kept of each top."""
+    with installed(TABLES):
+        import xarray as xr
+    along = reduced.tops.axes
+    coordinates, variables = _of_tops(reduced), {}
+    for name, quantity, values in _kept(reduced):
+        inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
+        coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
+        variables[name] = ((*along, *inner), np.array(values), _about(quantity))
+    return xr.Dataset(variables, coordinates, _told(reduced))
+
+
+def kept_frame(reduced: Reduced) -> DataFrame:
+    """What is kept of each top, a row each."""
+    with installed(TABLES):
+        import pandas as pd
+    columns: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    for name, (dims, values, about) in _of_tops(reduced).items():
+        columns[name] = _over(reduced, dims, values)
+        units[name] = str(about["units"])
+    for name, quantity, values in _kept(reduced):
+        kind = name.removeprefix(quantity.name)
+        parts = values.reshape(reduced.size, -1)
+        for i in range(parts.shape[1]):
+            column = quantity.components[i] + kind if parts.shape[1] > 1 else name
+            columns[column], units[column] = parts[:, i], quantity.dimension
+    frame = pd.DataFrame(columns)
+    frame.attrs = _told(reduced) | {"units": units}
+    return frame
+
+
+def _kept(reduced: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
+    """Each array that is kept with its name, and the quantity that has its unit."""
+    for name, kinds in reduced.items():
+        of = QUANTITIES.get(name) or next(
+            each for each in QUANTITIES.values() if name in each.components
+        )
+        unit = "rad" if of.name in ANGLES else of.dimension
+        for kind, values in kinds.items():
+            dimension = unit
+            if kind.startswith("where_"):
+                dimension = TIME.dimension
+            elif kind == "variance" and unit:
+                dimension = f"({unit})^2"
+            text = f"{kind} over the times: {of.text}"
+            yield f"{name}_{kind}", of._replace(name=name, dimension=dimension, text=text), values
+
+
+def _dimensions(quantity: Quantity) -> dict[str, list[str]]:
+    own = {f"{quantity.name}_component": quantity.components}
+    return DIMENSIONS.get(quantity.shape, own)
+
+
+def _about(quantity: Quantity) -> dict[str, object]:
+    return {"units": quantity.dimension, "long_name": quantity.text}
+
+
+def _told(of: Outcomes) -> dict[str, object]:
+    words = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
+    return {word: value for word, value in words.items() if value is not None}
+
+
+def _of_tops(of: Outcomes) -> dict[str, Variable]:
+    """What is known of each top: words that vary, how it went, how far it came."""
+    axes = of.tops.axes
+    rows: dict[str, Variable] = {}
+    for word, values in of.tops.coords.items():
+        shape = np.shape(values)[: of.ndim]
+        inner = np.shape(values)[of.ndim :]
+        at = [d for d, n in enumerate(shape) if n > 1 or of.shape[d] == 1]
+        dims = tuple(axes[d] for d in at)
+        if word in axes and dims != (word,):
+            continue  # no name of a dimension can be that of an array over others
+        kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
+        own = tuple(f"{word}_component" for _ in inner)
+        rows[word] = ((*dims, *own), kept, {"units": ""})
+    codes: dict[str, object] = {"units": "", "long_name": "0 where all went well"}
+    rows["status"] = (axes, np.array(of.status), codes)
+    about: dict[str, object] = {
+        "units": TIME.dimension,
+        "long_name": "the time of the last good state",
+    }
+    rows["reached"] = (axes, np.array(of.reached), about)
+    return rows
+
+
+def _over(of: Outcomes, dims: tuple[str, ...], values: Any) -> Any:
+    """An array along some dimensions, for each top; of vectors tuples."""
+    axes = of.tops.axes
+    own = [d for d in dims if d not in axes]
+    shape = [n if axis in dims else 1 for axis, n in zip(axes, of.shape, strict=True)]
+    inner = values.shape[len(dims) - len(own) :]
+    over = np.broadcast_to(values.reshape(*shape, *inner), (*of.shape, *inner))
+    flat = over.reshape(of.size, *inner)
+    return list(map(tuple, flat.tolist())) if inner else flat

@@ -1,0 +1,92 @@
+"""Method and step chosen for each top of an ensemble: one after the other in each thread."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._core import Work
+from .._ground.arguments import Array
+from .._model.scene import Ensemble, Scene
+from .._recording.path import Path, Stopped
+from .._recording.recording import recorded
+from .._recording.top_rows import STATUSES, TopRows
+from .._request.many import Order, member
+from .._request.request import Progress, request
+from .._request.times import refuse_endless
+from .geometric import best
+
+_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top whose error no step meets
+
+
+class CalledOff(Exception):
+    """Whoever waits for this work has stopped it."""
+
+
+def fill_best(
+    rows: TopRows, order: Order, tops: Ensemble, begin: int, end: int, t: Array, work: Work | None
+) -> TopRows:
+    """The rows of the tops begin to end, each by the cheapest method that keeps the error which the
+    order's request has for its tolerance."""
+    part = rows.at(slice(begin, end))
+
+    def look(_: float) -> None:
+        if work is not None and work.stopped:
+            raise CalledOff
+
+    for i in range(end - begin):
+        try:
+            look(0.0)
+            times = t[begin + i] if t.ndim == 2 else t
+            _fill_one(part, i, order, member(tops, begin + i), times, look)
+        except CalledOff:
+            break
+        if work is not None:
+            work.did(1)
+    return part
+
+
+def _fill_one(
+    part: TopRows, i: int, order: Order, scene: Scene, times: Array, look: Progress
+) -> None:
+    """One row: the path that was chosen, or what is to be said of a top that has none."""
+    target = order.request.tol
+    assert target is not None
+    path, status = None, 0
+    try:
+        path = _chosen(scene, times, target, order.request.max_steps, look)
+    except Stopped as error:
+        path, status, part.said[i] = error.path, STATUSES.index(error.status), str(error)
+    except ValueError as error:
+        status, part.said[i] = _UNMET, str(error)
+    part.status[i] = status
+    _put(part, i, path, times, bool(status))
+
+
+def _chosen(scene: Scene, times: Array, target: float, most: int, look: Progress) -> Path:
+    if not times.any():
+        return recorded(scene, request(scene, "strang", step=1.0), times, None)  # nothing moves
+    refuse_endless(scene, float(times[-1]), None)
+    return best(scene, times, target, most, look)
+
+
+def _put(part: TopRows, i: int, path: Path | None, times: Array, failed: bool) -> None:
+    """A path as a row, with NaN behind what it reached."""
+    reached = 0
+    if path is not None:
+        reached = int(np.count_nonzero(path.t == times[: len(path)]))
+        part.counts[i] = path.stats
+        part.reached[i] = path.t[-1] if len(path) else 0.0
+        if failed and len(path):
+            part.last[i] = np.array([path.states[-1], np.zeros(8)])
+        if path._choice is not None:
+            part.chosen[i] = path._choice
+    part.done[i] = reached
+    if part.states is not None:
+        part.states[i] = np.nan
+        part.states[i, :, 0] = times
+        if path is not None:
+            part.states[i, :reached] = path.states[:reached]
+    for name, column in part.columns.items():
+        column[i] = np.nan
+        if path is not None:
+            column[i, :reached] = getattr(path, name)[:reached]

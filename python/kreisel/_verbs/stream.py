@@ -1,0 +1,124 @@
+"""kreisel.stream: states in constant memory, of one scene or of many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Executor
+from typing import overload
+
+from .._ground.arguments import Numbers, whole
+from .._ground.names import MethodName, QuantityName
+from .._model.scene import Ensemble, Scene
+from .._recording.path import Path
+from .._recording.paths import Paths
+from .._recording.watched import WatchedPath
+from .._request.request import Progress, checked_every, checked_progress
+from .._request.times import PIECE, direction, pieces
+from .many import Words, refuse_words_of_many, stream_all
+from .run import Run
+from .start import Looked, asked_for
+
+
+@overload
+def stream(
+    scene: Scene,
+    t: Numbers | Iterator[float],
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: None = None,
+    chunk: int | None = None,
+    progress: Progress | None = None,
+) -> Iterator[Path]: ...
+@overload
+def stream(
+    scene: Scene,
+    t: Numbers | Iterator[float],
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: Looked,
+    chunk: int | None = None,
+    progress: Progress | None = None,
+) -> Iterator[WatchedPath]: ...
+@overload
+def stream(
+    scene: Ensemble,
+    t: Numbers,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: Looked | None = None,
+    chunk: int | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Iterator[Paths]: ...
+def stream(
+    scene: Scene | Ensemble,
+    t: Numbers | Iterator[float],
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: Looked | None = None,
+    chunk: int | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Iterator[Path] | Iterator[Paths]:
+    """The states of kreisel.solve, with the same bits, as paths of at most `chunk` states: in
+    constant memory; chunk left out: 2**14.
+
+    t      a list, an iterator of times, which may have no end, or with `every` a number, which may
+           be math.inf [T]
+
+        for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
+        for path in kr.stream(scene, (0.01 * k for k in itertools.count())): ...
+
+        >>> import kreisel as kr
+        >>> words = {"method": "strang", "step": 0.01, "every": 10, "want": ["nutation"]}
+        >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
+        [4000, 4000, 2001]
+
+    Of an ensemble it gives the kreisel.Paths of consecutive tops, in C order, with at most `chunk`
+    states together (2**20 if left out), one top at least. Then t is no iterator, and threads,
+    executor and progress are as in solve.
+
+    Each path's stats are those of the whole run so far, its events those of its part of the way; a
+    terminal one ends the stream. Raises what kreisel.solve raises: for what can be seen at once, at
+    once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
+    """
+    most = None if chunk is None else whole("chunk", chunk, 1)
+    if isinstance(scene, Ensemble):
+        if isinstance(t, Iterator):
+            raise TypeError("times of an ensemble are a number, a list or an array, no iterator")
+        words = Words(step, tol, digits, every, max_steps, None, want, events)
+        pieces_of = most or 1 << 20
+        return stream_all(scene, t, method, words, pieces_of, progress, threads, executor)
+    if threads is not None or executor is not None:
+        refuse_words_of_many(threads, executor)
+    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
+    number, size = checked_every(asked.method, every), most or PIECE
+    back, t = direction(t)
+    found = pieces(t, asked.step, number, size, None)
+    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))

@@ -1,0 +1,120 @@
+// What becomes of many tops: rows that are written where they stand, and who may stop the work.
+#pragma once
+#include <pybind11/stl.h>
+#include <atomic>
+#include <cmath>
+#include "events.hpp"
+#include "tops.hpp"
+#include "watch.hpp"
+
+struct work {
+    std::atomic<bool> stopped{false};
+    std::atomic<int64_t> done{0}; // tops
+};
+// Whether to go on: as the work that is shared says, or signals where there is none.
+struct patience {
+    std::shared_ptr<work> shared;
+    watch watching;
+
+    static int poll(void *context)
+    {
+        auto *self = static_cast<patience *>(context);
+        return self->shared ? self->shared->stopped.load() : watch::poll(&self->watching);
+    }
+    void begin() { watching.begin(py::none()); }
+    bool is_over() const { return shared ? shared->stopped.load() : watching.raised != nullptr; }
+    void did(int64_t tops)
+    {
+        if (shared) shared->done += tops;
+    }
+    void end()
+    {
+        const auto raised = std::move(watching.raised);
+        if (raised) throw *raised;
+    }
+};
+
+inline const kr_quantity *quantity_of(const std::string &name)
+{
+    const kr_quantity *quantity = kr_quantity_find(name.c_str());
+    if (!quantity) throw py::key_error(name);
+    return quantity;
+}
+// The values at the first `done` of n states; none at the others.
+inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
+                        const kr_state *states, double *out)
+{
+    const size_t width = kr_quantity_doubles(quantity), good = std::min(n, done);
+    kr_quantity_values(quantity, &scene, good, states, out);
+    std::fill(out + good * width, out + n * width, NAN);
+}
+
+// Where results go, a row a top; what is not asked for is NULL.
+struct results {
+    struct column {
+        const kr_quantity *quantity; // its values, or what the doubles of q or m leave out
+        bool is_low;
+        double *to;
+    };
+    int8_t *status;
+    int64_t *done, *counts;
+    double *reached, *reduced;
+    kr_state *states, *low;
+    std::vector<column> columns;
+
+    void take(size_t row, const kr_outcome &outcome) const
+    {
+        const kr_stats &s = outcome.stats;
+        const int64_t counted[] = {s.steps, s.rejected, s.evaluations, s.iterations};
+        status[row] = int8_t(outcome.status);
+        done[row] = int64_t(outcome.done);
+        reached[row] = outcome.last.t;
+        std::copy(std::begin(counted), std::end(counted), counts + 4 * row);
+    }
+    // What is wanted in place of n states, of which so many are good; `rest` is what their doubles
+    // leave out, or NULL for nothing.
+    void take_columns(size_t row, const kr_scene &scene, size_t n, size_t good,
+                      const kr_state *these, const kr_state *rest) const
+    {
+        for (const column &c : columns) {
+            const size_t width = kr_quantity_doubles(c.quantity);
+            double *to = c.to + row * n * width;
+            if (c.is_low && !rest) {
+                std::fill(to, to + good * width, 0.0);
+                std::fill(to + good * width, to + n * width, NAN);
+            } else {
+                take_values(c.quantity, scene, n, good, c.is_low ? rest : these, to);
+            }
+        }
+    }
+};
+
+// Tops that there are, and times: a row for all of them, or one for each.
+inline void check_range(const tops &all, size_t begin, size_t end, const doubles &t)
+{
+    if (t.ndim() == 0 || t.ndim() > 2 || begin > end || end > all.size() ||
+        (t.ndim() == 2 && size_t(t.shape(0)) != end - begin))
+        throw py::value_error("there are other tops or times than these");
+}
+inline results results_of(size_t n, size_t times, const py::object &status, const py::object &done,
+                          const py::object &counts, const py::object &reached,
+                          const py::object &states, const py::object &reduced, size_t width,
+                          const py::dict &columns)
+{
+    results to = {};
+    to.status = in_place<int8_t>(status, n);
+    to.done = in_place<int64_t>(done, n);
+    to.counts = in_place<int64_t>(counts, 4 * n);
+    to.reached = in_place<double>(reached, n);
+    if (!states.is_none())
+        to.states = reinterpret_cast<kr_state *>(in_place<double>(states, 8 * n * times));
+    if (!reduced.is_none()) to.reduced = in_place<double>(reduced, n * width);
+    for (const auto &[key, array] : columns) {
+        auto name = py::cast<std::string>(key);
+        const bool is_low = name == "q_low" || name == "m_low";
+        const kr_quantity *quantity = quantity_of(is_low ? name.substr(0, 1) : name);
+        const size_t count = n * times * kr_quantity_doubles(quantity);
+        to.columns.push_back({quantity, is_low, in_place<double>(array, count)});
+    }
+    return to;
+}

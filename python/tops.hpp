@@ -1,0 +1,115 @@
+// Many tops as columns: arrays that broadcast to one shape, so that what many tops share is held
+// once. Scenes are laid out where they are needed, a few at a time.
+#pragma once
+#include <array>
+#include <vector>
+#include "arrays.hpp"
+
+// N arrays of doubles over one shape, each with some numbers a member, walked together in C order.
+// They are what numpy's broadcast_to makes: where a column does not vary its stride is zero.
+template <size_t N> class columns
+{
+    struct column {
+        py::array kept; // for as long as its numbers are read
+        const char *data;
+        std::vector<py::ssize_t> strides; // along the shape
+        py::ssize_t step, inner;          // along its last dimension, and from number to number
+        size_t width;
+    };
+    std::vector<size_t> shape;
+    std::array<column, N> all;
+    size_t count = 1;
+
+    static column column_of(const py::array &given, const std::vector<size_t> &shape, size_t width)
+    {
+        const size_t dims = shape.size();
+        bool fits = py::isinstance<py::array_t<double>>(given) &&
+                    (given.flags() & py::detail::npy_api::NPY_ARRAY_ALIGNED_) != 0 &&
+                    size_t(given.ndim()) == dims + (width > 1);
+        for (size_t d = 0; fits && d < dims; d++)
+            fits = given.shape(py::ssize_t(d)) == py::ssize_t(shape[d]);
+        if (!fits || (width > 1 && given.shape(py::ssize_t(dims)) != py::ssize_t(width)))
+            throw py::value_error("a column has the wrong shape or type");
+        column made = {given, static_cast<const char *>(given.data()), {}, 0, 0, width};
+        made.strides.assign(given.strides(), given.strides() + dims);
+        if (dims > 0) made.step = made.strides.back();
+        if (width > 1) made.inner = given.strides(py::ssize_t(dims));
+        return made;
+    }
+    void find(size_t index, const char *(&at)[N]) const
+    {
+        for (size_t k = 0; k < N; k++) at[k] = all[k].data;
+        for (size_t d = shape.size(); d-- > 0; index /= shape[d])
+            for (size_t k = 0; k < N; k++)
+                at[k] += all[k].strides[d] * py::ssize_t(index % shape[d]);
+    }
+
+  public:
+    columns(const std::vector<size_t> &over, const py::list &given,
+            const std::array<size_t, N> &widths)
+        : shape(over)
+    {
+        if (given.size() != N) throw py::value_error("there are other columns than these");
+        for (size_t k = 0; k < N; k++)
+            all[k] = column_of(py::cast<py::array>(given[k]), shape, widths[k]);
+        for (const size_t n : shape) count *= n;
+    }
+    size_t size() const { return count; }
+
+    // Lays the numbers of the members begin to end one after the other, as structs hold them, and
+    // calls use(index, numbers) for each.
+    template <class Use> void walk(size_t begin, size_t end, Use use) const
+    {
+        const size_t last = shape.empty() ? 1 : shape.back();
+        const char *at[N];
+        while (begin < end) {
+            find(begin, at);
+            const size_t stop = std::min(end, begin - begin % last + last);
+            for (; begin < stop; begin++) {
+                double numbers[8 * N], *to = numbers;
+                for (size_t k = 0; k < N; at[k] += all[k].step, k++)
+                    for (size_t j = 0; j < all[k].width; j++)
+                        *to++ = *reinterpret_cast<const double *>(at[k] +
+                                                                  py::ssize_t(j) * all[k].inner);
+                use(begin, numbers);
+            }
+        }
+    }
+};
+
+// Scenes, by the fields of a kr_scene in its own order.
+class tops
+{
+    columns<10> fields;
+
+  public:
+    // Mass, moments, centre of mass, axes, rounded; gravity; t, q, m; damping.
+    tops(const std::vector<size_t> &shape, const py::list &arrays)
+        : fields(shape, arrays, {1, 3, 3, 4, 1, 1, 1, 4, 3, 3})
+    {
+    }
+    size_t size() const { return fields.size(); }
+
+    // The scenes begin to end, in C order of the shape; on any thread, without the GIL.
+    void fill(size_t begin, size_t end, kr_scene *out) const
+    {
+        fields.walk(begin, end, [&](size_t, const double *numbers) {
+            std::memcpy(out++, numbers, sizeof *out);
+        });
+    }
+    // The first that is no scene and its status, which is KR_OK where all are.
+    std::pair<size_t, kr_status> first_bad() const
+    {
+        std::pair<size_t, kr_status> found{size(), KR_OK};
+        in_pieces(py::ssize_t(size()), [&](py::ssize_t begin, py::ssize_t end) {
+            fields.walk(size_t(begin), size_t(end), [&](size_t i, const double *numbers) {
+                kr_scene scene;
+                std::memcpy(&scene, numbers, sizeof scene);
+                const kr_status status =
+                    found.second == KR_OK ? kr_scene_check(&scene) : found.second;
+                if (status != found.second) found = {i, status};
+            });
+        });
+        return found;
+    }
+};

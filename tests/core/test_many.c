@@ -1,0 +1,365 @@
+/* Many tops: a top's numbers depend on that top alone, failures lose nothing, and what a lane gives
+ * is as good as what a top by itself does. */
+#include <stdlib.h>
+#include "ensemble/worker.h"
+#include "random.h"
+#include "tops.h"
+
+enum { TOPS = 41, TIMES = 7 };
+
+/* A body with three different moments and its centre of mass on no axis, one in four symmetric. */
+static kr_scene random_scene(int i)
+{
+    kr_scene s = kr_scene_default();
+    const kr_vec3 half = v3(uniform(0.2, 2.0), uniform(0.2, 2.0), uniform(0.2, 2.0));
+    if (i % 4 != 3) kr_body_cuboid(1.0, half, random_vec(1.5), &s.body);
+    s.gravity = uniform(-2.0, 3.0);
+    s.start.q = random_quat();
+    s.start.m = v_scale(s.body.inertia.x, random_vec(1.5));
+    return s;
+}
+typedef struct {
+    kr_scene scenes[TOPS];
+    double t[TOPS * TIMES];
+    kr_state states[TOPS * TIMES];
+    kr_outcome outcomes[TOPS];
+    kr_tops tops;
+} fleet;
+static void ask(fleet *f, size_t n)
+{
+    const kr_tops tops = {.n = n,
+                          .scenes = f->scenes,
+                          .times = TIMES,
+                          .t = f->t,
+                          .own_times = 1,
+                          .states = f->states,
+                          .outcomes = f->outcomes};
+    f->tops = tops;
+    memset(f->states, 0, sizeof f->states);
+    memset(f->outcomes, 0, sizeof f->outcomes);
+}
+/* Each top has times of its own, in either direction, and some are asked for their start. */
+static void random_fleet(fleet *f)
+{
+    for (int i = 0; i < TOPS; i++) {
+        const double span = uniform(0.5, 30.0) * (i % 5 == 2 ? -1.0 : 1.0);
+        f->scenes[i] = random_scene(i);
+        for (int k = 0; k < TIMES; k++)
+            f->t[i * TIMES + k] = i % 3 == 1 && k < 2 ? 0.0 : span * (k + 1) / TIMES;
+    }
+    ask(f, TOPS);
+}
+static kr_worker *made(const kr_method *method, kr_config config)
+{
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(method, config, 0, NULL, &worker) == KR_OK && worker);
+    return worker;
+}
+static int same_row(const fleet *f, size_t i, const fleet *g, size_t j)
+{
+    const size_t row = TIMES * sizeof(kr_state);
+    return memcmp(f->states + i * TIMES, g->states + j * TIMES, row) == 0 &&
+           memcmp(&f->outcomes[i], &g->outcomes[j], sizeof *f->outcomes) == 0;
+}
+/* Moves one top of a fleet, and no other. */
+static fleet one_of(const fleet *f, size_t i, const kr_method *method, kr_config config)
+{
+    fleet one;
+    kr_worker *worker = made(method, config);
+    one.scenes[0] = f->scenes[i];
+    memcpy(one.t, f->t + i * TIMES, TIMES * sizeof *one.t);
+    ask(&one, 1);
+    IS(kr_worker_run(worker, &one.tops) == KR_OK);
+    kr_worker_free(worker);
+    return one;
+}
+static void bits_are_its_own(const kr_method *method, kr_config config)
+{
+    fleet f, g;
+    random_fleet(&f);
+    g = f;
+    ask(&g, TOPS);
+    kr_worker *worker = made(method, config);
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++) {
+        const fleet one = one_of(&f, i, method, config);
+        IS(f.outcomes[i].status == KR_OK && f.outcomes[i].done == TIMES);
+        IS(same_row(&f, i, &one, 0));
+    }
+    /* In another order, and beside others that fail. */
+    for (size_t i = 0; i < TOPS; i++) {
+        const size_t from = TOPS - 1 - i;
+        g.scenes[i] = f.scenes[from];
+        memcpy(g.t + i * TIMES, f.t + from * TIMES, TIMES * sizeof *g.t);
+        if (i % 7 == 0) g.scenes[i].start.m.y = NAN;
+        if (i % 7 == 1) g.scenes[i].body.inertia.z = -1.0;
+        if (i % 7 == 2) g.t[i * TIMES + 3] = INFINITY;
+        if (i % 7 == 3) g.t[i * TIMES + 5] = -g.t[i * TIMES + 5];
+    }
+    ask(&g, TOPS);
+    IS(kr_worker_run(worker, &g.tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++) {
+        if (i % 7 > 3) IS(same_row(&g, i, &f, TOPS - 1 - i));
+        IS(i % 7 > 3 || g.outcomes[i].status != KR_OK);
+    }
+    kr_worker_free(worker);
+}
+static void instruction_sets_agree(void)
+{
+    const kr_config config = {0};
+    fleet f, g;
+    random_fleet(&f);
+    g = f;
+    ask(&g, TOPS);
+    kr_worker *worker = made(taylor(), config);
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    ask(&g, TOPS);
+    for (int i = 0; kr_lanes_isa_at(i); i++) {
+        const kr_lanes_isa *isa = kr_lanes_isa_at(i);
+        const int is_fused = strcmp(isa->name, "base") != 0;
+        if (!isa->runs_here()) continue;
+        kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
+        IS(kr_worker_run(worker, &g.tops) == KR_OK);
+        for (size_t k = 0; k < TOPS; k++) {
+            IS(!is_fused || strcmp(kr_lanes_isa_at(0)->name, "base") == 0 ||
+               same_row(&f, k, &g, k));
+            IS(distance(f.states[k * TIMES + 6], g.states[k * TIMES + 6]) < 1e-6);
+        }
+    }
+    kr_worker_free(worker);
+}
+/* Lanes are as good as a top by itself: both beside 20 digits. */
+static void lanes_are_as_good(double tol)
+{
+    const kr_config config = {.tol = tol};
+    fleet f;
+    random_fleet(&f);
+    double lanes = 0.0, alone = 0.0;
+    kr_worker *worker = made(taylor(), config);
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++) {
+        const double t = f.t[i * TIMES + TIMES - 1];
+        const double led = kr_step_led(0.0, t < 0.0);
+        const kr_config there = {.step = led, .digits = 20}, same_way = {.step = led, .tol = tol};
+        const kr_state truth = state_at(t, &f.scenes[i], taylor(), there),
+                       one = state_at(t, &f.scenes[i], taylor(), same_way);
+        const double floor = 1e-14;
+        lanes += log(floor + distance(f.states[i * TIMES + TIMES - 1], truth));
+        alone += log(floor + distance(one, truth));
+    }
+    kr_worker_free(worker);
+    IS(lanes / TOPS < alone / TOPS + log(2.0));
+}
+
+/* All other methods give the bits of a top by itself, and fail as it does. */
+static void others_are_tops_alone(const kr_method *method)
+{
+    kr_scene s[2] = {tilted(), tilted()};
+    const kr_config config = {.step = kr_method_flags(method) & KR_ADAPTIVE ? 0.0 : 0.01};
+    const double t[TIMES] = {0.0, 0.01, 0.3, 0.305, 1.0, 1.0, 2.0};
+    kr_state out[2 * TIMES], alone[TIMES];
+    kr_outcome outcomes[2];
+    if (!kr_method_applies(method, &s[0].body)) s[0].body.com = v3(0, 0, 0);
+    s[1] = s[0];
+    s[1].start.q.w += 1.0;
+    kr_worker *worker = made(method, config);
+    const kr_tops tops = {
+        .n = 2, .scenes = s, .times = TIMES, .t = t, .states = out, .outcomes = outcomes};
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+    kr_top *top = make(&s[0], method, config);
+    IS(kr_top_record(top, TIMES, t, alone, NULL) == KR_OK);
+    IS(memcmp(out, alone, sizeof alone) == 0);
+    const int64_t steps = method == &kr_method_exact ? 0 : kr_top_stats(top).steps;
+    IS(outcomes[0].status == KR_OK && outcomes[0].stats.steps == steps);
+    IS(outcomes[1].status == KR_ERR_ATTITUDE && outcomes[1].done == 0 && isnan(out[TIMES].q.w));
+    kr_top_free(top);
+    kr_worker_free(worker);
+}
+
+/* What stands in the way of one top is told of that top; its good states are kept. */
+static void failures_are_told(void)
+{
+    fleet f;
+    random_fleet(&f);
+    const kr_config limited = {.max_steps = 9};
+    kr_worker *worker = made(taylor(), limited);
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    size_t failed = 0;
+    for (size_t i = 0; i < TOPS; i++) {
+        const kr_outcome *o = &f.outcomes[i];
+        kr_state states[TIMES];
+        size_t done;
+        kr_config config = limited;
+        config.step = kr_step_led(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
+        if (o->status == KR_OK) continue;
+        failed++;
+        kr_top *top = make(&f.scenes[i], taylor(), config);
+        IS(kr_top_record(top, TIMES, f.t + i * TIMES, states, &done) == KR_ERR_LIMIT);
+        IS(o->status == KR_ERR_LIMIT && o->done == done && o->stats.steps == 9);
+        IS(memcmp(states, f.states + i * TIMES, done * sizeof *states) == 0);
+        IS(isnan(f.states[i * TIMES + done].m.x) &&
+           f.states[i * TIMES + done].t == f.t[i * TIMES + done]);
+        IS(same(o->last, kr_top_state(top)));
+        kr_top_free(top);
+    }
+    IS(failed > 3 && failed < TOPS);
+    kr_worker_free(worker);
+}
+
+static double nutation_of(const fleet *f, size_t i, size_t k)
+{
+    return kr_state_nutation(&f->scenes[i], &f->states[i * TIMES + k]);
+}
+static void reductions_are_those_of_the_states(void)
+{
+    const kr_quantity *nutation = kr_quantity_find("nutation"), *apex = kr_quantity_find("apex");
+    const kr_reduction r[] = {
+        {nutation, 0, KR_REDUCE_MIN},       {nutation, 0, KR_REDUCE_MAX},
+        {nutation, 0, KR_REDUCE_WHERE_MIN}, {nutation, 0, KR_REDUCE_WHERE_MAX},
+        {nutation, 0, KR_REDUCE_MEAN},      {nutation, 0, KR_REDUCE_VARIANCE},
+        {apex, 2, KR_REDUCE_LAST},
+    };
+    enum { ALL = sizeof r / sizeof *r };
+    fleet f;
+    random_fleet(&f);
+    double rows[TOPS * ALL], again[TOPS * ALL];
+    kr_worker *worker = NULL;
+    const kr_config config = {0};
+    IS(kr_worker_create(NULL, config, ALL, r, &worker) == KR_OK);
+    f.tops.reduced = rows;
+    f.scenes[5].gravity = NAN;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++) {
+        size_t low = 0, high = 0;
+        double sum = 0.0, squares = 0.0;
+        const double *row = rows + i * ALL;
+        for (size_t k = 0; k < TIMES; k++) {
+            const double x = nutation_of(&f, i, k);
+            sum += x / TIMES;
+            if (x < nutation_of(&f, i, low)) low = k;
+            if (x > nutation_of(&f, i, high)) high = k;
+        }
+        for (size_t k = 0; k < TIMES; k++) {
+            const double far = nutation_of(&f, i, k) - sum;
+            squares += far * far / TIMES;
+        }
+        if (i == 5) {
+            for (int k = 0; k < ALL; k++) IS(isnan(row[k]));
+            continue;
+        }
+        IS(row[0] == nutation_of(&f, i, low) && row[1] == nutation_of(&f, i, high));
+        IS(row[2] == f.t[i * TIMES + low] && row[3] == f.t[i * TIMES + high]);
+        NEAR(row[4], sum, 1e-14);
+        NEAR(row[5], squares, 1e-14);
+        IS(row[6] == kr_state_apex(&f.scenes[i], &f.states[i * TIMES + TIMES - 1]).z);
+    }
+    f.tops.states = NULL;
+    f.tops.reduced = again;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    IS(memcmp(rows, again, sizeof rows) == 0);
+    kr_worker_free(worker);
+}
+
+static void without_the_heading(void)
+{
+    const kr_config whole = {0}, level = {.leave_heading = 1};
+    fleet f, g;
+    random_fleet(&f);
+    g = f;
+    ask(&g, TOPS);
+    kr_worker *a = made(taylor(), whole), *b = made(taylor(), level);
+    ask(&g, TOPS);
+    IS(kr_worker_run(a, &f.tops) == KR_OK && kr_worker_run(b, &g.tops) == KR_OK);
+    for (size_t i = 0; i < TOPS * TIMES; i++) {
+        const kr_scene *s = &f.scenes[i / TIMES];
+        const kr_state *x = &f.states[i], *y = &g.states[i];
+        NEAR(kr_state_apex(s, y).z, kr_state_apex(s, x).z, 1e-8);
+        NEAR(y->m.z, x->m.z, 1e-10 * (1.0 + v_length(x->m)));
+        NEAR(kr_state_energy(s, y), kr_state_energy(s, x),
+             1e-9 * (1.0 + fabs(kr_state_energy(s, x))));
+    }
+    kr_worker_free(a);
+    kr_worker_free(b);
+}
+
+static int stop_at(void *context) { return --*(int *)context < 0; }
+static void interrupted(int after)
+{
+    int left = after;
+    fleet f;
+    random_fleet(&f);
+    const kr_config config = {.poll = stop_at, .context = &left}, free = {0};
+    kr_worker *worker = made(NULL, config);
+    left = after;
+    IS(kr_worker_run(worker, &f.tops) == KR_ERR_INTERRUPTED);
+    size_t done = 0;
+    for (size_t i = 0; i < TOPS; i++) {
+        const kr_outcome *o = &f.outcomes[i];
+        done += o->status == KR_OK;
+        IS(o->status == KR_OK || o->status == KR_ERR_INTERRUPTED);
+        const fleet one = one_of(&f, i, NULL, free);
+        IS(memcmp(one.states, f.states + i * TIMES, o->done * sizeof(kr_state)) == 0);
+        IS(o->done == TIMES || isnan(f.states[i * TIMES + o->done].q.w));
+    }
+    IS(done < TOPS && (after == 0 || done > 0));
+    left = 1 << 30;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK); /* It is as good as new. */
+    for (size_t i = 0; i < TOPS; i++) IS(f.outcomes[i].status == KR_OK);
+    kr_worker_free(worker);
+}
+
+static void bad_words(void)
+{
+    kr_worker *worker = NULL;
+    const kr_config config = {0}, no_tol = {.tol = NAN}, digits = {.digits = 40};
+    const kr_reduction none = {NULL, 0, KR_REDUCE_MIN},
+                       beyond = {kr_quantity_find("apex"), 3, KR_REDUCE_MIN},
+                       kind = {kr_quantity_find("apex"), 0, KR_REDUCE_COUNT};
+    fleet f;
+    random_fleet(&f);
+    IS(kr_worker_create(taylor(), no_tol, 0, NULL, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(taylor(), digits, 0, NULL, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(kr_method_find("rk4"), config, 0, NULL, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(NULL, config, 1, &none, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(NULL, config, 1, NULL, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(NULL, config, 1, &beyond, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(NULL, config, 1, &kind, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(NULL, config, 0, NULL, NULL) == KR_ERR_ARGUMENT && !worker);
+    IS(kr_reduce_name(KR_REDUCE_COUNT) == NULL &&
+       strcmp(kr_reduce_name(KR_REDUCE_MIN), "min") == 0);
+    worker = made(NULL, config);
+    IS(kr_worker_run(worker, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_worker_run(NULL, &f.tops) == KR_ERR_ARGUMENT);
+    f.tops.t = NULL;
+    IS(kr_worker_run(worker, &f.tops) == KR_ERR_ARGUMENT);
+    f.tops.times = 0;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK && f.outcomes[3].status == KR_OK);
+    IS(f.outcomes[3].done == 0 && same(f.outcomes[3].last, f.scenes[3].start));
+    f.tops.n = 0;
+    f.tops.scenes = NULL;
+    f.tops.outcomes = NULL;
+    IS(kr_worker_run(worker, &f.tops) == KR_OK);
+    kr_worker_free(worker);
+    kr_worker_free(NULL);
+}
+
+int main(void)
+{
+    const kr_config plain = {0}, rough = {.tol = 1e-6}, damped = {0};
+    bits_are_its_own(taylor(), plain);
+    bits_are_its_own(taylor(), rough);
+    bits_are_its_own(NULL, damped);
+    instruction_sets_agree();
+    lanes_are_as_good(0.0);
+    lanes_are_as_good(1e-9);
+    lanes_are_as_good(1e-5);
+    for (size_t i = 0; i < kr_method_count(); i++)
+        if (kr_method_at(i) != taylor()) others_are_tops_alone(kr_method_at(i));
+    failures_are_told();
+    reductions_are_those_of_the_states();
+    without_the_heading();
+    interrupted(0);
+    interrupted(7);
+    bad_words();
+    return check_result();
+}

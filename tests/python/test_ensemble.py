@@ -1,0 +1,249 @@
+"""kr.Ensemble: columns that broadcast; each member is the scene of its words, to the bit; places
+are taken as of arrays."""
+
+import copy
+import dataclasses
+import pickle
+import tracemalloc
+
+import kreisel as kr
+import numpy as np
+import pytest
+from inside import core
+from scipy.spatial.transform import Rotation
+from tops import CORNER, FREE, GENERAL, LAGRANGE
+
+RNG = np.random.default_rng(7)
+M, G = RNG.normal(size=(4, 3, 3)), RNG.normal(size=(4, 1))
+Q, D = RNG.normal(size=(3, 4)), RNG.uniform(size=(3, 3))
+Q /= np.linalg.norm(Q, axis=-1)[:, None]
+MANY = kr.Bodies.cuboid(RNG.uniform(0.5, 1, (3, 3)), (0.1, 0.2, -1))
+CONES = kr.Bodies.cone(1, RNG.uniform(0.5, 1, 3), (0, 0, 0), mass=1)
+SPIN, TILT, RATE = RNG.uniform(20, 40, (4, 1)), RNG.uniform(0, 3, 3), RNG.normal(size=3)
+FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
+
+
+def block(tops, index):
+    """What the core is given of a member."""
+    return tops._tops.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
+
+
+def assert_same(tops, scene_at):
+    """Each member is the scene, to the bit, in Python and for the core."""
+    assert tops._tops.check() == ("OK", tops.size)
+    for index in np.ndindex(tops.shape):
+        scene = scene_at(index)
+        assert tops[index] == scene
+        assert tops[index]._block == scene._block == block(tops, index)
+
+
+def body_at(body, j):
+    return body[j] if isinstance(body, kr.Bodies) else body
+
+
+@pytest.mark.parametrize("body", [CORNER, MANY], ids=["one body", "many"])
+@pytest.mark.parametrize("word", ["momentum", "velocity", "body_momentum", "body_velocity"])
+def test_a_member_is_the_scene_of_its_words(word, body):
+    tops = kr.Ensemble(body, attitude=Q, gravity=G, damping=D, **{word: M})
+    assert tops.shape == (4, 3) and tops.ndim == 2 and tops.size == 12 and len(tops) == 4
+    assert_same(
+        tops,
+        lambda at: kr.Scene(
+            body_at(body, at[1]),
+            attitude=Q[at[1]],
+            gravity=G[at[0], 0],
+            damping=D[at[1]],
+            **{word: M[at]},
+        ),
+    )
+
+
+def test_attitudes_come_in_any_words():
+    turns = Rotation.from_quat(Q)
+    single = Q.astype(np.float32)
+    assert_same(
+        kr.Ensemble(CORNER, velocity=M, attitude=turns),
+        lambda at: kr.Scene(CORNER, velocity=M[at], attitude=turns[at[1]]),
+    )
+    assert_same(
+        kr.Ensemble(CORNER, velocity=M, attitude_xyzw=Q, damping=0.3),
+        lambda at: kr.Scene(CORNER, velocity=M[at], attitude_xyzw=Q[at[1]], damping=0.3),
+    )
+    made_unit = kr.Ensemble(CORNER, momentum=M, attitude=single).attitude
+    np.testing.assert_allclose(np.linalg.norm(made_unit, axis=-1), 1, rtol=0, atol=3e-16)
+    np.testing.assert_allclose(made_unit[0], Q, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("n", [(), (3,), (2, 3), (3, 3), (4, 1, 3), (0,), (2, 0)])
+def test_ensembles_of_any_shape(n):
+    m = RNG.normal(size=(*n, 3))
+    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.2, 0.3))
+    assert tops.shape == n and tops.gravity.shape == n and tops.attitude.shape == (*n, 4)
+    assert np.array_equal(tops.momentum, m) and tops.damping.shape == (*n, 3)
+    assert_same(tops, lambda at: kr.Scene(CORNER, m[at], damping=(0.1, 0.2, 0.3)))
+
+
+@pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
+def test_the_words_of_the_textbooks_have_the_bits_of_one(body):
+    angles, rates = RNG.uniform(-3, 3, (4, 3, 3)), RNG.normal(size=(3, 3))
+    assert_same(
+        kr.Ensemble.from_euler(body, 40 * angles, rates, degrees=True, gravity=G),
+        lambda at: kr.Scene.from_euler(
+            body_at(body, at[1]),
+            40 * angles[at],
+            rates[at[1]],
+            degrees=True,
+            gravity=G[at[0], 0],
+        ),
+    )
+    assert_same(
+        kr.Ensemble.spinning(body, SPIN, TILT, RATE, damping=D),
+        lambda at: kr.Scene.spinning(
+            body_at(body, at[1]), SPIN[at[0], 0], TILT[at[1]], RATE[at[1]], damping=D[at[1]]
+        ),
+    )
+    assert_same(
+        kr.Ensemble.spinning(body, 50 * SPIN, 50 * TILT, degrees=True),
+        lambda at: kr.Scene.spinning(
+            body_at(body, at[1]), 50 * SPIN[at[0], 0], 50 * TILT[at[1]], degrees=True
+        ),
+    )
+
+
+@pytest.mark.parametrize("fast", [True, False])
+@pytest.mark.parametrize("body", [LAGRANGE.body, CONES], ids=["one body", "many"])
+def test_steady_precessions_have_the_bits_of_one(body, fast):
+    assert_same(
+        kr.Ensemble.spinning(body, SPIN, TILT, steady=True, fast=fast, gravity=G),
+        lambda at: kr.Scene.spinning(
+            body_at(body, at[1]),
+            SPIN[at[0], 0],
+            TILT[at[1]],
+            steady=True,
+            fast=fast,
+            gravity=G[at[0], 0],
+        ),
+    )
+
+
+def test_general_bodies_by_the_angles_of_their_apex():
+    angles = RNG.uniform(-3, 3, (3, 3))
+    tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
+    assert_same(tops, lambda at: kr.Scene.from_euler(MANY[at], angles[at], (0, 0, 1)))
+    spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)  # with no lever the axis is the third
+    assert_same(
+        kr.Ensemble.spinning(spheres, 2.0, 1.0), lambda at: kr.Scene.spinning(spheres[at], 2.0, 1.0)
+    )
+
+
+KEYS = [
+    *(0, -1, np.int64(1), slice(1, 3), slice(None, None, -1), ..., None, ()),
+    *((1, 2), (-1, -1), (slice(None), 1), (..., 1), (0, ...), (slice(None), None, slice(1, None))),
+    *([0, 2], ([0, 2], [1, 1]), (slice(None), [2, 0]), ([3, 0], slice(1)), (0, [1, 2])),
+    *(np.array([[0, 1], [2, 3]]), np.arange(12).reshape(4, 3) % 3 == 0, [True, False, True, True]),
+    *((np.array([True, False, True, True]), 1), np.zeros((4, 3), bool), slice(2, 2), [], True),
+]
+
+
+@pytest.mark.parametrize("key", KEYS, ids=str)
+def test_places_are_taken_as_of_arrays(key):
+    order = np.arange(12).reshape(4, 3)
+    expected, found = order[key], FULL[key]
+    if not isinstance(expected, np.ndarray):
+        assert isinstance(found, kr.Scene) and found._block == FULL._tops.block(int(expected))
+        return
+    assert isinstance(found, kr.Ensemble) and found.shape == expected.shape
+    assert found._tops.check() == ("OK", expected.size)
+    blocks = [block(found, index) for index in np.ndindex(found.shape)]
+    assert blocks == [FULL._tops.block(int(i)) for i in expected.ravel()]
+    assert len(found.axes) == found.ndim and pickle.loads(pickle.dumps(found)) == found
+
+
+@pytest.mark.parametrize("key", [4, -5, (0, 3), (0, 0, 0), "x", 1.5, [7], [[0.5]], 10**30, {}])
+def test_other_places_are_refused_as_of_arrays(key):
+    with pytest.raises(IndexError):
+        FULL[key]
+
+
+def test_rows_and_other_shapes():
+    row = FULL[0]
+    assert [scene.gravity for scene in row] == [G[0, 0]] * 3 and len(list(FULL)) == 4
+    assert all(isinstance(part, kr.Ensemble) for part in FULL)
+    assert FULL.reshape(2, 6)[1, 1] == FULL[2, 1] == FULL.reshape((-1, 2))[3, 1]
+    assert FULL.ravel().shape == (12,) and row.ravel() is row
+    alone = kr.Ensemble(CORNER, momentum=(0, 0, 1))
+    assert alone.reshape(1)[0] == alone[()] == alone[True][0] and alone.ravel().shape == (1,)
+    with pytest.raises(ValueError, match="cannot reshape"):
+        FULL.reshape(5, 2)
+    with pytest.raises(TypeError, match="no length"):
+        len(FULL[0, ...][1, ...])
+    with pytest.raises(TypeError, match="shape \\(\\)"):
+        iter(kr.Ensemble(CORNER, momentum=(0, 0, 1)))
+
+
+def test_scenes_in_lists_are_an_ensemble():
+    again = kr.Ensemble.of([[FULL[i, j] for j in range(3)] for i in range(4)])
+    assert again == FULL and again.coords == {}
+    assert_same(again, lambda at: FULL[at])
+    mixed = [LAGRANGE, GENERAL, FREE, kr.scenes.kowalewski]
+    assert_same(kr.Ensemble.of(mixed), lambda at: mixed[at[0]])
+    alike = kr.Ensemble.of([LAGRANGE, LAGRANGE.replace(gravity=2)])
+    assert alike.body is LAGRANGE.body
+    assert kr.Ensemble.of(kr.starts(CORNER, energy=3, vertical=1, n=3)).shape == (3,)
+
+
+@pytest.mark.filterwarnings("error")
+def test_bodies_in_lists_are_made_up_as_they_were():
+    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), made_up=True), momentum=(0, 0, 1))
+    tops = kr.Ensemble.of([odd, GENERAL])
+    assert [tops[0].body.made_up, tops[1].body.made_up] == [True, False]
+
+
+def test_what_they_share_is_held_once():
+    n = 10**5
+    m = np.random.default_rng(1).normal(size=(n, 3))
+    tracemalloc.start()
+    tops = kr.Ensemble(CORNER, momentum=m, damping=(0.1, 0.1, 0.1))
+    held = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert held < 30 * n and tops.attitude.strides[0] == tops.gravity.strides[0] == 0
+    assert len(pickle.dumps(tops[::2])) < 15 * n
+    drag = kr.Ensemble(CORNER, momentum=m, damping=[[0.1]])
+    assert pickle.loads(pickle.dumps(drag)) == drag and drag.damping.strides == (0, 0)
+    seen = np.broadcast_to(np.ones(3), (n, 3))
+    assert kr.Ensemble(CORNER, momentum=seen).momentum.strides[0] == 0
+
+
+def test_nothing_changes_an_ensemble():
+    given = M.copy()
+    tops = kr.Ensemble(CORNER, momentum=given)
+    given[:] = np.nan
+    assert np.array_equal(tops.momentum, M)
+    for field in (tops.momentum, tops.attitude, tops.gravity, tops.damping, FULL[[0]].momentum):
+        with pytest.raises(ValueError, match="read-only"):
+            field[...] = 0
+    with pytest.raises(dataclasses.FrozenInstanceError, match="makes another ensemble"):
+        tops.momentum = M
+    with pytest.raises(TypeError):
+        hash(tops)
+
+
+def test_copies_are_equal():
+    for copied in (copy.copy(FULL), copy.deepcopy(FULL), pickle.loads(pickle.dumps(FULL))):
+        assert copied == FULL and copied[1, 2]._block == FULL[1, 2]._block
+        assert copied.axes == FULL.axes and [*copied.coords] == [*FULL.coords]
+    assert FULL[::-1] != FULL and FULL[:3] != FULL and FULL != LAGRANGE
+    assert kr.Ensemble(CORNER, momentum=M) != kr.Ensemble(MANY, momentum=M)
+
+
+def test_the_core_refuses_columns_of_another_shape():
+    widths = 1, 3, 3, 4, 1, 1, 1, 4, 3, 3
+    columns = [np.ones((2, k)) if k > 1 else np.ones(2) for k in widths]
+    tops = core.Tops((2,), columns)
+    assert (len(tops) == 2 and tops.check() == ("ERR_ATTITUDE", 0)) or tops.check()[0] != "OK"
+    with pytest.raises(IndexError):
+        tops.block(2)
+    with pytest.raises(KeyError):
+        tops.values("nothing")
+    with pytest.raises(ValueError, match="wrong shape"):
+        core.Tops((3,), columns)
