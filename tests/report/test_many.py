@@ -104,6 +104,15 @@ def test_ratios_are_medians_of_rounds():
     assert equal_error.tightest(STRAIGHT, other) == pytest.approx(equal_error.NEAR * 1e-6)
 
 
+def test_the_tightest_error_is_reached_by_both():
+    """Floors scatter: the least error is not the one at the tightest setting."""
+    scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
+    straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
+    target = equal_error.tightest(straight, scattered)
+    assert not isnan(equal_error.ratio(scattered, straight, target)[0])
+    assert target == pytest.approx(equal_error.NEAR * 6e-10)
+
+
 def test_the_map_shows_where_a_top_sleeps():
     found = part.sleeping_map(9)
     spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)

@@ -68,13 +68,9 @@ def by_mover(found):
     return groups
 
 
-def floor(own):
-    return min(run.middle for run in own)
-
-
 def tightest(own, other):
-    """Gives the smallest error that both reach."""
-    return NEAR * max(floor(own), floor(other))
+    """Gives the smallest error that both reach, and keep at tighter settings."""
+    return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
