@@ -81,9 +81,9 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
     });
 }
 
-static const char *const courses[] = {"resting",    "circle",   "sleeping", "hanging",
-                                      "steady",     "separatrix", "pendulum", "rosette",
-                                      "loops",      "cusps",    "waves"};
+static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
+                                      "steady",  "separatrix", "pendulum", "rosette",
+                                      "loops",   "cusps",      "waves"};
 // What a kr_turning holds beside its course, as a row; and the number of the course.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {

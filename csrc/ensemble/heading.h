@@ -176,12 +176,17 @@ INLINE wide rough_exp2(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, as the n-th term has it. */
+/* Returns log2 of the radius of convergence, as the n-th term has it. The heading's terms count for
+ * more: its pole may be the nearest, and then all that are left out err to one side, while those of P
+ * and W fall faster than the last one tells. */
 INLINE wide log2_radius(kr_lanes *l, int n, int headless)
 {
     const triple p = triple_load(l->p[n]), w = triple_load(l->w[n]);
     wide square = triple_dot(p, p) + triple_dot(w, w);
-    if (!headless) square = wide_fma(wide_load(l->turn[n]), wide_load(l->turn[n]), square);
+    if (!headless) {
+        const wide turn = 16.0 * wide_load(l->turn[n]);
+        square = wide_fma(turn, turn, square);
+    }
     return rough_log2(square) * (-0.5 / n);
 }
 /* Returns the step at whose end the last term is as large as the tolerance, as taylor/series.h

@@ -67,9 +67,9 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
         zz * ((-85.45681720664378 + z * 60.24464135269435) +
               zz * ((-26.426253274804587 + z * 7.903206845861561) + zz * -1.6990328650055457));
     const wide sine = y * 6.283185307179586 + y * (2.4492935982947064e-16 + z * odd),
-                 cosine = 1.0 + z * even;
+               cosine = 1.0 + z * even;
     const whole quarter = bits_of(u),
-                  swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
+                swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }

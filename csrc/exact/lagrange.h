@@ -30,7 +30,7 @@ typedef struct turning {
     dd plus3, minus3;                /* g (u3 + 1), g (u3 - 1) */
 } turning;
 
-INLINE initial initial_of(const exact_top *top, dd i1)
+static inline initial initial_of(const exact_top *top, dd i1)
 {
     const dd i = dd_over(dd_splat(1.0), i1);
     initial s;
@@ -49,7 +49,7 @@ INLINE initial initial_of(const exact_top *top, dd i1)
 /* Finds the heights where u3 is the lone root, from the cubic about the start in v = u - u0,
  * because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0), the two others
  * follow. */
-INLINE void about_start(const initial *s, const dd c[3], wide guess, turning *r)
+static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
@@ -70,7 +70,7 @@ INLINE void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 }
 /* Finds the heights where u1 is the lone root, from the cubic about the upper pole, because that is
  * the only height where u2 and u3 can meet. */
-INLINE void about_top(const initial *s, wide guess, turning *r)
+static inline void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
     const dd wa = dd_add(dd_mul(s->w[0], s->a[0]), dd_mul(s->w[1], s->a[1]));
@@ -97,7 +97,7 @@ INLINE void about_top(const initial *s, wide guess, turning *r)
 }
 /* Replaces the smaller of two by what leads to it from the larger: the quotient of `product` by
  * larger times `beside`. Where both are zero it leaves them. */
-INLINE void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
+static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
@@ -109,7 +109,7 @@ INLINE void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
  * `top` says that the heights come from about_start. */
-INLINE void sharpen(const initial *s, turning *r, int top)
+static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
@@ -126,12 +126,12 @@ INLINE void sharpen(const initial *s, turning *r, int top)
     r->span = dd_max(r->span, level);
     r->g32 = dd_max(r->g32, dd_times(wide_splat(1e-150), r->g31));
 }
-INLINE void heights_about_start(const initial *s, const dd c[3], wide guess, turning *r)
+static inline void heights_about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     about_start(s, c, guess, r);
     sharpen(s, r, 1);
 }
-INLINE void heights_about_top(const initial *s, wide guess, turning *r)
+static inline void heights_about_top(const initial *s, wide guess, turning *r)
 {
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
@@ -213,7 +213,8 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
 }
 /* Sets the theta series of alpha, beta and the horizontal momentum, of one kind. The sizes follow
  * at the turning heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. */
-INLINE void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a, int dual)
+static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
+                                  int dual)
 {
     const double pi = 3.14159265358979323846;
     const wide kp = wide_sqrt(r->g32.hi / r->g31.hi), p2 = r->plus2.hi, m1 = r->minus1.hi,
@@ -271,7 +272,7 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
 }
 /* Returns the phase of the start [turns], 0 .. 1/4, by its distance from the nearer turning
  * height. */
-INLINE dd place(const turning *r, wide mean)
+static inline dd place(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -316,7 +317,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
 }
 /* Says whether the axis rests at a pole. Where it leans or moves, it does so by more than what
  * kr_exact_resolves asks for. */
-INLINE mask stands(const initial *s)
+static inline mask stands(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
@@ -324,7 +325,7 @@ INLINE mask stands(const initial *s)
 }
 /* Returns half of the spin beyond W's, c (1/I3 - 1/I1) with c = <m, a>; alpha and beta turn by
  * that. */
-INLINE dd half_spin_of(const exact_top *top, const initial *s, dd i1)
+static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));

@@ -8,7 +8,8 @@
 /* Gives real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
  * before q is made a unit quaternion and carried into the frame. The first is for series of one
  * kind, the second for lanes of any. */
-INLINE void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span, wide out[6])
+static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
+                                   wide out[6])
 {
     const factors f = theta_factors(e, dual, euler, dd_of(span));
     wide s, c;
@@ -22,7 +23,7 @@ INLINE void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span
     out[4] = f.h_re * c - f.h_im * s;
     out[5] = f.h_re * s + f.h_im * c;
 }
-INLINE void factors_at(const exact_lanes *e, double span, wide out[6])
+static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 {
     const mask dual = is_dual(e);
     const wide at = wide_splat(span);
@@ -40,7 +41,7 @@ INLINE void factors_at(const exact_lanes *e, double span, wide out[6])
 static const double two_pi = 6.283185307179586477;
 
 /* Returns a phase that grows at this rate [rad in a unit of time], from 0. */
-INLINE phase_lanes phase_of(dd rate)
+static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
     phase_lanes r;
@@ -51,14 +52,14 @@ INLINE phase_lanes phase_of(dd rate)
 }
 /* Lets a phase begin at `start` [turns], less so many whole turns that it lies within 1 +- 1/2:
  * phase_at relies on that. */
-INLINE void phase_start(phase_lanes *phase, dd start)
+static inline void phase_start(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
     phase->start = s.hi;
     phase->more = s.lo + start.lo;
 }
 /* Returns the arc tangent of u in turns, for |u| <= tan(pi/8), within 1 ulp. */
-INLINE wide turns_of_tangent(wide u)
+static inline wide turns_of_tangent(wide u)
 {
     const dd turn = one_turn();
     const wide z = u * u, zz = z * z;
@@ -72,7 +73,7 @@ INLINE wide turns_of_tangent(wide u)
 }
 /* Returns the argument of x + i y in turns. Eighths are exact; the rest is an arc tangent of at
  * most a sixteenth, whose rounding is the smaller for it. */
-INLINE dd turns_of(wide y, wide x)
+static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
@@ -89,7 +90,7 @@ INLINE dd turns_of(wide y, wide x)
     return two_sum(quarters + eighth, turns_of_tangent(tangent));
 }
 /* Returns the angle from the vector (x, y) to the vector (u, v), in turns. */
-INLINE dd turns_between(wide x, wide y, wide u, wide v)
+static inline dd turns_between(wide x, wide y, wide u, wide v)
 {
     const dd re = dd_add(two_product(u, x), two_product(v, y)),
              im = dd_sub(two_product(v, x), two_product(u, y));
@@ -97,13 +98,13 @@ INLINE dd turns_between(wide x, wide y, wide u, wide v)
 }
 
 /* Returns the product of four double-doubles with four doubles. */
-INLINE dd dot(const dd a[4], wide w, wide x, wide y, wide z)
+static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
 {
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
 /* Replaces q by the product q by: the turn `by` comes first. */
-INLINE void turn_first(dd q[4], quat_lanes by)
+static inline void turn_first(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
     q[0] = dot(a, by.w, -by.x, -by.y, -by.z);
@@ -113,7 +114,7 @@ INLINE void turn_first(dd q[4], quat_lanes by)
 }
 
 /* Returns a quaternion in double-double as a unit quaternion in doubles. */
-INLINE quat_lanes rounded(const dd q[4])
+static inline quat_lanes rounded(const dd q[4])
 {
     const wide w = q[0].hi, x = q[1].hi, y = q[2].hi, z = q[3].hi,
                n = 1.0 / wide_sqrt(w * w + (x * x + y * y + z * z));
@@ -123,7 +124,7 @@ INLINE quat_lanes rounded(const dd q[4])
 
 /* Gives the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
  * come straight from the quaternion, so that neither cancels near a pole. */
-INLINE dd axis_of(const dd q[4], dd a[3], dd *plus)
+static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
              side = dd_add(dd_square(q[1]), dd_square(q[2]));
@@ -135,7 +136,7 @@ INLINE dd axis_of(const dd q[4], dd a[3], dd *plus)
     return minus;
 }
 /* Gives q* v q, where q need not be of unit length. */
-INLINE void turned_back(const dd q[4], const dd v[3], dd r[3])
+static inline void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
     for (int i = 0; i < 4; i++)
@@ -152,7 +153,7 @@ INLINE void turned_back(const dd q[4], const dd v[3], dd r[3])
     }
 }
 
-INLINE wide sign_of(wide x)
+static inline wide sign_of(wide x)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     return wide_choose(is_positive(x), one, wide_choose(is_negative(x), -one, zero));
@@ -162,7 +163,7 @@ INLINE wide sign_of(wide x)
  * of the phases of alpha and beta. theta1 and theta2 of X + i y wind about zero themselves, against
  * the sign of y and hence with that of `slope`. A zero on the way turns by half a turn either way,
  * which counts as none. Euler's beta, a theta4, has no zeros and does not wind. */
-INLINE void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
+static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
                wind2 = is_euler(exact) ? wide_splat(0.0) : sign_of(exact->slope[1]);
@@ -171,13 +172,13 @@ INLINE void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
     exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
 /* Returns I1. */
-INLINE dd equal_moment(const exact_top *top)
+static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
 /* Returns the top as it is seen from below, q -> i q: gravity that points upwards points downwards
  * there. */
-INLINE exact_top seen_from_below(const exact_top *top)
+static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
     r.q[0] = dd_neg(top->q[1]);
@@ -190,7 +191,7 @@ INLINE exact_top seen_from_below(const exact_top *top)
     return r;
 }
 /* Turns what has no frame of the closed form of a top that was seen from below back. */
-INLINE void turn_over(exact_lanes *exact)
+static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
     exact->constant.z = -exact->constant.z;
@@ -199,7 +200,7 @@ INLINE void turn_over(exact_lanes *exact)
 
 /* Brings what has no frame of the closed form from own units to the user's. `unit` is its unit of
  * time in the user's, a power of two, `momentum` its unit of momentum. */
-INLINE void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
+static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;
     phase_lanes *const phases[3] = {&exact->nutation, &exact->first, &exact->second};

@@ -15,7 +15,7 @@ enum theta { THETA1, THETA2, THETA3, THETA4 };
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs
  * doubles only. */
-INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
+static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
     dd a = dd_splat(1.0), g = kp, p[2], q[2];
@@ -51,7 +51,7 @@ INLINE dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
     return dd_sub(a, dd_of(0.25 * rest * a.hi));
 }
 /* Returns agm(a, b) in doubles. */
-INLINE wide elliptic_agm(wide a, wide b)
+static inline wide elliptic_agm(wide a, wide b)
 {
     for (int i = 0; i < 40; i++) {
         const mask live = wide_more(wide_abs(a - b), 1e-8 * a);
@@ -65,7 +65,7 @@ INLINE wide elliptic_agm(wide a, wide b)
 /* Returns T = numerator / agm(1, k): that is K'/K where the numerator is agm(1, k'), and twice as
  * much, for the square of the nome, where it is 2 agm(1, k'). The dual series multiply a phase by
  * pi / T, hence that is kept in double-double where they serve. */
-INLINE wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
+static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
     const mask dual = wide_less(T, wide_splat(1.0));
@@ -79,7 +79,7 @@ INLINE wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 }
 /* Returns Carlson's R_F(x, y, z): duplication brings the arguments together, until the series about
  * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
-INLINE wide elliptic_rf(wide x, wide y, wide z)
+static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
     for (int i = 0; i < 60; i++) {
@@ -107,7 +107,7 @@ INLINE wide elliptic_rf(wide x, wide y, wide z)
 
 /* Returns cos(acos(c) / 3) for 0 <= c <= 1: the largest root of 4 x^3 - 3 x = c, by Newton's method
  * from where it is known to 4e-5. */
-INLINE wide third_of_angle(wide c)
+static inline wide third_of_angle(wide c)
 {
     wide x =
         (0.866066329533 + c * 0.165330350221) + c * c * (-0.0406911974229 + c * 0.00931968389748);
@@ -119,7 +119,7 @@ INLINE wide third_of_angle(wide c)
 }
 /* Returns the root of x^3 + c2 x^2 + c1 x + c0, all of whose roots are real, that lies farthest
  * from the two others; `top` says whether it is the largest or the smallest. */
-INLINE wide lone_root(wide c2, wide c1, wide c0, mask *top)
+static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
@@ -131,7 +131,7 @@ INLINE wide lone_root(wide c2, wide c1, wide c0, mask *top)
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
  * method. The slope at the start serves for both steps, because it need not be better than that. */
-INLINE dd newton_cubic(dd lead, const dd c[3], wide start)
+static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
                zero = wide_splat(0.0),
@@ -155,13 +155,13 @@ static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
 /* Adds `weight` times row j, whose terms behind the j-th are zero. */
-INLINE void accumulate(wide sum[], wide weight, int j, const double row[])
+static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
 /* Gives sinh and cosh of y, also of a small one to all digits. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
-INLINE void sinhcosh_all(wide y, wide *s, wide *c)
+static inline void sinhcosh_all(wide y, wide *s, wide *c)
 {
     const exponential e = exponential_of(dd_of(y));
     const wide even = 0.5 * (e.plus + e.minus), odd = 0.5 * (e.plus - e.minus);
@@ -171,7 +171,7 @@ INLINE void sinhcosh_all(wide y, wide *s, wide *c)
 /* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. Where
  * `dual` is not 0, it returns theta(y + i x), times i for theta1, in the same form with sinh for
  * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is left out. */
-INLINE theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
+static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {
     const int odd = which == THETA1 || which == THETA2;
     const double sign = which == THETA1 || which == THETA4 ? -1.0 : 1.0, way = dual ? -1.0 : 1.0;
@@ -203,13 +203,13 @@ INLINE theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
     return r;
 }
 /* Returns the value of a polynomial at s. */
-INLINE wide theta_at(const wide poly[KR_THETA_TERMS], wide s)
+static inline wide theta_at(const wide poly[KR_THETA_TERMS], wide s)
 {
     wide r = poly[KR_THETA_TERMS - 1];
     for (int i = KR_THETA_TERMS - 2; i >= 0; i--) r = r * s + poly[i];
     return r;
 }
-INLINE void theta_scale(theta_lanes *series, wide factor)
+static inline void theta_scale(theta_lanes *series, wide factor)
 {
     for (int i = 0; i < KR_THETA_TERMS; i++) {
         series->even[i] = series->even[i] * factor;

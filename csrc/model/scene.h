@@ -30,8 +30,8 @@ typedef struct kr_swing {
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* What is less has no reciprocal. */
 static const double kr_least_unit = 0x1p-1020;
-/* Gives the unit of time, 2^power, of a top with this largest component of its momentum, and returns
- * whether there is one. Powers of two take no division. */
+/* Gives the unit of time, 2^power, of a top with this largest component of its momentum, and
+ * returns whether there is one. Powers of two take no division. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,

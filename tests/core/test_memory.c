@@ -46,6 +46,29 @@ static void runs_out(const kr_method *method)
     IS(kr_top_advance(top, 2.0) == KR_OK);
     kr_top_free(top);
 }
+/* A worker takes its memory when it is made: its own and that of the tops in it. It may fail at
+ * each; then nothing is written, and nothing is kept. */
+static void worker_refuses(const kr_method *method, int needs)
+{
+    kr_worker *const mark = (kr_worker *)(void *)&left, *worker = mark;
+    const kr_config config = {0};
+    const kr_scene s[2] = {asymmetric(), tilted()};
+    const double t = 3.0;
+    kr_state states[2];
+    kr_outcome outcomes[2];
+    const kr_tops tops = {
+        .n = 2, .scenes = s, .times = 1, .t = &t, .states = states, .outcomes = outcomes};
+    int needed = 0;
+    for (left = 0; kr_worker_create(method, config, 0, NULL, &worker) == KR_ERR_MEMORY;
+         left = ++needed)
+        IS(worker == mark && needed < needs);
+    IS(needed == needs);
+    left = asked = 0;
+    IS(kr_worker_run(worker, &tops) == KR_OK && asked == 0);
+    IS(outcomes[1].status == KR_OK);
+    left = -1;
+    kr_worker_free(worker);
+}
 static void stage_refuses(void)
 {
     static kr_stage stage;
@@ -61,6 +84,9 @@ static void stage_refuses(void)
 int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) runs_out(kr_method_at(i));
+    worker_refuses(NULL, 3);
+    worker_refuses(taylor(), 2);
+    worker_refuses(kr_method_find("exact"), 2);
     stage_refuses();
     return check_result();
 }

@@ -4,7 +4,14 @@
 #include "random.h"
 #include "tops.h"
 
-enum { THREADS = 4, TIMES = 8, METHODS = 32, STATES = METHODS * (TIMES + 3) + TIMES + 2 };
+enum {
+    THREADS = 4,
+    TIMES = 8,
+    METHODS = 32,
+    TOPS = 11,
+    MANY = 2 * TOPS,
+    STATES = METHODS * (TIMES + 3) + TIMES + 2 + MANY
+};
 static const kr_term height = {1.0, 0, 0};
 
 static kr_scene scene_for(const kr_method *method)
@@ -47,6 +54,23 @@ static void use_top(const kr_method *method, kr_state out[TIMES + 3])
     kr_top_free(top);
     kr_top_free(other);
 }
+/* Moves tops of two kinds at once, in lanes and by the closed form. */
+static void use_worker(kr_state out[MANY])
+{
+    static const double t[2] = {0.7, 5.0};
+    const kr_config config = {0};
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    const kr_tops tops = {
+        .n = TOPS, .scenes = scenes, .times = 2, .t = t, .states = out, .outcomes = outcomes};
+    kr_worker *worker = NULL;
+    for (int i = 0; i < TOPS; i++) {
+        scenes[i] = i % 3 ? asymmetric() : tilted();
+        scenes[i].start.m.x += 0.1 * i;
+    }
+    if (kr_worker_create(NULL, config, 0, NULL, &worker) == KR_OK) kr_worker_run(worker, &tops);
+    kr_worker_free(worker);
+}
 static void *use_all(void *memory)
 {
     static const double t[TIMES] = {-3.0, -1.0, 0.0, 1.0, 10.0, 100.0, 1000.0, 1e6};
@@ -60,6 +84,7 @@ static void *use_all(void *memory)
     if (kr_exact_plan(&s, &exact) == KR_OK) kr_exact_states(&exact, TIMES, t, out);
     if (kr_exact_map_plan(&s, 0.05, &map) == KR_OK) out[TIMES] = kr_exact_map_state(&map, 1000);
     kr_quantity_values(kr_quantity_find("energy"), &s, 1, &s.start, &out[TIMES + 1].t);
+    use_worker(out + TIMES + 2);
     return NULL;
 }
 
@@ -73,5 +98,6 @@ int main(void)
     use_all(alone);
     for (int i = 0; i < THREADS; i++) IS(memcmp(out[i], alone, sizeof alone) == 0);
     for (size_t i = 0; i < kr_method_count(); i++) IS(alone[i * (TIMES + 3) + TIMES + 2].t > 0.2);
+    for (int i = 1; i <= MANY; i++) IS(alone[STATES - i].t > 0.0);
     return check_result();
 }

@@ -39,6 +39,15 @@ PATHS = [
     kr.exact(LAGRANGE, map="bobenko_suris", step=0.1)([0, 1]),
     kr.solve(DAMPED, 1),
 ]
+MANY = [
+    kr.solve(ENSEMBLES[0], [0.0, 1.0]),
+    kr.solve(ENSEMBLES[2], [0.5, 1.0], want=("energy", "apex")),
+    kr.solve(ENSEMBLES[2], [4.0, 5.0], events=[LOW]),
+    kr.solve(ENSEMBLES[2], [4.0, 5.0], "taylor", max_steps=3),
+    kr.solve(ENSEMBLES[3], 1.0),
+]
+KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
+REDUCED = [kr.solve(tops, [0.5, 1.0], reduce=KEEPING) for tops in ENSEMBLES]
 MOST = 300  # steps of a run: a call that asks for more ends there
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 TOML = TOP.to_toml()
@@ -103,6 +112,12 @@ RIGHT = {
     "extremum": FLAGS,
     "table": [None],
     "key": ["taylor", "rk4"],
+    "threads": [None, 1, 2],
+    "executor": [None],
+    "reduce": [None, KEEPING, {"spin": "last"}],
+    "out": [None],
+    "index": [0, 1, (0, 1)],
+    "paths": MANY,
     "scenes": [[TOP, LAGRANGE], [[TOP], [FREE]]],
     "shape": [-1, 1, (1, -1)],
 }
@@ -118,9 +133,11 @@ PARTICULAR = {  # where a word means something else than elsewhere
     "plot.path": [*PATHS, PATHS[:2]],
     "Body.cuboid.half": VECTORS,
     "Body.ellipsoid.half": VECTORS,
-    "exact.scene": [*SCENES, SCENES[:2]],
+    "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
     "compare.t": [0.5, [0.25, 0.5]],
-    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble")},
+    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble", "Paths")},
+    "Reduced.__getitem__.key": ["nutation", "m_x", *PLACES],
+    **{f"{verb}.scene": [*SCENES, *ENSEMBLES] for verb in ("solve", "stream", "plan")},
     **{f"Bodies.{name}.mass": [1, [1, 2]] for name in ("cone", "cuboid", "symmetric")},
     **{f"Ensemble{name}.body": [TOP.body, *BODIES] for name in ("", ".from_euler", ".spinning")},
     **{

@@ -10,9 +10,8 @@ import ctypes
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 from .compiling import compiled
 from .taylor import medians

@@ -329,8 +329,10 @@ class Ensemble(TextbookTops[Scene]):
     `tops[i, j]` is a kr.Scene; slices, arrays and masks of places give ensembles; iteration gives
     scenes, of several dimensions ensembles along the first. Each member has the bits that Scene
     gives it (of attitudes in single precision up to the last place). What does not vary is held
-    once. Two ensembles are equal where bodies and states are. Raises TypeError and ValueError in the words of Scene,
-    for the first value that is refused, with its index.
+    once. Two ensembles are equal where bodies and states are.
+
+    Raises TypeError and ValueError in the words of Scene, for the first value that is refused, with
+    its index.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body

@@ -75,7 +75,7 @@ class Paths(Outcomes, Quantities):
     def _left_out(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in WANTED else "solve without want"
         return AttributeError(
-            f"these paths have no {name!r}: they keep what want={self.want!r} asked for; {more}"
+            f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
         )
 
     @property
@@ -122,7 +122,7 @@ class Paths(Outcomes, Quantities):
         >>> tops = kr.scenes.thesis.vary(gravity=np.linspace(0, 1, 4))
         >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
         >>> paths[3], paths[1:3].q.shape
-        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 0 steps>, (2, 3, 4))
+        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 1 steps>, (2, 3, 4))
         """
         i = number_of(self.shape, key)
         return self._part(key) if i is None else self._member(i)

@@ -30,7 +30,7 @@ class Reduced(Outcomes):
         >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
         >>> falls = kr.solve(tops, [0.0, 0.5, 1.0], reduce={"nutation": ("min", "max")})
         >>> falls["nutation"]["max"].round(3)
-        array([1.037, 1.136])
+        array([1.023, 1.13 ])
     """
 
     def __repr__(self) -> str:

@@ -177,7 +177,7 @@ def solve(
         >>> tops = kr.scenes.cusps.vary(gravity=np.linspace(0.5, 1.0, 3))
         >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
         >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
-        ((3, 3, 4), [], np.float64(1.136))
+        ((3, 3, 4), [], np.float64(1.13))
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both

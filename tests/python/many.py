@@ -1,0 +1,39 @@
+"""Ensembles that the tests of many tops share, and what they compare."""
+
+import kreisel as kr
+import numpy as np
+from tops import FREE, GENERAL, LAGRANGE
+
+DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
+SCENES = [kr.scenes.asymmetric, LAGRANGE, GENERAL, FREE, kr.scenes.cusps, DAMPED]
+MIXED = kr.Ensemble.of(SCENES)
+UNDAMPED = MIXED[:5]
+TIMES = [0.0, 0.5, 2.0, 5.0]
+FIELDS = "states", "status", "done", "reached", "steps", "evaluations", "rejected", "iterations"
+
+
+def scattered(n, seed=1):
+    """Tops of two bodies with momenta of their own, every third one with a closed form."""
+    momenta = np.random.default_rng(seed).normal(size=(n, 3))
+    bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
+    return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])
+
+
+def same(one, other):
+    """Whether two results have the same bits."""
+    return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
+
+
+def same_path(one, other, events=False):
+    """Whether two paths are one: to the bits of their numbers, and in their words."""
+    words = "method", "step", "tol", "digits", "want"
+    alike = all(getattr(one, word) == getattr(other, word) for word in words)
+    columns = one.want or ("states",)
+    alike &= all(np.array_equal(getattr(one, f), getattr(other, f)) for f in ("t", *columns))
+    if events:
+        mine, its = one.events, other.events
+        alike &= (
+            np.array_equal(mine.states, its.states) and mine.which.tolist() == its.which.tolist()
+        )
+        alike &= mine.direction.tolist() == its.direction.tolist()
+    return alike

@@ -1,0 +1,132 @@
+"""The laws of many tops: a top's numbers are its own to the last bit, and failures lose nothing."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from many import SCENES, TIMES, UNDAMPED, same, same_path, scattered
+
+N = 300
+TOPS = scattered(N)
+WHOLE = kr.solve(TOPS, TIMES)
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_bits_do_not_depend_on_the_threads(threads):
+    assert same(kr.solve(TOPS, TIMES, threads=threads), WHOLE)
+
+
+def test_bits_do_not_depend_on_who_moves_the_tops():
+    with ThreadPoolExecutor(2) as pool:
+        assert same(kr.solve(TOPS, TIMES, executor=pool), WHOLE)
+    with ProcessPoolExecutor(2) as pool:
+        assert same(kr.solve(TOPS, TIMES, executor=pool), WHOLE)
+        assert same(kr.solve(TOPS, np.tile(TIMES, (N, 1)), executor=pool), WHOLE)
+
+
+@pytest.mark.parametrize(
+    "some", [slice(7, 8), slice(3, 100, 7), [5, 299, 5, 0], slice(None, None, -1)]
+)
+def test_bits_do_not_depend_on_the_others(some):
+    assert same(kr.solve(TOPS[some], TIMES), WHOLE[some])
+
+
+def test_bits_do_not_depend_on_the_shape():
+    square = kr.solve(TOPS.reshape(15, 20), TIMES)
+    assert np.array_equal(square.states.reshape(N, len(TIMES), 8), WHOLE.states)
+    assert same(square[3, 2:5], WHOLE[62:65]) and same(square[:, 4], WHOLE[4::20])
+    assert same_path(square[14, 19], WHOLE[-1])
+    alone = kr.solve(TOPS[:1].reshape(()), TIMES)
+    assert alone.shape == () and np.array_equal(alone.states, WHOLE.states[0])
+    assert same_path(alone[()], WHOLE[0])
+
+
+def test_bits_do_not_depend_on_what_else_is_asked_for():
+    more = kr.solve(TOPS, [0.0, 0.1, 0.5, 1.7, 2.0, 5.0])
+    assert np.array_equal(more.states[:, [0, 2, 4, 5]], WHOLE.states)
+    own = kr.solve(TOPS, np.tile(TIMES, (N, 1)))
+    assert same(own, WHOLE) and own.t.shape == (N, len(TIMES)) and WHOLE.t.shape == (len(TIMES),)
+
+
+@pytest.mark.parametrize("name", kr.methods)
+def test_a_top_is_moved_as_if_it_were_alone(name):
+    method = kr.methods[name]
+    suited = [scene for scene in SCENES if method.suits(scene)]
+    words = {} if method.adaptive else {"step": 0.125}
+    for times in ([0.0, 0.25, 0.3, 1.0], [-0.25, -0.3, -1.0]):
+        many = kr.solve(kr.Ensemble.of(suited), times, name, **words).check()
+        for i, scene in enumerate(suited):
+            alone = kr.solve(scene, times, name, **words)
+            if name == "taylor" and not any(scene.damping):
+                apart = kr.attitude_error(many[i].q, alone.q).max()
+                assert apart < 1e-13, "taylor in lanes has roundings of its own, and no more"
+            else:
+                assert same_path(many[i], alone), name
+
+
+@pytest.mark.parametrize("name", ["auto", "taylor"])
+def test_taylor_errs_as_much_as_alone(name):
+    tops = scattered(60, seed=5)[np.arange(60) % 3 > 0]
+    times = np.linspace(0, 50, 11)
+    many = kr.solve(tops, times, name)
+    truth = kr.solve(tops, times, digits=20)
+    mine = [kr.attitude_error(many.q[i], truth.q[i]).max() for i in range(len(tops))]
+    its = [
+        kr.attitude_error(kr.solve(top, times, name).q, truth.q[i]).max()
+        for i, top in enumerate(tops)
+    ]
+    assert 0.0 < np.median(mine) < 3.0 * np.median(its) and max(mine) < 10.0 * max(its)
+
+
+def test_a_top_that_fails_loses_nothing_else():
+    bounded = kr.solve(TOPS, TIMES, "taylor", max_steps=12)
+    failed = bounded.status != 0
+    assert 0 < failed.sum() < N and bounded.failed.tolist() == np.flatnonzero(failed).tolist()
+    for some in (failed, ~failed):
+        assert same(bounded[some], kr.solve(TOPS[some], TIMES, "taylor", max_steps=12))
+    good = np.arange(len(TIMES)) < bounded.done[:, None]
+    free = kr.solve(TOPS, TIMES, "taylor")
+    assert kr.attitude_error(bounded.q[good], free.q[good]).max() < 1e-12
+    assert np.isnan(bounded.q[~good]).all() and np.isnan(bounded.energy[~good]).all()
+    assert not np.isnan(bounded.energy[good]).any()
+    assert np.array_equal(bounded.states[..., 0], np.broadcast_to(TIMES, (N, len(TIMES))))
+    assert set(bounded.status_names[failed]) == {"ERR_LIMIT"} and (bounded.steps <= 12).all()
+
+
+def test_a_failure_has_the_path_of_a_run_that_fails():
+    bounded = kr.solve(UNDAMPED, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
+    assert len(bounded.failed) == len(UNDAMPED)
+    for i, scene in enumerate(UNDAMPED):
+        with pytest.raises(kr.Error) as alone:
+            kr.solve(scene, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
+        assert same_path(bounded[i], alone.value.path) and bounded.why(i) == str(alone.value)
+        assert bounded.reached[i] == alone.value.path.t[-1]
+    with pytest.raises(
+        kr.Error, match=r"top\[0\], the first of 5 of 5: the largest number"
+    ) as first:
+        bounded.check()
+    assert first.value.paths is bounded and first.value.status == "ERR_LIMIT"
+    assert same_path(first.value.path, bounded[0])
+
+
+def test_what_is_wrong_with_one_top_alone_is_its_status():
+    fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)])
+    late = kr.solve(fast, [1.0, 2.0])
+    assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION", "OK"]
+    assert "more often than a double" in late.why(1) and late.why(0) == "success"
+    own = kr.solve(fast[::2], [[1.0, 2.0], [1.0, 1e300]])
+    assert own.status_names.tolist() == ["OK", "ERR_RESOLUTION"]
+    steps = kr.Ensemble(kr.scenes.cusps.body, momentum=(0, 0, 3), gravity=[1.0, 1e9])
+    large = kr.solve(steps, 1.0, "bobenko_suris4", step=0.1)
+    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"] and "would do" in large.why(1)
+
+
+def test_reductions_have_the_bits_of_any_threads():
+    asked = {"nutation": ("min", "max", "mean", "variance", "last", "where_min", "where_max")}
+    first, *others = (kr.solve(TOPS, TIMES, reduce=asked, threads=n) for n in (1, 2, 3))
+    with ProcessPoolExecutor(2) as pool:
+        others.append(kr.solve(TOPS, TIMES, reduce=asked, executor=pool))
+    for other in others:
+        for kind, values in first["nutation"].items():
+            assert np.array_equal(values, other["nutation"][kind])

@@ -1,0 +1,233 @@
+"""Bad input of many tops is refused in clear words before anything runs; Ctrl-C keeps what is
+done."""
+
+import contextlib
+import signal
+import threading
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from many import MIXED, SCENES, TIMES, UNDAMPED, same, scattered
+
+SPIN = {"spin": "max"}
+SHAPE = (len(MIXED), len(TIMES), 8)
+
+
+@pytest.mark.parametrize(
+    ("words", "kind", "says"),
+    [
+        (
+            {"method": "exact"},
+            ValueError,
+            r"top\[0\], the first of 3 such members: the method 'exa",
+        ),
+        ({"method": "strang", "step": 0.1}, ValueError, r"top\[5\]: the method 'strang' does not"),
+        ({"method": "tailor"}, ValueError, "did you mean 'taylor'"),
+        ({"method": 3}, TypeError, "method must be a name"),
+        ({"method": "geometric"}, ValueError, "give the error allowed"),
+        ({"method": "geometric", "error": 1e-3, "tol": 1e-3}, ValueError, "leave tol out"),
+        ({"error": 1e-3}, ValueError, "error is for method='geometric'"),
+        ({"tol": -1}, ValueError, "tol must be positive"),
+        ({"digits": 31}, ValueError, "at most 30"),
+        ({"every": 2}, ValueError, "every needs a method of fixed step"),
+        ({"max_steps": -1}, ValueError, "max_steps must be at least 0"),
+        ({"want": ["nutatio"]}, ValueError, "did you mean 'nutation'"),
+        ({"threads": 0}, ValueError, "threads must be at least 1"),
+        ({"threads": 1.5}, TypeError, "threads must be a whole number"),
+        ({"executor": 3}, TypeError, "executor must be one of concurrent.futures"),
+        ({"progress": 3}, TypeError, "progress must be a function"),
+        ({"events": [3]}, TypeError, "events must be a list"),
+        ({"events": [kr.events.loop()], "method": "rk4"}, ValueError, "rk4"),
+        ({"events": [kr.events.loop()], "reduce": SPIN}, ValueError, "leave reduce out"),
+        ({"reduce": {"nutatio": "max"}}, ValueError, "did you mean 'nutation'"),
+        ({"reduce": {"q_low": "max"}}, ValueError, "unknown quantity in reduce"),
+        ({"reduce": {"spin": "maxx"}}, ValueError, "did you mean 'max'"),
+        ({"reduce": {"spin": []}}, ValueError, "is empty"),
+        ({"reduce": {"spin": 3}}, TypeError, "must be one or several"),
+        ({"reduce": {}}, ValueError, "names no quantity"),
+        ({"reduce": ["spin"]}, TypeError, "reduce must name quantities"),
+        ({"reduce": SPIN, "want": ["spin"]}, ValueError, "either want"),
+        ({"reduce": SPIN, "digits": 20}, ValueError, "up to 16 digits"),
+        ({"out": [1.0]}, TypeError, "out must be an array of numpy"),
+        ({"out": np.empty((1, 4, 8))}, ValueError, r"of shape \(6, 4, 8\)"),
+        ({"out": np.empty(SHAPE, np.float32)}, ValueError, "of float64"),
+        ({"out": np.empty(SHAPE[::-1]).T}, ValueError, "C order"),
+        ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out is for states"),
+    ],
+)
+def test_words_are_refused(words, kind, says):
+    with pytest.raises(kind, match=says):
+        kr.solve(MIXED, TIMES, **words)
+
+
+@pytest.mark.parametrize(
+    ("t", "says"),
+    [
+        (float("nan"), "t must be finite"),
+        ([0.0, np.inf], r"t\[1\] = inf"),
+        ([1.0, 0.5], r"t\[1\] = 0.5 goes back"),
+        (np.ones((5, 4)), r"of shape \(6, 'k'\)"),
+        (np.ones((6, 1, 1)), r"of shape \(6, 'k'\)"),
+        ([[1.0], [2.0, 3.0]], "t must be a number"),
+        (
+            np.array([[1.0, 2.0]] * 4 + [[1.0, 0.5]] * 2),
+            r"t\[4, 1\] = 0.5 goes back from t\[4, 0\]",
+        ),
+        (
+            np.array([[1.0, 2.0]] * 3 + [[1.0, -2.0]] * 3),
+            r"t\[3, 0\] = 1.0 goes back from the start",
+        ),
+    ],
+)
+def test_times_are_refused(t, says):
+    with pytest.raises(ValueError, match=says):
+        kr.solve(MIXED, t)
+
+
+def test_more_than_there_is_memory_for_is_refused():
+    many = kr.Ensemble(SCENES[0].body, momentum=np.broadcast_to([0.0, 0.0, 1.0], (10**6, 3)))
+    with pytest.raises(MemoryError, match="with 10000001 states each need"):
+        kr.solve(many, 1e5, "strang", step=0.01, every=1)
+    with pytest.raises(ValueError, match="more steps"):
+        kr.solve(many, np.full((10**6, 1), 1e300), "strang", step=1e-9)
+
+
+def test_words_of_many_are_refused_for_one():
+    for verb in (kr.solve, kr.stream):
+        with pytest.raises(ValueError, match=r"threads: for a kreisel\.Ensemble of many"):
+            verb(SCENES[0], [1.0], threads=2)
+    with pytest.raises(ValueError, match="reduce and out"):
+        kr.solve(SCENES[0], [1.0], reduce=SPIN, out=np.empty(3))
+    with pytest.raises(ValueError, match="threads and reduce"):
+        kr.plan(SCENES[0], [1.0], threads=2, reduce=SPIN)
+
+
+def test_verbs_for_one_top_say_so():
+    for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
+        with pytest.raises(TypeError, match=r"must be a kreisel.Scene, .* take one by its index"):
+            verb(MIXED)
+    with pytest.raises(TypeError, match="no iterator"):
+        kr.stream(MIXED, iter([1.0]))
+    with pytest.raises(ValueError, match=r"see path\.plan"):
+        kr.plan(MIXED, method="geometric")
+
+
+def test_no_tops_and_no_times_give_empty_results():
+    none = MIXED[:0]
+    for words in ({}, {"digits": 20}, {"events": kr.events.loop()}, {"want": ["apex"]}):
+        told = []
+        paths = kr.solve(none, TIMES, progress=told.append, **words).check()
+        assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and told == [1.0]
+    assert kr.solve(none, 1.0, reduce=SPIN)["spin"]["max"].shape == (0,)
+    assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
+    assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
+    nowhen = kr.solve(MIXED, [])
+    assert nowhen.q.shape == (6, 0, 4) and not nowhen.failed.size and len(nowhen[0]) == 0
+    assert np.isnan(kr.solve(MIXED, [], reduce=SPIN)["spin"]["max"]).all()
+
+
+TOPS = scattered(400)
+LONG = np.linspace(0.0, 1e6, 101)  # would take an hour
+
+
+@contextlib.contextmanager
+def interrupted(after):
+    """Ctrl-C after some seconds."""
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, after)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def mixed_times(n):
+    """Times of which some are short and most would take an hour."""
+    times = np.tile(LONG, (n, 1))
+    times[:40] *= 1e-6
+    return times
+
+
+@pytest.mark.parametrize("words", [{}, {"digits": 20}, {"want": ["nutation"]}, {"threads": 1}])
+def test_ctrl_c_keeps_what_is_done(words):
+    with interrupted(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
+        kr.solve(TOPS, mixed_times(400), "taylor", **words)
+    paths = stop.value.paths
+    done = paths.status == 0
+    assert 0 < done.sum() < 400 and set(paths.status_names[~done]) == {"ERR_INTERRUPTED"}
+    told = paths.nutation
+    assert np.isfinite(told[done]).all() and np.isnan(told[~done][:, -1]).all()
+    finished = kr.solve(TOPS[done], mixed_times(400)[done], "taylor", **words)
+    assert np.array_equal(finished.nutation, told[done])
+    first = int(paths.failed[0])
+    assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
+
+
+@pytest.mark.parametrize("method", [{"method": "geometric", "error": 1e-9}, {"reduce": SPIN}])
+def test_ctrl_c_ends_all_that_is_asked_for(method):
+    with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+        kr.solve(TOPS, 1e6, **method)
+    assert len(stop.value.paths.status) == 400 and stop.value.paths.failed.size
+
+
+@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
+def test_ctrl_c_ends_what_an_executor_does(pool):
+    with pool(2) as executor:
+        times = mixed_times(400)
+        times[:] = np.minimum(times, 5e3)  # another process is not waited for, and ends by itself
+        with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+            kr.solve(TOPS, np.maximum.accumulate(times, axis=1), "taylor", executor=executor)
+        assert stop.value.paths.failed.size
+        for future in [executor.submit(int) for _ in range(2)]:
+            future.cancel()
+
+
+def test_progress_goes_from_none_to_all_and_may_stop():
+    told = []
+
+    def stop(part):
+        told.append(part)
+        if len(told) == 3:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        kr.solve(TOPS, mixed_times(400), progress=stop)
+    assert told == sorted(told) and 0.0 <= told[0] <= told[-1] < 1.0
+    told.clear()
+    kr.solve(TOPS, 1.0, progress=told.append)
+    assert told[-1] == 1.0
+
+
+def test_other_threads_may_solve_too():
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(kr.solve(TOPS, TIMES))) for _ in "ab"]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 2 and same(*found)
+
+
+def test_closed_forms_of_an_ensemble_are_those_of_each():
+    tops = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
+    forms = kr.exact(tops)
+    own = np.random.default_rng(3).normal(size=(4, 3, 5))
+    for i in np.ndindex(4, 3):
+        one = kr.exact(tops[i])
+        for word in ("period", "precession", "spin", "least_nutation", "t_greatest", "course"):
+            assert getattr(forms, word)[i] == getattr(one, word)
+        for t in ([0.0, 1.0], [1.0, 2.0, 5.0], [3.0, -1.0, 0.0, -7.0], [], [-1.0, -2.0]):
+            assert np.array_equal(forms(t)[i], one(t).states)
+        assert np.array_equal(forms(2.5)[i], one(2.5).states[0])
+        assert np.array_equal(forms(own)[i], one(own[i]).states)
+    with pytest.raises(ValueError, match=r"top\[0\], the first of 2 such: no closed form"):
+        kr.exact(UNDAMPED[[0, 2]])
+    with pytest.raises(ValueError, match=r"top\[0, 0\]: by t = 1e\+300"):
+        forms(1e300)
+    with pytest.raises(ValueError, match=r"of shape \(4, 3, 'k'\)"):
+        forms(np.ones((3, 4, 2)))
+    with pytest.raises(ValueError, match=r"top\[1\]: turning points are those"):
+        _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).course

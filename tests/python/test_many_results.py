@@ -1,0 +1,212 @@
+"""What kreisel.solve gives of an ensemble: arrays, paths, tables, what is kept of each top."""
+
+import pickle
+
+import kreisel as kr
+import numpy as np
+import pytest
+from many import MIXED, SCENES, TIMES, UNDAMPED, same, same_path, scattered
+
+GRID = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
+PATHS = kr.solve(GRID, TIMES)
+QUANTITIES = ["apex", "frame", "nutation", "energy", "body_velocity", "kowalewski", "spin_angle"]
+
+
+def test_quantities_have_the_bits_of_each_path():
+    many = kr.solve(MIXED, TIMES)
+    for name in QUANTITIES:
+        values = getattr(many, name)
+        assert not values.flags.writeable and values is getattr(many, name)
+        for i in range(len(SCENES)):
+            assert np.array_equal(values[i], getattr(many[i], name), equal_nan=True)
+    assert np.array_equal(many.q_xyzw, np.roll(many.q, -1, axis=-1))
+    assert not many.q_low.any() and many.m_low.shape == many.m.shape
+
+
+def test_what_is_wanted_alone_is_kept():
+    for want in (("nutation", "energy"), ("q_low", "apex"), ("m",)):
+        some = kr.solve(MIXED, TIMES, want=want)
+        for name in want:
+            near = getattr(kr.solve(MIXED, TIMES), name)
+            assert np.allclose(getattr(some, name), near, rtol=0, atol=1e-12)
+        for i, scene in enumerate(SCENES):
+            assert some[i].want == want and len(some[i]) == len(TIMES)
+            if kr.methods["exact"].suits(scene):
+                assert same_path(some[i], kr.solve(scene, TIMES, want=want))
+        with pytest.raises(AttributeError, match="add 'torque' to want"):
+            _ = some.torque
+        with pytest.raises(AttributeError, match="solve without want"):
+            _ = some.states
+    stopped = kr.solve(UNDAMPED, [1.0, 50.0], "rk4", step=0.1, max_steps=20, want=("nutation",))
+    assert np.isnan(stopped.nutation[:, 1]).all() and len(stopped[0]) == 2
+
+
+def test_places_are_those_of_an_array():
+    numbers = np.arange(12).reshape(4, 3)
+    for key in (
+        0,
+        -1,
+        slice(1, 3),
+        (slice(None), 1),
+        ...,
+        None,
+        [2, 0],
+        numbers % 2 == 0,
+        (1, ...),
+    ):
+        some = PATHS[key]
+        assert np.array_equal(some.states, PATHS.states.reshape(12, -1, 8)[numbers[key]])
+        assert some.shape == numbers[key].shape and same(some, kr.solve(GRID[key], TIMES))
+    assert [len(row) for row in PATHS] == [3] * 4 and PATHS[2, 1].scene == GRID[2, 1]
+    for key in (4, (0, 3), (0, 0, 0)):
+        with pytest.raises(IndexError):
+            PATHS[key]
+    with pytest.raises(IndexError, match="is not the index of one top"):
+        PATHS.why(0)
+    with pytest.raises(TypeError, match=r"paths\[0\]"):
+        kr.apex(PATHS)
+    with pytest.raises(TypeError, match="no array"):
+        np.asarray(PATHS)
+    with pytest.raises(AttributeError, match="did you mean 'nutation'"):
+        _ = PATHS.nutatio
+
+
+def test_results_go_through_pickles():
+    for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
+        again = pickle.loads(pickle.dumps(paths))
+        assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
+    kept = kr.solve(GRID, TIMES, reduce={"apex": "max"})
+    assert np.array_equal(pickle.loads(pickle.dumps(kept))["apex"]["max"], kept["apex"]["max"])
+    failed = kr.solve(UNDAMPED, 9, "rk4", step=0.1, max_steps=5)
+    with pytest.raises(kr.Error) as error:
+        failed.check()
+    again = pickle.loads(pickle.dumps(error.value))
+    assert str(again) == str(error.value) and same(again.paths, failed)
+
+
+def test_reductions_are_those_of_the_states():
+    kinds = "min", "max", "mean", "variance", "last", "where_min", "where_max"
+    kept = kr.solve(GRID, TIMES, reduce={"nutation": kinds, "apex": ("max",), "m_x": "last"})
+    nutation, t = PATHS.nutation, np.array(TIMES)
+    for kind in ("min", "max"):
+        assert np.array_equal(kept["nutation"][kind], getattr(nutation, kind)(axis=-1))
+        at = t[getattr(nutation, f"arg{kind}")(axis=-1)]
+        assert np.array_equal(kept["nutation"][f"where_{kind}"], at)
+    assert np.array_equal(kept["nutation"]["last"], nutation[..., -1])
+    assert np.allclose(kept["nutation"]["mean"], nutation.mean(axis=-1), rtol=1e-14)
+    assert np.allclose(kept["nutation"]["variance"], nutation.var(axis=-1), rtol=1e-12)
+    assert np.array_equal(kept["apex"]["max"], PATHS.apex.max(axis=-2))
+    assert np.array_equal(kept["m_x"]["last"], PATHS.m[..., -1, 0])
+    assert list(kept) == ["nutation", "apex", "m_x"] == list(kept.keys()) and len(kept) == 3
+    assert "apex" in kept and "spin" not in kept and not kept["apex"]["max"].flags.writeable
+    assert np.array_equal(kept[1]["apex"]["max"], kept["apex"]["max"][1])
+    with pytest.raises(TypeError, match="no path of one top"):
+        kept[0, 0]
+    with pytest.raises(KeyError, match="did you mean 'nutation'"):
+        kept["nutatio"]
+
+
+def test_what_failed_has_nothing_to_keep():
+    kept = kr.solve(UNDAMPED, [1.0, 9.0], "rk4", step=0.1, max_steps=20, reduce={"spin": "max"})
+    assert np.isnan(kept["spin"]["max"]).all() and (kept.done == 1).all()
+    with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
+        kept.check()
+    assert error.value.paths is kept and error.value.path.t.tolist() == [kept.reached[0]]
+
+
+def test_states_go_into_an_array_that_is_given():
+    out = np.full((4, 3, len(TIMES), 8), 7.0)
+    paths = kr.solve(GRID, TIMES, out=out)
+    assert np.shares_memory(paths.states, out) and np.array_equal(out, PATHS.states)
+    assert not paths.states.flags.writeable and out.flags.writeable
+
+
+def test_tables_have_the_names_of_the_axes_and_units():
+    pytest.importorskip("xarray")
+    data = PATHS.to_xarray("apex", "nutation", degrees=True)
+    assert data["apex"].dims == ("spin", "tilt", "time", "axis")
+    assert data["nutation"].attrs["units"] == "deg" and data["time"].attrs["units"] == "T"
+    assert np.array_equal(data["apex"], PATHS.apex) and data.attrs["method"] == "auto"
+    assert np.array_equal(data["spin"], np.linspace(5, 20, 4)) and data["status"].shape == (4, 3)
+    own = kr.solve(GRID, np.broadcast_to(TIMES, (4, 3, 4))).to_xarray()
+    assert own["t"].dims == ("spin", "tilt", "time") and own["q"].dims[-1] == "quaternion"
+    kept = kr.solve(GRID, TIMES, reduce={"nutation": "variance", "apex": "where_max", "m_x": "min"})
+    table = kept.to_xarray()
+    assert table["nutation_variance"].attrs["units"] == "(rad)^2"
+    assert table["apex_where_max"].dims == ("spin", "tilt", "axis")
+    assert table["apex_where_max"].attrs["units"] == "T"
+    frame = kept.to_pandas()
+    assert len(frame) == 12 and frame.attrs["units"]["m_x_min"] == "M L^2 T^-1"
+    assert frame["apex_z_where_max"].tolist() == kept["apex"]["where_max"][..., 2].ravel().tolist()
+    assert frame["tilt"].tolist() == np.tile(np.linspace(0.1, 1, 3), 4).tolist()
+
+
+@pytest.mark.parametrize("digits", [20, 30])
+def test_low_words_are_those_of_each_top_alone(digits):
+    many = kr.solve(MIXED, TIMES, digits=digits)
+    wanted = kr.solve(MIXED, TIMES, digits=digits, want=["q_low", "nutation"])
+    assert np.array_equal(wanted.q_low, many.q_low) and many.method == "auto"
+    for i, scene in enumerate(SCENES):
+        alone = kr.solve(scene, TIMES, digits=digits)
+        assert same_path(many[i], alone) and np.array_equal(many[i].q_low, alone.q_low)
+        assert np.array_equal(many.m_low[i], alone.m_low) and many[i].stats == alone.stats
+    assert not np.array_equal(many[1:3][0].q_low, 0 * many[1].q)
+
+
+def test_events_are_those_of_each_top_alone():
+    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, most=1)
+    ends = kr.events.nutation(direction=-1, most=1, terminal=True)
+    for events in (low, [low, high], [low, ends]):
+        many = kr.solve(MIXED, [1.0, 5.0, 10.0], events=events)
+        met = many.events
+        assert met.count.sum() == len(met) and (np.diff(met.top) >= 0).all()
+        for i, scene in enumerate(SCENES):
+            alone = kr.solve(scene, [1.0, 5.0, 10.0], events=events)
+            assert same_path(many[i], alone, events=True), i
+            assert np.array_equal(met.t[met.top == i], alone.events.t)
+        assert many[2:4].events.count.tolist() == met.count[2:4].tolist()
+        assert many[[3, 1]].events.t.tolist() == [*many[3].events.t, *many[1].events.t]
+    assert (many.done < 3).any() and not many.failed.size
+    assert kr.solve(MIXED, 1.0).events is None
+    square = kr.solve(MIXED.reshape(2, 3), 9.0, events=low, want=["spin"]).events
+    assert square.top.shape == (len(square), 2) and square.q.shape == (len(square), 4)
+
+
+def test_a_method_is_chosen_for_each_top():
+    tops = MIXED[:5]
+    many = kr.solve(tops, [0.5, 2.0], "geometric", error=1e-6)
+    assert many.method == "geometric" and not many.failed.size
+    for i, scene in enumerate(tops):
+        alone = kr.solve(scene, [0.5, 2.0], "geometric", error=1e-6)
+        assert same_path(many[i], alone) and many[i].plan.choice == alone.plan.choice
+    unmet = kr.solve(tops, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
+    assert len(unmet.failed) > 0 and "cannot be met" in unmet.why(int(unmet.failed[0]))
+    still = kr.solve(tops, [0.0, 0.0], "geometric", error=1e-6)
+    assert np.array_equal(still.q[:, 1], tops.attitude) and not still.failed.size
+
+
+def test_streams_are_the_whole_in_pieces():
+    pieces = list(kr.stream(GRID, TIMES, chunk=20))
+    assert [len(piece) for piece in pieces] == [5, 5, 2]
+    assert np.array_equal(
+        np.concatenate([p.states for p in pieces]), PATHS.states.reshape(12, -1, 8)
+    )
+    own = np.arange(1.0, 13.0).reshape(4, 3, 1)
+    ends = [t for piece in kr.stream(GRID, own, chunk=1) for t in piece.states[:, 0, 0]]
+    assert ends == list(range(1, 13))
+    told = []
+    list(kr.stream(scattered(9), 1.0, chunk=4, progress=told.append))
+    assert told[-1] == 1.0 and len(told) == 5
+
+
+def test_plans_count_the_ways_and_the_bytes():
+    plan = kr.plan(MIXED, TIMES, threads=2)
+    assert (plan.closed_form, plan.lanes, plan.alone) == (3, 2, 1) and plan.threads == 2
+    assert plan.states == 4 and plan.bytes >= 6 * 4 * 64 and 0.0 < plan.seconds < 10.0
+    assert "3 by closed form, 2 in lanes, 1 one by one" in str(plan)
+    assert kr.plan(MIXED).seconds is None and kr.plan(MIXED).bytes == 64
+    assert kr.plan(UNDAMPED, TIMES, method="strang", step=0.1).alone == 5
+    assert kr.plan(MIXED, TIMES, digits=20).alone == 6 and kr.plan(GRID).closed_form == 12
+    small = kr.plan(MIXED, range(1000), reduce={"spin": "max"})
+    assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
+    assert kr.plan(MIXED[:0], TIMES).seconds == 0.0
