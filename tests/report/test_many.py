@@ -127,7 +127,10 @@ def test_the_program_holds_members_against_their_single_runs(capsys):
     assert bench.main(["threads", "large", "single", "--quick"]) == 0
     lines = capsys.readouterr().out.splitlines()
     singles = [line for line in lines if "single" in line]
-    assert len(singles) == 14 and all(line.endswith((": must", ": stretch")) for line in singles)
+    assert len(singles) == 18
+    largest = [line for line in singles if "largest" in line]
+    at_the_floor = [line for line in singles if "closed form" in line or "1e-15" in line]
+    assert all(line.endswith(": must") for line in (*largest, *at_the_floor))
     assert sum("peak memory" in line for line in lines) == 1
 
 
