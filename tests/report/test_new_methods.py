@@ -18,6 +18,7 @@ MACHINERY = [
 ]
 NAMED = {  # why each of these files knows a method by name
     "left_out": {"suzuki4", "taylor"},  # what is left out of which
+    "movers": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
     "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
     "race": {"gsl_rk8pd"},  # whom the tables compare with
     "readme_picture": {"bobenko_suris"},  # what is drawn

@@ -122,13 +122,18 @@ def turn(q, v):
     return turn_back(q * np.array([1, -1, -1, -1]), v)
 
 
-def attitude_error(q, truth):
-    """Gives the angle of the rotation between two attitudes, 0 .. pi [rad]; 2 acos |w| would lose
-    half the digits."""
-    (a, *u), (b, *v) = np.array(q, np.longdouble), np.array(truth, np.longdouble)
-    u, v = np.array(u), np.array(v)
+def attitude_errors(q, truth):
+    """Gives the angles of the rotations between attitudes in rows, 0 .. pi [rad]; 2 acos |w| would
+    lose half the digits."""
+    q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
+    (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
     vec = a * v - b * u - np.cross(u, v)
-    return float(2 * np.arctan2(np.sqrt(vec @ vec), abs(a * b + u @ v)))
+    same = a[..., 0] * b[..., 0] + (u * v).sum(-1)
+    return np.asarray(2 * np.arctan2(np.sqrt((vec * vec).sum(-1)), abs(same)), float)
+
+
+def attitude_error(q, truth):
+    return float(attitude_errors(q, truth))
 
 
 def load(name):

@@ -1,0 +1,23 @@
+"""A quantity over a plane, as a picture of one dot a value."""
+
+from .look import INK, STYLE, as_svg, plt
+
+
+def field(values, extent, labels):
+    """Draws values (rows from below, columns). `extent`: left, right, below, above; `labels`:
+    across, up, of the values."""
+    across, up, of_values = labels
+    with plt.rc_context(STYLE | {"axes.spines.top": True, "axes.spines.right": True}):
+        figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+        image = axes.imshow(
+            values,
+            origin="lower",
+            aspect="auto",
+            extent=extent,
+            cmap="viridis",
+            interpolation="nearest",
+        )
+        axes.set(xlabel=across, ylabel=up)
+        bar = figure.colorbar(image, ax=axes, label=of_values)
+        bar.outline.set_edgecolor(INK)
+        return as_svg(figure)

@@ -1,0 +1,156 @@
+"""Many tops at once: what ensembles cost at equal error beside heyoka's batches, GSL and SciPy; and
+a map of all the ways to let a symmetric top go."""
+
+from dataclasses import asdict
+from functools import partial
+from math import isnan
+from statistics import median
+
+import kreisel as kr
+import numpy as np
+
+from ..drawing.field import field
+from ..drawing.throughput import throughput
+from ..peers import equal_error, measure, movers
+from ..peers.equal_error import Run
+from ..truth.many import SCENES, random, truths
+from .budget import Task
+from .part import Part, csv_text
+from .words import brief, digits, in_a_row, power
+
+TARGETS = 1e-6, 1e-9  # of the median attitude error [rad]
+SAMPLE, SIDE = 200, 500
+FASTEST, LEAST, LARGEST = 8.0, 1e-3, 1.0  # spin [T^-1], tilts [rad]
+COLUMNS = ("kind", "mover", "setting", "tops", "middle", "bad", "worst", "microseconds")
+ABOUT = {
+    "asymmetric": "a box of three different sides, chaotic: of some, a rounding grows to an angle "
+    "that can be seen",
+    "Lagrange": "the top of the thesis, which has a closed form",
+}
+
+
+def sleeping_map(side):
+    """Gives the greatest nutation of symmetric tops that are let go, (spin, tilt) [rad]. Spun
+    faster than 4 [T^-1], an upright one sleeps."""
+    top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
+    spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
+    tops = kr.Scene.spinning(top, spin=0.0).vary(spin=spin[:, None], tilt=tilt)
+    return kr.exact(tops).greatest_nutation
+
+
+def examine(kind, n, rounds, each):
+    tops = random(kind, n)
+    who = movers.suited(tops, each)
+    runs = equal_error.runs(tops, who, truths(tops.first(min(n, SAMPLE))), rounds)
+    return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
+
+
+def time_of_map():
+    return min(measure.once(partial(sleeping_map, SIDE)) for _ in range(3))
+
+
+def tasks(problems, budget, store):
+    n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
+    for kind in SCENES:
+        make = partial(examine, kind, n, budget.rounds, each)
+        yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
+    yield Task("many tops mapped", time_of_map, 2.0)
+
+
+def found(problems, store):
+    kinds = [
+        each | {"groups": equal_error.by_mover([Run(**run) for run in each["runs"]])}
+        for each in store.under("many/")
+    ]
+    return {"kinds": kinds, "map": store.known.get("many tops mapped")} if kinds else None
+
+
+def equal_errors(groups):
+    """Gives a line for each target: what a top costs kreisel [us], and how often as long the others
+    take."""
+    own = groups[movers.SERIES.name]
+    peers = {name: runs for name, runs in groups.items() if name not in movers.OWN}
+    for target in (*TARGETS, equal_error.tightest(own, peers[movers.HEYOKA])):
+        told = [equal_error.ratio(runs, own, target) for runs in peers.values()]
+        yield {
+            "target": digits(target, ".1e"),
+            "own": brief(1e6 * median(equal_error.seconds_at(target, own))),
+            "others": [digits(None) if isnan(value) else brief(value) for value, *_ in told],
+        }
+
+
+def line(run):
+    return asdict(run) | {"microseconds": 1e6 * median(run.seconds)}
+
+
+def kind_shown(each):
+    groups = each["groups"]
+    return {
+        "kind": each["kind"],
+        "about": ABOUT[each["kind"]],
+        "tops": each["tops"],
+        "end": f"{each['end']:g}",
+        "svg": throughput(groups, movers.OWN),
+        "peers": [name for name in groups if name not in movers.OWN],
+        "equal": list(equal_errors(groups)),
+        "lines": [line(run) for own in groups.values() for run in own],
+    }
+
+
+def shown(findings):
+    picture = field(
+        np.degrees(sleeping_map(SIDE)).T,
+        (0.0, FASTEST, LEAST, LARGEST),
+        ("spin", "tilt at the start [rad]", "greatest nutation [degrees]"),
+    )
+    return {
+        "kinds": [kind_shown(each) for each in findings["kinds"]],
+        "map": picture,
+        "side": SIDE,
+        "map_seconds": findings["map"],
+    }
+
+
+def concluded(findings):
+    return in_a_row(*(of_kind(each["kind"], each["groups"]) for each in findings["kinds"]))
+
+
+def of_kind(kind, groups):
+    """Says how many tops a second are moved, and by what that beats heyoka."""
+    peer, own = groups[movers.HEYOKA], groups[movers.SERIES.name]
+    target = max(1e-9, equal_error.tightest(own, peer))
+    value, _, seconds = equal_error.ratio(peer, own, target)
+    said = (
+        f"Of {kind} tops, {movers.SERIES.name} moves {1 / seconds:.0f} a second to a median error "
+        f"of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
+    )
+    if movers.CLOSED.name not in groups:
+        return f"{said}."
+    closed = groups[movers.CLOSED.name]
+    value, _, seconds = equal_error.ratio(peer, closed, 1e-6)
+    return (
+        f"{said}; the closed form {1 / seconds:.0f} to {power(closed[0].middle)} rad, "
+        f"{brief(value)} times as many as heyoka to 1e-6."
+    )
+
+
+def rows(findings):
+    for each in findings["kinds"]:
+        for runs in each["groups"].values():
+            yield from ({"kind": each["kind"]} | line(run) for run in runs)
+
+
+PART = Part(
+    "many",
+    "Many tops",
+    "Many tops at once",
+    tasks,
+    found,
+    shown,
+    concluded,
+    short="Many tops",
+    files=lambda findings, about: [("many.csv", csv_text(COLUMNS, rows(findings)))],
+    methods=lambda findings: {
+        name for each in findings["kinds"] for name in (*each["groups"], "heyoka")
+    },
+)

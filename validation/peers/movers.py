@@ -1,0 +1,156 @@
+"""Who moves many tops of one body at once: kreisel's ensembles, and peers in the hands of somebody
+who knows them.
+
+A mover is made for tops, a setting and a number of threads, compiles what it needs, and is then
+called again and again: it gives the attitudes at the end, (n, 4). heyoka has the seven equations
+with the body's constants folded in, not compact, and a batch of eight tops in the lanes of an
+integrator: by hand with one integrator a thread, or by the call that it has for ensembles.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+
+from ..truth import equations
+from .contenders import EPS, ScipyRun, Setting
+
+BATCH = 8
+
+
+def by_kreisel(method, tops, setting, threads):
+    ensemble, times = tops.ensemble(), [tops.end]
+    words = {"method": method, "threads": threads} | setting.words
+
+    def move():
+        paths = kr.solve(ensemble, times, **words)
+        paths.check()
+        return paths.q[:, 0]
+
+    return move
+
+
+def integrator(tops, setting):
+    system, _ = equations.system(tops.problem)
+    hy.llvm_state.set_diskcache_enabled(False)
+    return hy.taylor_adaptive_batch(system, np.zeros((7, BATCH)), tol=setting.tol)
+
+
+def in_batches(tops):
+    """Gives the starts with the tops in columns, the last repeated until batches are full."""
+    missing = -len(tops) % BATCH
+    return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
+
+
+def landed(results):
+    if any(outcome != hy.taylor_outcome.time_limit for outcome, *_ in results):
+        raise ArithmeticError("heyoka stopped before the end")
+
+
+def by_hand(tops, setting, threads):
+    """Leads batches of eight to the end one after the other, whichever thread is free."""
+    starts, end = in_batches(tops), tops.end
+    own = [integrator(tops, setting) for _ in range(threads)]
+    pool = ThreadPoolExecutor(threads)
+
+    def work(top, batches, found):
+        for i in batches:
+            top.set_time(0.0)
+            top.state[:] = starts[:, i : i + BATCH]
+            top.propagate_until(end)
+            landed(top.propagate_res)
+            found[:, i : i + BATCH] = top.state[:4]
+
+    def move():
+        found = np.empty((4, starts.shape[1]))
+        batches = iter(range(0, starts.shape[1], BATCH))
+        list(pool.map(lambda top: work(top, batches, found), own))
+        return found[:, : len(tops)].T
+
+    return move
+
+
+def by_its_own_call(tops, setting, threads):
+    starts, top = in_batches(tops), integrator(tops, setting)
+
+    def begin(copy, i):
+        copy.state[:] = starts[:, BATCH * i : BATCH * (i + 1)]
+        return copy
+
+    def move():
+        iterations = starts.shape[1] // BATCH
+        done = hy.ensemble_propagate_until_batch(
+            top, tops.end, iterations, begin, max_workers=threads
+        )
+        for led, *_ in done:
+            landed(led.propagate_res)
+        return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
+
+    return move
+
+
+def by_scipy(tops, setting, threads):
+    """Leads one top after the other. Python keeps one thread at work, so that a time of it may be
+    divided by the number of threads: processes would share the tops."""
+    runs = [
+        ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
+        for momentum in tops.momenta
+    ]
+    return lambda: np.array([run.solve() for run in runs])
+
+
+@dataclass(frozen=True)
+class Mover:
+    """Somebody who moves tops, at some settings from loose to tight, and how many he is given: the
+    slow ones fewer, as their time is told a top."""
+
+    name: str
+    make: Callable  # (tops, setting, threads) -> call
+    settings: tuple
+    part: float = 1.0  # of the tops
+    least: int = 0  # of them
+    is_timed_once: bool = False
+    is_serial: bool = False  # uses one thread, whatever it is given
+
+    def tops(self, tops):
+        return tops.first(max(self.least, round(self.part * len(tops))))
+
+
+def tolerances(decades, tightest=None):
+    more = (Setting(tol=tightest),) if tightest else ()
+    return (*(Setting(tol=10.0**-k) for k in decades), *more)
+
+
+HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
+CLOSED = Mover("exact", partial(by_kreisel, "exact"), (Setting(),))
+SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 16), 2.0**-53))
+OWN = CLOSED.name, SERIES.name
+PEERS = (
+    Mover(HEYOKA, by_hand, tolerances(range(4, 16), EPS)),
+    Mover(OWN_CALL, by_its_own_call, tolerances(range(4, 15, 5), EPS), 0.1, 64),
+    Mover("gsl_rk8pd", partial(by_kreisel, "gsl_rk8pd"), tolerances(range(5, 15, 3)), 0.05, 64),
+    Mover(
+        "scipy_dop853",
+        by_scipy,
+        tolerances(range(5, 14, 4)),
+        0.0,
+        8,
+        is_timed_once=True,
+        is_serial=True,
+    ),
+)
+
+
+def suited(tops, each=1):
+    """Gives those who can move these tops, kreisel first; at each setting, or at each second or
+    third of them from the tightest on."""
+    closed = (CLOSED,) if tops.problem.symmetric else ()
+    return [
+        replace(who, settings=who.settings[::-each][::-1])
+        for who in (*closed, SERIES, *PEERS)
+        if who.name in kr.methods or not who.name.startswith("gsl_")
+    ]

@@ -1,0 +1,89 @@
+"""Many random tops of one body, whose momenta scatter about that of a scene of the report; where
+they are in the end, in 30 digits; and how far a rounding of the start moves that.
+
+The k-th top depends on the seed and k alone: more tops begin with the same.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import kreisel as kr
+import numpy as np
+
+from .problems import Problem, attitude_errors, load, turn_back
+
+SEED, SCATTER, END = 15, 0.3, 100.0
+SCENES = {"asymmetric": "asymmetric", "Lagrange": "thesis"}
+NUDGE = 2.0**-46  # small beside the start, large beside the roundings of moving it
+ROUNDING = 2.0**-53
+
+
+@dataclass(frozen=True)
+class Many:
+    """Tops that have a body, an attitude and gravity in common."""
+
+    problem: Problem
+    momenta: np.ndarray  # (n, 3) about the fixed point, seen from space [M L^2 T^-1]
+    end: float  # when they are looked at [T]
+
+    def __len__(self):
+        return len(self.momenta)
+
+    def first(self, n):
+        return replace(self, momenta=self.momenta[:n])
+
+    def scene(self, k):
+        return self.problem.scene().replace(momentum=self.momenta[k])
+
+    @cached_property
+    def starts(self):
+        """Gives unit attitudes and angular velocities in the body, (n, 7), for the peers."""
+        q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
+        q = q / np.sqrt((q * q).sum(-1, keepdims=True))
+        velocity = turn_back(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
+        return np.concatenate((q, velocity), axis=1).astype(float)
+
+    def ensemble(self):
+        """Gives the tops as kreisel takes them."""
+        scene = self.problem.scene()
+        return kr.Ensemble(
+            scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
+        )
+
+
+def random(kind, n, end=END):
+    problem = load(SCENES[kind])
+    scattered = np.random.default_rng(SEED).normal(problem.momentum, SCATTER, (n, 3))
+    return Many(problem, scattered, end)
+
+
+def end_of(scene, end, digits):
+    """Gives the attitude at the end, with what its doubles leave out."""
+    path = kr.solve(scene, [end], "taylor", digits=digits)
+    return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
+
+
+def truths(tops):
+    """Gives the attitudes of the tops at the end, (n, 4)."""
+    return np.array([end_of(tops.scene(k), tops.end, 30) for k in range(len(tops))])
+
+
+def moved(scene):
+    """Gives the top with each component of momentum and attitude moved by a little."""
+    scale = np.linalg.norm(scene.momentum)
+    for i in range(3):
+        little = NUDGE * np.eye(3)[i]
+        yield scene.replace(momentum=scene.momentum + scale * little)
+        yield scene.replace(attitude=kr.quaternion.multiply(scene.attitude, (1.0, *(little / 2))))
+
+
+def conditioning(tops):
+    """Gives by what angle roundings of the start move the end of each top [rad]: what one in
+    doubles may be off by, and more so the more chaotic it is."""
+
+    def of(scene):
+        here = end_of(scene, tops.end, 20)
+        ends = np.array([end_of(near, tops.end, 20) for near in moved(scene)])
+        return attitude_errors(ends, here).sum() * ROUNDING / NUDGE
+
+    return np.array([of(tops.scene(k)) for k in range(len(tops))])
