@@ -48,10 +48,10 @@ static void choose_order(kr_lanes *l, double tol)
     static const struct {
         double until, less;
         int order;
-    } rows[] = {{-18.0, 1.5, 12},
-                {-26.0, 2.5, 14},
-                {-32.0, 2.5, 16},
-                {-48.0, 4.0, 18},
+    } rows[] = {{-18.0, 2.5, 12},
+                {-26.0, 4.5, 14},
+                {-32.0, 5.5, 16},
+                {-48.0, 6.0, 18},
                 {-INFINITY, 2.0, 20}};
     const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
     int i = 0;
