@@ -114,9 +114,9 @@ static py::tuple alone(const std::string &method, double step, double tol, int d
 {
     check_range(all, begin, end, t);
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
-    results to = results_of(n, times, status, done, counts, reached, states, py::none(), 0, columns);
-    if (!low.is_none())
-        to.low = reinterpret_cast<kr_state *>(in_place<double>(low, 8 * n * times));
+    results to =
+        results_of(n, times, status, done, counts, reached, states, py::none(), 0, columns);
+    if (!low.is_none()) to.low = reinterpret_cast<kr_state *>(in_place<double>(low, 8 * n * times));
     single_file file(method, step, tol, digits, max_steps, leave_heading, events, with);
     return file.run(all, begin, end, t, to);
 }

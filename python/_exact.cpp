@@ -33,8 +33,8 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and its
-// status.
+// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and
+// its status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
     kr_status status = KR_OK;
@@ -81,9 +81,9 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
     });
 }
 
-static const char *const courses[] = {"resting",    "circle",   "sleeping", "hanging",
-                                      "steady",     "separatrix", "pendulum", "rosette",
-                                      "loops",      "cusps",    "waves"};
+static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
+                                      "steady",  "separatrix", "pendulum", "rosette",
+                                      "loops",   "cusps",      "waves"};
 // What a kr_turning holds beside its course, as a row; and the number of the course.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {

@@ -1,6 +1,6 @@
-// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls and
-// with the GIL released. Whoever waits for several such calls stops them, and asks how far they have
-// come, by the work that they share.
+// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls
+// and with the GIL released. Whoever waits for several such calls stops them, and asks how far they
+// have come, by the work that they share.
 #include <optional>
 #include "results.hpp"
 
@@ -23,9 +23,9 @@ class worker
         these.scenes = scenes.data();
         these.outcomes = outcomes.data();
         if (these.own_times) these.t += at * times;
-        these.states = to.states              ? to.states + at * times
+        these.states = to.states            ? to.states + at * times
                        : to.columns.empty() ? nullptr
-                                              : scratch.data();
+                                            : scratch.data();
         these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
         kr_worker_run(core.get(), &these);
         for (size_t i = 0; i < n; i++) {
@@ -41,7 +41,8 @@ class worker
   public:
     worker(const std::optional<std::string> &method, double step, double tol, int digits,
            int64_t max_steps, bool leave_heading,
-           const std::vector<std::tuple<std::string, size_t, int>> &kept, std::shared_ptr<work> with)
+           const std::vector<std::tuple<std::string, size_t, int>> &kept,
+           std::shared_ptr<work> with)
         : reductions(kept.size())
     {
         waiting.shared = std::move(with);
@@ -49,8 +50,8 @@ class worker
         for (const auto &[name, component, kind] : kept)
             asked.push_back({quantity_of(name), component, kr_reduce(kind)});
         kr_worker *made = nullptr;
-        const kr_config config = {step, tol, max_steps, patience::poll, &waiting,
-                                  digits, leave_heading};
+        const kr_config config = {step,     tol,    max_steps,    patience::poll,
+                                  &waiting, digits, leave_heading};
         const kr_status status = kr_worker_create(method ? method_of(*method) : nullptr, config,
                                                   asked.size(), asked.data(), &made);
         if (status == KR_ERR_MEMORY) throw std::bad_alloc();
@@ -95,8 +96,8 @@ static doubles run(worker &mover, const tops &all, size_t begin, size_t end, con
 {
     check_range(all, begin, end, t);
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
-    const results to =
-        results_of(n, times, status, done, counts, reached, states, reduced, mover.width(), columns);
+    const results to = results_of(n, times, status, done, counts, reached, states, reduced,
+                                  mover.width(), columns);
     return mover.run(all, begin, end, t, to);
 }
 
@@ -115,8 +116,8 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
     const int64_t *good = done.data();
     in_pieces(py::ssize_t(n * times), [&](py::ssize_t begin, py::ssize_t end) {
         for (size_t i = size_t(begin); i < size_t(end);) {
-            const size_t top = i / times, k = i % times, count = std::min(size_t(end) - i, times - k),
-                         most = size_t(good[top]);
+            const size_t top = i / times, k = i % times,
+                         count = std::min(size_t(end) - i, times - k), most = size_t(good[top]);
             kr_scene scene;
             all.fill(top, top + 1, &scene);
             take_values(quantity, scene, count, most > k ? most - k : 0, from + i, to + i * width);
@@ -157,12 +158,14 @@ void bind_worker(py::module_ &m);
 void bind_worker(py::module_ &m)
 {
     py::list kinds;
-    for (int kind = 0; kind < KR_REDUCE_COUNT; kind++) kinds.append(kr_reduce_name(kr_reduce(kind)));
+    for (int kind = 0; kind < KR_REDUCE_COUNT; kind++)
+        kinds.append(kr_reduce_name(kr_reduce(kind)));
     m.attr("reductions") = kinds;
     py::class_<work, std::shared_ptr<work>>(m, "Work")
         .def(py::init<>())
         .def("stop", [](work &shared) { shared.stopped = true; })
-        .def("did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)
+        .def(
+            "did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)
         .def_property_readonly("stopped", [](const work &shared) { return shared.stopped.load(); })
         .def_property_readonly("done", [](const work &shared) { return shared.done.load(); });
     py::class_<worker>(m, "Worker")
