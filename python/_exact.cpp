@@ -33,8 +33,8 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and its
-// status.
+// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and
+// its status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
     kr_status status = KR_OK;

@@ -1,6 +1,6 @@
-// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls and
-// with the GIL released. Whoever waits for several such calls stops them, and asks how far they have
-// come, by the work that they share.
+// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls
+// and with the GIL released. Whoever waits for several such calls stops them, and asks how far they
+// have come, by the work that they share.
 #include <optional>
 #include "results.hpp"
 

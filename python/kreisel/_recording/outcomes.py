@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Self, TypeVar
+from typing import Any, Self, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
+from .._ground.names import QuantityName
 from .._model.scene import Ensemble
 from .._request.many import Order, index_of, member, place
 from .._request.methods import methods
@@ -249,5 +250,5 @@ class Outcomes:
 
 def with_columns(path: Path, columns: dict[str, Array]) -> Path:
     """The path with these columns in place of its states."""
-    want = tuple(name for name in columns if name != "t")
-    return replace(path, states=NO_STATES, _low=None, want=want, _columns=columns)  # type: ignore[arg-type]
+    want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
+    return replace(path, states=NO_STATES, _low=None, want=want, _columns=columns)

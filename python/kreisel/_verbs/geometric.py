@@ -173,6 +173,13 @@ def checked_error(error: float | None, others: Mapping[str, object]) -> float:
     return target
 
 
+def no_error(method: object) -> ValueError:
+    """The refusal of an error allowed, where another method was asked for."""
+    return ValueError(
+        f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
+    )
+
+
 def best(
     scene: Scene, times: Array, target: float, max_steps: int, progress: Progress | None = None
 ) -> Path:

@@ -20,7 +20,7 @@ from .._request.methods import methods
 from .._request.plan import BY_TRIAL
 from .._request.request import Progress, Request, checked_every, checked_progress, wanted
 from ..events import checked_events, looked_for
-from .geometric import checked_error
+from .geometric import checked_error, no_error
 from .geometric_many import fill_best
 from .start import Looked
 
@@ -99,9 +99,7 @@ def order_of(tops: Ensemble, method: str, words: Words) -> Order:
     """The order in these words, and the events to look for."""
     step, tol, digits, _, max_steps, error, want, events, reduce = words
     if error is not None:
-        raise ValueError(
-            f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
-        )
+        raise no_error(method)
     if events is None:
         return order(tops, method, step, tol, digits, max_steps, want, reduce)
     if reduce is not None:

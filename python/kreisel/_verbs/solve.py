@@ -16,9 +16,10 @@ from .._recording.recording import recorded, recorded_at_once, told
 from .._recording.reduced import Reduced
 from .._recording.watched import WatchedPath
 from .._request.many import Reductions
-from .._request.request import Progress, checked_every, checked_progress, wanted
+from .._request.request import Progress, Request, checked_every, checked_progress, wanted
 from .._request.times import listed, refuse_endless
-from .geometric import best, checked_error
+from ..events import Event
+from .geometric import best, checked_error, no_error
 from .many import Words, refuse_words_of_many, solve_all
 from .run import Run
 from .start import Looked, asked_for
@@ -193,16 +194,26 @@ def solve(
         others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         return _geometric(scene, t, error, max_steps, others, want, progress)
     if error is not None:
-        raise ValueError(
-            f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
-        )
+        raise no_error(method)
     asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number = checked_every(asked.method, every)
     if sought is None and number is None and (progress is None or callable(progress)):
         path = recorded_at_once(scene, asked, t, progress)
         if path is not None:
             return path
-    times = listed(t, asked.step, number, asked.size)
+    return _at_second_look(
+        scene, asked, sought, listed(t, asked.step, number, asked.size), progress
+    )
+
+
+def _at_second_look(
+    scene: Scene,
+    asked: Request,
+    sought: tuple[Event, ...] | None,
+    times: Array,
+    progress: Progress | None,
+) -> Path:
+    """The path of a request whose times had to be looked at, with the events on its way."""
     end = float(times[-1]) if times.size else 0.0
     refuse_endless(scene, end, asked.step)
     callback = checked_progress(progress)
