@@ -32,19 +32,26 @@ class Run:
 
 
 def runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Makes each call, takes its errors on the tops whose truths are known, and times all in
-    turn."""
-    asked = [(who, setting, who.tops(tops)) for who in movers for setting in who.settings]
-    calls = [who.make(own, setting, threads) for who, setting, own in asked]
+    """Makes each call, takes its errors on the tops whose truths are known, and times all in turn:
+    first all at their loosest, so that what is compared ran within a short time."""
+    asked = [
+        (place / len(who.settings), who, setting, who.tops(tops))
+        for who in movers
+        for place, setting in enumerate(who.settings)
+    ]
+    calls = [who.make(own, setting, threads) for _, who, setting, own in asked]
     errors = [sample_errors(call(), truths) for call in calls]
     seconds = [[] for _ in calls]
+    in_turn = sorted(range(len(calls)), key=lambda i: asked[i][0])
     for _ in range(rounds):
-        for (who, _, own), call, took in zip(asked, calls, seconds, strict=True):
-            took.append(took[0] if took and who.is_timed_once else timed(call, who, own, threads))
+        for i in in_turn:
+            (_, who, _, own), took = asked[i], seconds[i]
+            is_known = took and who.is_timed_once
+            took.append(took[0] if is_known else timed(calls[i], who, own, threads))
             tick()
     return [
         Run(who.name, str(setting), len(own), *spread, took)
-        for (who, setting, own), spread, took in zip(asked, errors, seconds, strict=True)
+        for (_, who, setting, own), spread, took in zip(asked, errors, seconds, strict=True)
     ]
 
 
