@@ -1,6 +1,7 @@
 // Many tops as columns: arrays that broadcast to one shape, so that what many tops share is held
 // once. Scenes are laid out where they are needed, a few at a time.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <vector>
 #include "arrays.hpp"
@@ -55,6 +56,12 @@ template <size_t N> class columns
         for (const size_t n : shape) count *= n;
     }
     size_t size() const { return count; }
+    // Whether all members have the same numbers in a column.
+    bool is_shared(size_t k) const
+    {
+        const auto &strides = all[k].strides;
+        return std::all_of(strides.begin(), strides.end(), [](py::ssize_t s) { return s == 0; });
+    }
 
     // Lays the numbers of the members begin to end one after the other, as structs hold them, and
     // calls use(index, numbers) for each.
@@ -89,6 +96,13 @@ class tops
     {
     }
     size_t size() const { return fields.size(); }
+    // Whether body, gravity and damping are the same for all.
+    bool differ_in_starts_alone() const
+    {
+        bool shared = fields.is_shared(9);
+        for (size_t k = 0; k < 6; k++) shared = shared && fields.is_shared(k);
+        return shared;
+    }
 
     // The scenes begin to end, in C order of the shape; on any thread, without the GIL.
     void fill(size_t begin, size_t end, kr_scene *out) const

@@ -11,10 +11,8 @@ from typing import Any, NamedTuple, TypeVar
 from .._core import Work
 from .._request.request import Progress
 
-_LEAST, _MOST = 64, 4096  # members of a slice; fewer where there are few
-_SLICES = (
-    8  # for each thread, where there are enough members: for all to end at about the same time
-)
+_LEAST, _MOST = 64, 1 << 15  # members of a slice; fewer where there are few
+_SHARE = 4  # of what is left, each thread takes this part: all end at about the same time
 _AHEAD = 4  # slices for each thread that wait to be done
 _LOOK, _TELL = 0.02, 0.1  # seconds between looks at what is done, and between calls of progress
 _R = TypeVar("_R")
@@ -54,12 +52,14 @@ class Crew(NamedTuple):
             _Shift(self, pool, n, job, take, work, progress).run()
 
     def slices(self, n: int) -> Iterator[tuple[int, int]]:
-        """Which members are done together."""
-        size = min(max(-(-n // (_SLICES * self.threads)), _LEAST), _MOST)
-        if n < _LEAST * self.threads:
-            size = -(-n // self.threads)
-        size = -(-size // 8) * 8  # as many as a vector has lanes
-        return ((begin, min(begin + size, n)) for begin in range(0, n, size))
+        """Which members are done together: ever fewer, so that many cost little and all threads
+        have something to do to the end."""
+        begin, least = 0, min(_LEAST, -(-n // self.threads))
+        while begin < n:
+            size = min(max((n - begin) // (_SHARE * self.threads), least), _MOST)
+            end = min(begin + -(-size // 8) * 8, n)  # as many as a vector has lanes
+            yield begin, end
+            begin = end
 
 
 class _Shift:

@@ -110,6 +110,8 @@ def member(tops: Ensemble, i: int) -> Scene:
 def fitting_all(name: object, tops: Ensemble) -> Method:
     """The method of this name; ValueError for the first member that it does not suit."""
     method = named(name)
+    if method.name == ELSE:  # it suits every top
+        return method
     first, count = unsuited(tops._tops, method.name)
     if count:
         where = f"top{place(index_of(first, tops.shape))}"
