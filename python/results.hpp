@@ -1,16 +1,11 @@
 // What becomes of many tops: rows that are written where they stand, and who may stop the work.
 #pragma once
 #include <pybind11/stl.h>
-#include <atomic>
 #include <cmath>
 #include "events.hpp"
 #include "tops.hpp"
 #include "watch.hpp"
 
-struct work {
-    std::atomic<bool> stopped{false};
-    std::atomic<int64_t> done{0}; // tops
-};
 // Whether to go on: as the work that is shared says, or signals where there is none.
 struct patience {
     std::shared_ptr<work> shared;

@@ -1,6 +1,7 @@
 // What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has
 // come.
 #pragma once
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include "arrays.hpp"
@@ -12,12 +13,19 @@ inline bool in_main_thread()
     return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
+// What several calls share that whoever waits for them may stop.
+struct work {
+    std::atomic<bool> stopped{false};
+    std::atomic<int64_t> done{0}; // tops
+};
+
 // The core asks this from time to time. Taking the GIL is not free, hence the clock; only the main
 // thread may run Python's signal handlers, and which one runs is not asked before the first look.
 struct watch {
     using clock = std::chrono::steady_clock;
     const kr_top *top = nullptr;
     py::object progress = py::none();
+    std::shared_ptr<work> shared;                     // in place of progress
     enum { unknown, ours, theirs } signals = unknown; // those of Python, for the main thread alone
     // by the whole run, however short its pieces are
     clock::time_point looked = clock::now(), told = looked;
@@ -25,7 +33,8 @@ struct watch {
 
     void begin(const py::object &callback)
     {
-        progress = callback;
+        shared = py::isinstance<work>(callback) ? callback.cast<std::shared_ptr<work>>() : nullptr;
+        progress = shared ? py::none() : callback;
         signals = unknown;
         raised.reset();
     }
@@ -46,6 +55,7 @@ struct watch {
     static int poll(void *context)
     {
         auto *self = static_cast<watch *>(context);
+        if (self->shared && self->shared->stopped) return 1;
         const auto now = clock::now();
         if (now - self->looked < std::chrono::milliseconds(10)) return 0;
         self->looked = now;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._core import record, start
+from .._core import Work, record, start
 from .._ground.arguments import Array
 from .._ground.refusals import refusal
 from .._model.scene import Scene
@@ -16,8 +16,11 @@ from .._request.request import Progress, Request
 Rows = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
-def rows(scene: Scene, done: Request, times: Array, progress: Progress | None = None) -> Rows:
-    """The states of a request at these times, which need no check."""
+def rows(
+    scene: Scene, done: Request, times: Array, progress: Progress | Work | None = None
+) -> Rows:
+    """The states of a request at these times, which need no check; who waits for them is told of
+    progress, or may stop the work."""
     came = record(scene._block, *done.core, times, progress=progress)
     assert came is not None
     return came

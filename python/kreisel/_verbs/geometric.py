@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._core import values
+from .._core import Work, values
 from .._ground.arguments import Array, positive
 from .._ground.names import MethodName
 from .._model.scene import Scene
@@ -35,6 +35,7 @@ from .._request.plan import Choice
 from .._request.request import Progress, Request
 from ..quaternion import attitude_error
 
+Told = Progress | Work | None  # who is told of progress, or may stop the work
 # The constants c, and the price of a step in kicks and drifts
 _Constants = dict[MethodName, tuple[float, float]]
 _SYMMETRIC: _Constants = {
@@ -63,7 +64,12 @@ class _Search:
     """Runs of one method, each compared with the reference where it is looked at."""
 
     def __init__(
-        self, scene: Scene, times: Array, target: float, max_steps: int, progress: Progress | None
+        self,
+        scene: Scene,
+        times: Array,
+        target: float,
+        max_steps: int,
+        progress: Told,
     ) -> None:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
@@ -181,7 +187,11 @@ def no_error(method: object) -> ValueError:
 
 
 def best(
-    scene: Scene, times: Array, target: float, max_steps: int, progress: Progress | None = None
+    scene: Scene,
+    times: Array,
+    target: float,
+    max_steps: int,
+    progress: Told = None,
 ) -> Path:
     """The path at these times, with an attitude error below the target on all of [0, t]; progress
     is told of each run in turn."""

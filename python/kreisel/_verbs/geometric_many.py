@@ -7,19 +7,15 @@ import numpy as np
 from .._core import Work
 from .._ground.arguments import Array
 from .._model.scene import Ensemble, Scene
-from .._recording.path import Path, Stopped
+from .._recording.path import Error, Interrupted, Path
 from .._recording.recording import recorded
 from .._recording.top_rows import STATUSES, TopRows
 from .._request.many import Order, member
-from .._request.request import Progress, request
+from .._request.request import request
 from .._request.times import refuse_endless
 from .geometric import best
 
 _UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top whose error no step meets
-
-
-class CalledOff(Exception):
-    """Whoever waits for this work has stopped it."""
 
 
 def fill_best(
@@ -29,16 +25,15 @@ def fill_best(
     order's request has for its tolerance."""
     part = rows.at(slice(begin, end))
 
-    def look(_: float) -> None:
-        if work is not None and work.stopped:
-            raise CalledOff
-
     for i in range(end - begin):
+        if work is not None and work.stopped:
+            break
+        times = t[begin + i] if t.ndim == 2 else t
         try:
-            look(0.0)
-            times = t[begin + i] if t.ndim == 2 else t
-            _fill_one(part, i, order, member(tops, begin + i), times, look)
-        except CalledOff:
+            _fill_one(part, i, order, member(tops, begin + i), times, work)
+        except Interrupted:  # a trial's states are none of a path
+            if work is None:
+                raise
             break
         if work is not None:
             work.did(1)
@@ -46,15 +41,15 @@ def fill_best(
 
 
 def _fill_one(
-    part: TopRows, i: int, order: Order, scene: Scene, times: Array, look: Progress
+    part: TopRows, i: int, order: Order, scene: Scene, times: Array, work: Work | None
 ) -> None:
     """One row: the path that was chosen, or what is to be said of a top that has none."""
     target = order.request.tol
     assert target is not None
     path, status = None, 0
     try:
-        path = _chosen(scene, times, target, order.request.max_steps, look)
-    except Stopped as error:
+        path = _chosen(scene, times, target, order.request.max_steps, work)
+    except Error as error:
         path, status, part.said[i] = error.path, STATUSES.index(error.status), str(error)
     except ValueError as error:
         status, part.said[i] = _UNMET, str(error)
@@ -62,11 +57,11 @@ def _fill_one(
     _put(part, i, path, times, bool(status))
 
 
-def _chosen(scene: Scene, times: Array, target: float, most: int, look: Progress) -> Path:
+def _chosen(scene: Scene, times: Array, target: float, most: int, work: Work | None) -> Path:
     if not times.any():
         return recorded(scene, request(scene, "strang", step=1.0), times, None)  # nothing moves
     refuse_endless(scene, float(times[-1]), None)
-    return best(scene, times, target, most, look)
+    return best(scene, times, target, most, work)
 
 
 def _put(part: TopRows, i: int, path: Path | None, times: Array, failed: bool) -> None:
