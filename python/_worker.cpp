@@ -70,7 +70,7 @@ class worker
         these.times = size_t(t.shape(t.ndim() - 1));
         these.t = t.data();
         these.own_times = t.ndim() == 2;
-        const size_t n = end - begin, most = 1024, memory = 1 << 18;
+        const size_t n = end - begin, most = 512, memory = 1 << 18;
         const bool lean = !to.states && !to.columns.empty();
         size_t piece = std::min(n, most);
         if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
@@ -125,8 +125,8 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
         }
     });
 }
-// The first top that the method does not suit, and how many there are. It suits a top that is as one
-// before, but for its start: exact, which minds that too, says so when it runs.
+// The first top that the method does not suit, and how many there are. It suits a top that is as
+// one before, but for its start: exact, which minds that too, says so when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
     const kr_method *method = method_of(name);

@@ -1,13 +1,13 @@
-/* The tops that have a closed form, as many at once as are set up at once. Their states are those of
- * kr_exact_state, but at the start that start itself. What asks for more than to be read in order
- * goes alone, for the driver to say what is wrong. */
+/* The tops that have a closed form, as many at once as are set up at once. Their states are those
+ * of kr_exact_state, but at the start that start itself. What asks for more than to be read in
+ * order goes alone, for the driver to say what is wrong. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
 enum { PIECE = 64, AT_ONCE = 1 << 16 /* states between two questions whether to go on */ };
 
-/* Returns a time from which on, before and after 0, a double may not tell where the top is; it is at
- * most that of kr_scene_horizon, and costs less. */
+/* Returns a time from which on, before and after 0, a double may not tell where the top is; it is
+ * at most that of kr_scene_horizon, and costs less. */
 static double near_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -30,7 +30,8 @@ static int is_plain(const kr_tops *tops, size_t i)
     }
     return plain;
 }
-/* Takes states of a top that were read. Returns how many there are before the first that is none. */
+/* Takes states of a top that were read. Returns how many there are before the first that is
+ * none. */
 static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;

@@ -1,6 +1,7 @@
 /* Tops in lanes: which top is in which lane, where it is to be looked at, and what becomes of it.
  * Each has its own clock and steps. A lane whose top has come to its end takes the next. What a
- * lane does not bring to its end goes alone, from its start, for the driver to say what is wrong. */
+ * lane does not bring to its end goes alone, from its start, for the driver to say what is
+ * wrong. */
 #include "worker.h"
 
 enum { ROUND = 64 /* steps between two questions whether to go on */ };

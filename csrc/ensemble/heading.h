@@ -177,8 +177,8 @@ INLINE wide rough_exp2(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, as the n-th term has it. The heading's terms count for
- * more: its pole may be the nearest, and then all that are left out err to one side, while those of P
- * and W fall faster than the last one tells. */
+ * more: its pole may be the nearest, and then all that are left out err to one side, while those of
+ * P and W fall faster than the last one tells. */
 INLINE wide log2_radius(kr_lanes *l, int n, int headless)
 {
     const triple p = triple_load(l->p[n]), w = triple_load(l->w[n]);

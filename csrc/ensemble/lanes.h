@@ -1,8 +1,8 @@
-/* Heavy tops as Taylor series, as many at once as a vector has lanes: each lane is a top of its own,
- * with its own step. Private to ensemble/.
+/* Heavy tops as Taylor series, as many at once as a vector has lanes: each lane is a top of its
+ * own, with its own step. Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
- *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d, constant in the body; g: constant
+ *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
  * f is the heading: the attitude follows from it and from P, hence a term of the series takes 12
  * products of coefficients in place of the 21 that q itself would take: 3 for AW x W, 6 for P x W,

@@ -1,5 +1,6 @@
 /* A worker, as the files of ensemble/ share it: worker.c gives each top to whoever moves it,
- * closed.c sets up those that have a closed form, fleet.c moves tops in lanes, reduce.c keeps what is wanted of their states. */
+ * closed.c sets up those that have a closed form, fleet.c moves tops in lanes, reduce.c keeps what
+ * is wanted of their states. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"

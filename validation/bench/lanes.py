@@ -116,11 +116,11 @@ def isas(lanes):
         print(f"{name}, order 20, tol 2^-52: " + ", ".join(cells))
 
 
-def main():
+def main(argv=None):
     parts = {"orders": orders, "isas": isas}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", default=list(parts), metavar="|".join(parts))
-    wanted = parser.parse_args().parts
+    wanted = parser.parse_args(argv).parts
     if unknown := set(wanted) - set(parts):
         parser.error(f"no {', '.join(sorted(unknown))}")
     lanes = Lanes()

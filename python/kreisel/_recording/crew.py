@@ -12,6 +12,7 @@ from .._core import Work
 from .._request.request import Progress
 
 _LEAST, _MOST = 64, 1 << 15  # members of a slice; fewer where there are few
+_LANES = 8  # so many go at once on one thread, in the lanes of a vector
 _SHARE = 4  # of what is left, each thread takes this part: all end at about the same time
 _AHEAD = 4  # slices for each thread that wait to be done
 _LOOK, _TELL = 0.02, 0.1  # seconds between looks at what is done, and between calls of progress
@@ -32,6 +33,12 @@ class Crew(NamedTuple):
         """Whether what does the work sees the arrays that are here."""
         return self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
 
+    def is_caller(self, n: int, progress: Progress | None) -> bool:
+        """Whether the calling thread does it all: it then looks after Ctrl-C from within, and has
+        no time for progress."""
+        few = self.threads == 1 or n <= _LANES
+        return self.executor is None and progress is None and few
+
     def do(
         self,
         n: int,
@@ -43,7 +50,10 @@ class Crew(NamedTuple):
         """Does n members, slice by slice, and takes what became of each slice with its first
         member's number. What is raised on the way, Ctrl-C too, ends it: what runs is stopped by
         `work` and taken, what waits is left out."""
-        if n == 0:
+        if self.is_caller(n, progress):
+            for begin, end in self.slices(n):
+                function, words = job(begin, end)
+                take(begin, function(*words))
             return
         if self.executor is not None:
             _Shift(self, self.executor, n, job, take, work, progress).run()
@@ -57,7 +67,7 @@ class Crew(NamedTuple):
         begin, least = 0, min(_LEAST, -(-n // self.threads))
         while begin < n:
             size = min(max((n - begin) // (_SHARE * self.threads), least), _MOST)
-            end = min(begin + -(-size // 8) * 8, n)  # as many as a vector has lanes
+            end = min(begin + -(-size // _LANES) * _LANES, n)
             yield begin, end
             begin = end
 

@@ -36,12 +36,13 @@ def move(
     work = Work()
 
     def here(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
-        return fill, (rows, order, tops, begin, end, t, work)
+        return fill, (rows, order, tops, begin, end, t, shared)
 
     def elsewhere(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
         some = flat[begin:end]
         return filled, (fill, order, some, t[begin:end] if t.ndim == 2 else t)
 
+    shared = None if crew.is_caller(tops.size, progress) else work
     flat = tops if crew.shares_memory else tops.ravel()
     took = rows.add if crew.shares_memory else rows.put
     job = here if crew.shares_memory else elsewhere
