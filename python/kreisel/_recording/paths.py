@@ -31,8 +31,9 @@ class Paths(Outcomes, Quantities):
     them is NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; slices, lists and
-            masks give the kreisel.Paths of some, as of an array
+    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers (at other times than
+            these it is moved alone, with the roundings of taylor that it has then); slices, lists
+            and masks give the kreisel.Paths of some, as of an array
     """
 
     _one = Path  # what a single one is
