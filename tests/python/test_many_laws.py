@@ -32,6 +32,30 @@ def test_bits_do_not_depend_on_the_others(some):
     assert same(kr.solve(TOPS[some], TIMES), WHOLE[some])
 
 
+LOW = [kr.events.nutation(direction=1)]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"digits": 20},
+        {"events": LOW},
+        {"want": ["nutation", "q_low"]},
+        {"method": "taylor", "max_steps": 12},
+        {"method": "geometric", "error": 1e-14},
+    ],
+)
+def test_other_processes_tell_as_much(words):
+    square = TOPS[:40].reshape(5, 8)
+    here = kr.solve(square, TIMES, **words)
+    with ProcessPoolExecutor(2) as pool:
+        there = kr.solve(square, TIMES, executor=pool, **words)
+    assert np.array_equal(here.status, there.status) and np.array_equal(here.steps, there.steps)
+    for place in np.ndindex(5, 8):
+        assert same_path(here[place], there[place], events="events" in words)
+        assert here.why(place) == there.why(place)
+
+
 def test_bits_do_not_depend_on_the_shape():
     square = kr.solve(TOPS.reshape(15, 20), TIMES)
     assert np.array_equal(square.states.reshape(N, len(TIMES), 8), WHOLE.states)

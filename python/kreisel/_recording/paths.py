@@ -11,7 +11,7 @@ import numpy as np
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
-from .._request.quantities import LOW, WANTED, Quantity
+from .._request.quantities import LOW, QUANTITIES, WANTED, Quantity
 from .many_events import ManyEvents, events_of, joined
 from .outcomes import Outcomes
 from .path import Events, Path
@@ -31,8 +31,9 @@ class Paths(Outcomes, Quantities):
     them is NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; slices, lists and
-            masks give the kreisel.Paths of some, as of an array
+    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers (at other times than
+            these it is moved alone, with the roundings of taylor that it has then); slices, lists
+            and masks give the kreisel.Paths of some, as of an array
     """
 
     _one = Path  # what a single one is
@@ -78,6 +79,27 @@ class Paths(Outcomes, Quantities):
         return AttributeError(
             f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
         )
+
+    @property
+    def q(self) -> Array:
+        """(*shape, k, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the
+        body was described to space."""
+        return self._column("q")
+
+    @property
+    def m(self) -> Array:
+        """(*shape, k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self._column("m")
+
+    @cached_property
+    def q_low(self) -> Array:
+        """(*shape, k, 4) what the doubles of q leave out; zero up to 16 digits."""
+        return self._column("q_low")
+
+    @cached_property
+    def m_low(self) -> Array:
+        """(*shape, k, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
+        return self._column("m_low")
 
     @property
     def q_xyzw(self) -> Array:
@@ -164,5 +186,5 @@ def _quantity(quantity: Quantity) -> cached_property[Array]:
     return attribute
 
 
-for _name in WANTED:
-    setattr(Paths, _name, _quantity(WANTED[_name]))
+for _name in [name for name in QUANTITIES if name not in vars(Paths)]:
+    setattr(Paths, _name, _quantity(QUANTITIES[_name]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import ItemsView, Iterator, KeysView, ValuesView
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 from .._core import reductions as KINDS
 from .._ground.arguments import Array
@@ -54,6 +54,10 @@ class Reduced(Outcomes):
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
         return self._shaped(columns.reshape(len(columns), *shape))
 
+    @overload
+    def __getitem__(self, key: str) -> dict[str, Array]: ...
+    @overload
+    def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
         """What is kept of a quantity, by the kind; or, by an index, what is kept of some tops."""
         if isinstance(key, str):

@@ -45,3 +45,12 @@ varied = scene.vary(spin=np.linspace(0, 5, 3)[:, None], tilt=[0.1, 0.2], degrees
 print(varied.coords["spin"], varied.attitude.max(), scene.scatter(5, seed=1, attitude=0.1).size)
 bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
 print(kr.Ensemble.spinning(bodies, 5.0).body, bodies.moments, kr.Ensemble.of([scene]).gravity)
+paths = kr.solve(tops, times, want=("nutation",), threads=2)
+print(paths.nutation.max(), paths.failed, paths.check().status_names, paths.why(0), paths.t.shape)
+kept = kr.solve(tops, 10, reduce={"nutation": ("min", "max"), "apex_z": "mean"})
+print(kept["nutation"]["max"].shape, kept.steps.sum(), kr.plan(tops, 10).seconds)
+print([piece.q.shape for piece in kr.stream(tops, [1, 2], chunk=2)], kr.exact(tops[:0]).period)
+try:
+    kr.solve(tops, 10).check()
+except kr.Error as error:
+    print(error.path.t, error.paths.failed)

@@ -32,3 +32,7 @@ path.energy = path.t  # wrong
 scene.vary(spn=1.0)  # wrong
 kr.Ensemble(scene.body, momntum=[(0, 0, 1)])  # wrong
 kr.Ensemble.of([scene]).momentum = path.m  # wrong
+kr.solve(scene, 1, threads=2)  # wrong
+kr.solve(kr.Ensemble.of([scene]), 1, reduce={"spin": "most"})  # wrong
+print(kr.solve(kr.Ensemble.of([scene]), 1, reduce={"spin": "max"}).nutation)  # wrong
+kr.stream(scene, 1, executor=3)  # wrong
