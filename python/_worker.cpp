@@ -176,7 +176,17 @@ void bind_worker(py::module_ &m)
         kinds.append(kr_reduce_name(kr_reduce(kind)));
     m.attr("reductions") = kinds;
     py::class_<work, std::shared_ptr<work>>(m, "Work")
-        .def(py::init<>())
+        .def(py::init([](bool listens) {
+                 auto made = std::make_shared<work>();
+                 made->listens = listens;
+                 return made;
+             }),
+             "listens"_a = false)
+        .def("end",
+             [](work &shared) {
+                 const auto raised = std::move(shared.raised);
+                 if (raised) throw *raised;
+             })
         .def("stop", [](work &shared) { shared.stopped = true; })
         .def(
             "did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)

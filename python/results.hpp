@@ -14,18 +14,22 @@ struct patience {
     static int poll(void *context)
     {
         auto *self = static_cast<patience *>(context);
-        return self->shared ? self->shared->stopped.load() : watch::poll(&self->watching);
+        if (!self->shared) return watch::poll(&self->watching);
+        return self->shared->stopped || (self->shared->listens && watch::poll(&self->watching));
     }
     void begin() { watching.begin(py::none()); }
-    bool is_over() const { return shared ? shared->stopped.load() : watching.raised != nullptr; }
+    bool is_over() const { return (shared && shared->stopped) || watching.raised; }
     void did(int64_t tops)
     {
         if (shared) shared->done += tops;
     }
     void end()
     {
-        const auto raised = std::move(watching.raised);
-        if (raised) throw *raised;
+        auto raised = std::move(watching.raised);
+        if (raised && !shared) throw *raised;
+        if (!raised) return;
+        shared->stopped = true;
+        shared->raised = std::move(raised);
     }
 };
 

@@ -13,10 +13,13 @@ inline bool in_main_thread()
     return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// What several calls share that whoever waits for them may stop.
+// What several calls share that whoever waits for them may stop. Where nobody waits, because the
+// thread that would does the work itself, it listens to signals, and what these raise ends it.
 struct work {
     std::atomic<bool> stopped{false};
     std::atomic<int64_t> done{0}; // tops
+    bool listens = false;
+    std::unique_ptr<py::error_already_set> raised;
 };
 
 // The core asks this from time to time. Taking the GIL is not free, hence the clock; only the main

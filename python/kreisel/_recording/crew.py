@@ -34,8 +34,8 @@ class Crew(NamedTuple):
         return self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
 
     def is_caller(self, n: int, progress: Progress | None) -> bool:
-        """Whether the calling thread does it all: it then looks after Ctrl-C from within, and has
-        no time for progress."""
+        """Whether the calling thread does it all, by work that listens to signals; it has no time
+        for progress."""
         few = self.threads == 1 or n <= _LANES
         return self.executor is None and progress is None and few
 
@@ -54,6 +54,9 @@ class Crew(NamedTuple):
             for begin, end in self.slices(n):
                 function, words = job(begin, end)
                 take(begin, function(*words))
+                work.end()
+                if work.stopped:
+                    raise KeyboardInterrupt
             return
         if self.executor is not None:
             _Shift(self, self.executor, n, job, take, work, progress).run()

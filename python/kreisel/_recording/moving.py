@@ -33,16 +33,15 @@ def move(
     """What becomes of all tops at these times, (k,) or (n, k), where `fill` fills the rows of a
     slice. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
     rows = TopRows.empty(tops.size, t.shape[-1], order, out)
-    work = Work()
+    work = Work(listens=crew.is_caller(tops.size, progress))
 
     def here(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
-        return fill, (rows, order, tops, begin, end, t, shared)
+        return fill, (rows, order, tops, begin, end, t, work)
 
     def elsewhere(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
         some = flat[begin:end]
         return filled, (fill, order, some, t[begin:end] if t.ndim == 2 else t)
 
-    shared = None if crew.is_caller(tops.size, progress) else work
     flat = tops if crew.shares_memory else tops.ravel()
     took = rows.add if crew.shares_memory else rows.put
     job = here if crew.shares_memory else elsewhere

@@ -34,6 +34,7 @@ def fill_best(
         except Interrupted:  # a trial's states are none of a path
             if work is None:
                 raise
+            work.stop()
             break
         if work is not None:
             work.did(1)
