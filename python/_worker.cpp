@@ -13,6 +13,7 @@ class worker
     std::vector<kr_scene> scenes;
     std::vector<kr_outcome> outcomes;
     std::vector<kr_state> scratch, last;
+    std::vector<int64_t> failed; // the rows of these last states
 
     // Moves the tops first to first + n, whose results begin with row `at`.
     void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
@@ -30,7 +31,10 @@ class worker
         kr_worker_run(core.get(), &these);
         for (size_t i = 0; i < n; i++) {
             to.take(at + i, outcomes[i]);
-            if (outcomes[i].status != KR_OK) last.push_back(outcomes[i].last);
+            if (outcomes[i].status != KR_OK) {
+                last.push_back(outcomes[i].last);
+                failed.push_back(int64_t(at + i));
+            }
             if (these.states)
                 to.take_columns(at + i, scenes[i], times, outcomes[i].done,
                                 these.states + i * times, nullptr);
@@ -62,9 +66,9 @@ class worker
     worker &operator=(const worker &) = delete;
     size_t width() const { return reductions; }
 
-    // Moves the tops begin to end to their times: a row for all, or one for each. Returns the last
-    // good states of those that failed.
-    doubles run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
+    // Moves the tops begin to end, or those of them that it gets, to their times: a row for all, or
+    // one for each. Returns which rows failed, and their last good states.
+    py::tuple run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
     {
         kr_tops these = {};
         these.times = size_t(t.shape(t.ndim() - 1));
@@ -76,23 +80,28 @@ class worker
         if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
         waiting.begin();
         last.clear();
+        failed.clear();
+        work *shared = waiting.shared && waiting.shared->threads ? waiting.shared.get() : nullptr;
         {
             py::gil_scoped_release nogil;
             scenes.resize(piece);
             outcomes.resize(piece);
             if (lean) scratch.resize(piece * these.times);
-            for (size_t at = 0; at < n && !waiting.is_over(); at += piece)
-                move(all, begin + at, std::min(piece, n - at), at, these, to);
+            size_t at = 0, count = std::min(piece, n);
+            const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
+            for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))
+                move(all, begin + at, count, at, these, to);
         }
         waiting.end();
-        return array_of_states(last);
+        return py::make_tuple(py::array_t<int64_t>(py::ssize_t(failed.size()), failed.data()),
+                              array_of_states(last));
     }
 };
 
-static doubles run(worker &mover, const tops &all, size_t begin, size_t end, const doubles &t,
-                   const py::object &status, const py::object &done, const py::object &counts,
-                   const py::object &reached, const py::object &states, const py::object &reduced,
-                   const py::dict &columns)
+static py::tuple run(worker &mover, const tops &all, size_t begin, size_t end, const doubles &t,
+                     const py::object &status, const py::object &done, const py::object &counts,
+                     const py::object &reached, const py::object &states, const py::object &reduced,
+                     const py::dict &columns)
 {
     check_range(all, begin, end, t);
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
@@ -187,6 +196,13 @@ void bind_worker(py::module_ &m)
                  const auto raised = std::move(shared.raised);
                  if (raised) throw *raised;
              })
+        .def(
+            "share",
+            [](work &shared, size_t tops, size_t threads) {
+                shared.tops = tops;
+                shared.threads = threads;
+            },
+            "tops"_a, "threads"_a)
         .def("stop", [](work &shared) { shared.stopped = true; })
         .def(
             "did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)

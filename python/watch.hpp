@@ -1,6 +1,7 @@
 // What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has
 // come.
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <memory>
@@ -20,6 +21,22 @@ struct work {
     std::atomic<int64_t> done{0}; // tops
     bool listens = false;
     std::unique_ptr<py::error_already_set> raised;
+    // So many threads help themselves to what is left of so many tops: ever fewer at a time, so that
+    // all end at about the same time. With no threads everybody has a range of his own.
+    size_t threads = 0, tops = 0;
+    std::atomic<size_t> next{0};
+
+    bool take(size_t most, size_t &begin, size_t &count)
+    {
+        constexpr size_t least = 32, share = 4;
+        begin = next.load();
+        do {
+            if (begin >= tops) return false;
+            count = std::max(least, (tops - begin) / (share * threads));
+            count = std::min({count, most, tops - begin});
+        } while (!next.compare_exchange_weak(begin, begin + count));
+        return true;
+    }
 };
 
 // The core asks this from time to time. Taking the GIL is not free, hence the clock; only the main

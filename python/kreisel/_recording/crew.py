@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, NamedTuple, TypeVar
 
 from .._core import Work
@@ -33,11 +34,14 @@ class Crew(NamedTuple):
         """Whether what does the work sees the arrays that are here."""
         return self.executor is None or isinstance(self.executor, ThreadPoolExecutor)
 
-    def is_caller(self, n: int, progress: Progress | None) -> bool:
-        """Whether the calling thread does it all, by work that listens to signals; it has no time
-        for progress."""
-        few = self.threads == 1 or n <= _LANES
-        return self.executor is None and progress is None and few
+    def has_caller(self, n: int, progress: Progress | None, shared: bool) -> bool:
+        """Whether the calling thread does its part, by work that listens to signals; it then has no
+        time for progress."""
+        return self.executor is None and progress is None and (shared or self._helpers(n) == 0)
+
+    def _helpers(self, n: int) -> int:
+        """How many threads there are beside the caller's, of which few members need none."""
+        return 0 if n <= _LANES else self.threads - 1
 
     def do(
         self,
@@ -46,23 +50,42 @@ class Crew(NamedTuple):
         take: Callable[[int, _R], object],
         work: Work,
         progress: Progress | None,
+        shared: bool = False,
     ) -> None:
         """Does n members, slice by slice, and takes what became of each slice with its first
         member's number. What is raised on the way, Ctrl-C too, ends it: what runs is stopped by
-        `work` and taken, what waits is left out."""
-        if self.is_caller(n, progress):
+        `work` and taken, what waits is left out. Where members are `shared`, threads of our own are
+        told of all at once, and help themselves by `work`."""
+        if not self.has_caller(n, progress, shared):
+            with self._pool() as pool:
+                _Shift(self, pool, n, job, take, work, progress).run()
+        elif shared:
+            self._share(n, job, take, work)
+        else:
             for begin, end in self.slices(n):
-                function, words = job(begin, end)
-                take(begin, function(*words))
-                work.end()
-                if work.stopped:
-                    raise KeyboardInterrupt
+                _take_one(begin, end, job, take, work)
+
+    def _pool(self) -> AbstractContextManager[Executor]:
+        return nullcontext(self.executor) if self.executor else ThreadPoolExecutor(self.threads)
+
+    def _share(self, n: int, job: Job[_R], take: Callable[[int, _R], object], work: Work) -> None:
+        helpers = self._helpers(n)
+        work.share(n, helpers + 1)
+        if not helpers:
+            _take_one(0, n, job, take, work)
             return
-        if self.executor is not None:
-            _Shift(self, self.executor, n, job, take, work, progress).run()
-            return
-        with ThreadPoolExecutor(self.threads) as pool:
-            _Shift(self, pool, n, job, take, work, progress).run()
+        function, words = job(0, n)
+        with ThreadPoolExecutor(helpers) as pool:
+            others = [pool.submit(function, *words) for _ in range(helpers)]
+            try:
+                _take_one(0, n, job, take, work)
+                wait(others)
+            except BaseException:
+                work.stop()
+                raise
+            finally:
+                for other in others:
+                    take(0, other.result())
 
     def slices(self, n: int) -> Iterator[tuple[int, int]]:
         """Which members are done together: ever fewer, so that many cost little and all threads
@@ -73,6 +96,17 @@ class Crew(NamedTuple):
             end = min(begin + -(-size // _LANES) * _LANES, n)
             yield begin, end
             begin = end
+
+
+def _take_one(
+    begin: int, end: int, job: Job[_R], take: Callable[[int, _R], object], work: Work
+) -> None:
+    """Does some members here. What was raised meanwhile is raised when they are taken."""
+    function, words = job(begin, end)
+    take(begin, function(*words))
+    work.end()
+    if work.stopped:
+        raise KeyboardInterrupt
 
 
 class _Shift:
@@ -92,11 +126,11 @@ class _Shift:
         self.work, self.progress = work, progress
         self.under_way: dict[Future[Any], tuple[int, int]] = {}
         self.done, self.told = 0, time.monotonic()
+        self.slices = crew.slices(n)
 
     def run(self) -> None:
-        slices = self.crew.slices(self.n)
         try:
-            while self.submit(slices):
+            while self.submit():
                 ended, _ = wait(self.under_way, timeout=_LOOK, return_when=FIRST_COMPLETED)
                 for future in ended:
                     self.take(future)
@@ -106,10 +140,10 @@ class _Shift:
             self.call_off()
             raise
 
-    def submit(self, slices: Iterator[tuple[int, int]]) -> bool:
+    def submit(self) -> bool:
         """Keeps some slices ahead; says whether any is under way."""
         while len(self.under_way) < _AHEAD * self.crew.threads:
-            following = next(slices, None)
+            following = next(self.slices, None)
             if following is None:
                 break
             function, words = self.job(*following)

@@ -12,9 +12,10 @@ from .._ground.arguments import Array
 from .._model.scene import Ensemble
 from .._request.many import Order
 from .._request.request import Progress
+from . import top_rows
 from .crew import Crew
 from .outcomes import Outcomes
-from .top_rows import TopRows, fill
+from .top_rows import TopRows
 
 Fill = Callable[[TopRows, Order, Ensemble, int, int, Array, Work | None], TopRows]
 _O = TypeVar("_O", bound=Outcomes)
@@ -28,12 +29,13 @@ def move(
     crew: Crew,
     progress: Progress | None = None,
     out: Array | None = None,
-    fill: Fill = fill,
+    fill: Fill = top_rows.fill,
 ) -> _O:
     """What becomes of all tops at these times, (k,) or (n, k), where `fill` fills the rows of a
     slice. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
     rows = TopRows.empty(tops.size, t.shape[-1], order, out)
-    work = Work(listens=crew.is_caller(tops.size, progress))
+    shared = fill is top_rows.fill and not order.alone
+    work = Work(listens=crew.has_caller(tops.size, progress, shared))
 
     def here(begin: int, end: int) -> tuple[Callable[..., TopRows], tuple[Any, ...]]:
         return fill, (rows, order, tops, begin, end, t, work)
@@ -46,7 +48,7 @@ def move(
     took = rows.add if crew.shares_memory else rows.put
     job = here if crew.shares_memory else elsewhere
     try:
-        crew.do(tops.size, job, took, work, progress)
+        crew.do(tops.size, job, took, work, progress, shared)
     except KeyboardInterrupt:
         rows.settle(t)
         became = kind(tops, t, order, rows)

@@ -154,18 +154,17 @@ def fill(
     rows: TopRows, order: Order, tops: Ensemble, begin: int, end: int, t: Array, work: Work | None
 ) -> TopRows:
     """The rows of the tops begin to end, which share memory with these, filled on any thread;
-    `work` stops it."""
+    `work` stops it, or says which of them this call is to fill."""
     part = rows.at(slice(begin, end))
     times = t[begin:end] if t.ndim == 2 else t
     told = part.status, part.done, part.counts, part.reached
     if order.alone:
         _fill_alone(part, order, tops, begin, end, times, work)
         return part
-    last = Worker(*order.core, order.reductions, work).run(
+    failed, last = Worker(*order.core, order.reductions, work).run(
         tops._tops, begin, end, times, *told, part.states, part.kept, part.columns
     )
-    failed = np.flatnonzero(part.status > 0).tolist()
-    part.last = {i: last[j : j + 1] for j, i in enumerate(failed)}
+    part.last = {i: last[j : j + 1] for j, i in enumerate(failed.tolist())}
     return part
 
 
