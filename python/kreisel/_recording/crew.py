@@ -3,10 +3,12 @@ thread that called looks after Ctrl-C and progress."""
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
+from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 from .._core import Work
@@ -75,16 +77,16 @@ class Crew(NamedTuple):
             _take_one(0, n, job, take, work)
             return
         function, words = job(0, n)
-        with ThreadPoolExecutor(helpers) as pool:
-            others = [pool.submit(function, *words) for _ in range(helpers)]
-            try:
-                _take_one(0, n, job, take, work)
-                wait(others)
-            except BaseException:
-                work.stop()
-                raise
-            finally:
-                for other in others:
+        others = [_kept_pool(helpers).submit(function, *words) for _ in range(helpers)]
+        try:
+            _take_one(0, n, job, take, work)
+            wait([other for other in others if not other.cancel()])
+        except BaseException:
+            work.stop()
+            raise
+        finally:
+            for other in others:
+                if not other.cancel():
                     take(0, other.result())
 
     def slices(self, n: int) -> Iterator[tuple[int, int]]:
@@ -96,6 +98,17 @@ class Crew(NamedTuple):
             end = min(begin + -(-size // _LANES) * _LANES, n)
             yield begin, end
             begin = end
+
+
+@lru_cache(maxsize=4)
+def _kept_pool(threads: int) -> ThreadPoolExecutor:
+    """Threads that wait for the next call: to start them takes as long as to move hundreds of tops.
+    A process that is forked has none of them."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="kreisel")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_kept_pool.cache_clear)
 
 
 def _take_one(
