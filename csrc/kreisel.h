@@ -415,6 +415,8 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
 /* KR_OK whatever becomes of single tops, which their outcomes tell. KR_ERR_INTERRUPTED where
  * config.poll says so: tops that were not done by then have that outcome. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
+/* As kr_top_kernel: the instruction set of its lanes, "" where it has none, with their order. */
+KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);
 
 /* The closed form: the state at any time, at once and as exact at 1e6 as at 1, of a Lagrange top

@@ -65,6 +65,13 @@ class worker
     worker(const worker &) = delete;
     worker &operator=(const worker &) = delete;
     size_t width() const { return reductions; }
+    // The instruction set of its lanes, "" without any, and their order.
+    py::tuple kernel() const
+    {
+        int order = 0;
+        const char *name = kr_worker_kernel(core.get(), &order);
+        return py::make_tuple(name, order);
+    }
 
     // Moves the tops begin to end, or those of them that it gets, to their times: a row for all, or
     // one for each. Returns which rows failed, and their last good states.
@@ -213,6 +220,7 @@ void bind_worker(py::module_ &m)
                       std::vector<std::tuple<std::string, size_t, int>>, std::shared_ptr<work>>(),
              "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a, "leave_heading"_a,
              "reductions"_a, "work"_a = nullptr)
+        .def_property_readonly("kernel", &worker::kernel)
         .def("run", run, "tops"_a, "begin"_a, "end"_a, "t"_a, "status"_a, "done"_a, "counts"_a,
              "reached"_a, "states"_a = py::none(), "reduced"_a = py::none(),
              "columns"_a = py::dict());

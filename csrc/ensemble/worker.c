@@ -182,6 +182,12 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
         kr_worker_free(worker);
     return status;
 }
+const char *kr_worker_kernel(const kr_worker *worker, int *order)
+{
+    const kr_top *top = worker->alone ? worker->alone : worker->closed;
+    *order = worker->isa ? worker->lanes->order : top->method->order;
+    return worker->isa ? worker->isa->name : "";
+}
 void kr_worker_free(kr_worker *worker)
 {
     if (!worker) return;

@@ -96,6 +96,8 @@ class Work:
     def done(self) -> int: ...
 
 class Worker:
+    @property
+    def kernel(self) -> tuple[str, int]: ...
     def __init__(
         self,
         method: str | None,

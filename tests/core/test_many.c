@@ -330,6 +330,8 @@ static void bad_words(void)
     IS(kr_reduce_name(KR_REDUCE_COUNT) == NULL &&
        strcmp(kr_reduce_name(KR_REDUCE_MIN), "min") == 0);
     worker = made(NULL, config);
+    int order;
+    IS(strcmp(kr_worker_kernel(worker, &order), worker->isa->name) == 0 && order == 20);
     IS(kr_worker_run(worker, NULL) == KR_ERR_ARGUMENT);
     IS(kr_worker_run(NULL, &f.tops) == KR_ERR_ARGUMENT);
     f.tops.t = NULL;

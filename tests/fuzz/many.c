@@ -128,6 +128,8 @@ void call_many(void)
         kr_worker_create(asked.method, asked.config, asked.reductions, asked.reduction, &worker);
     CLAIM((status == KR_OK) == (worker != NULL) && (!status || went_wrong(status) == INPUT));
     if (status != KR_OK) return;
+    int order = -1;
+    CLAIM(kr_worker_kernel(worker, &order) != NULL && order >= 0);
     move(worker, 0, asked.n, &all);
     for (size_t i = 0; i < asked.n; i++) claim_top(i, &all);
     for (size_t i = 0; i < asked.n; i++) {

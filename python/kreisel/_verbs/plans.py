@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import overload
 
 import numpy as np
 
-from .._core import unsuited
+from .._core import Worker, unsuited
 from .._ground.arguments import Array, Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
@@ -182,7 +182,14 @@ def _first(tops: Ensemble, asked: Order, states: int | None) -> Plan | None:
     if not tops.size:
         return None
     scene, one = member(tops, 0), asked.request
-    return plan_of(scene, asked.of(scene), states) if asked.mixed else plan_of(scene, one, states)
+    plan = plan_of(scene, asked.of(scene) if asked.mixed else one, states)
+    kernel, order = Worker(*asked.core, []).kernel
+    if plan.method != ELSE or asked.alone or not kernel or any(scene.damping):
+        return plan
+    level = one.leave_heading
+    form = "(P, W): vertical and angular velocity seen from the body"
+    form += "; without the heading" if level else ", and from these the heading"
+    return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
 
 
 def _measured(tops: Ensemble, t: Array, asked: Order, threads: int) -> tuple[float, int]:
