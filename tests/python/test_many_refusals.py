@@ -166,6 +166,16 @@ def test_ctrl_c_keeps_what_is_done(words):
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
 
+def test_ctrl_c_is_told_beside_tops_that_failed():
+    times = mixed_times(400)
+    times[0, -1] = 1e300  # no double tells where the top is then
+    with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+        kr.solve(TOPS, times)
+    paths = stop.value.paths
+    assert paths.status_names[0] == "ERR_RESOLUTION" and paths.failed[0] == 0
+    assert "ERR_INTERRUPTED" in paths.status_names
+
+
 @pytest.mark.parametrize("method", [{"method": "geometric", "error": 1e-9}, {"reduce": SPIN}])
 def test_ctrl_c_ends_all_that_is_asked_for(method):
     with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:

@@ -52,7 +52,7 @@ def move(
     except KeyboardInterrupt:
         rows.settle(t)
         became = kind(tops, t, order, rows)
-        left = np.flatnonzero(rows.status)
+        left = np.flatnonzero(rows.status == top_rows.INTERRUPTED)
         if not left.size:
             raise
         raise became._stopped(int(left[0]), left.size) from None
