@@ -102,7 +102,7 @@ kr_status kr_steps_adaptive(kr_top *top)
     kr_status status = inspect(top);
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
-    kr_state before;
+    kr_state before = {0};
     top->method->read(&top->main, &before);
     status = one_step(top, top->forward * INFINITY);
     if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;

@@ -88,7 +88,7 @@ void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
     kr_exact_asked asked = {.n = n, .scenes = tops->scenes + from, .status = status};
     if (at_once) {
         asked.times = tops->times;
-        asked.t = tops->own_times ? tops->t + from * tops->times : tops->t;
+        asked.t = kr_worker_times(tops, from);
         asked.own_times = tops->own_times;
         asked.states = tops->states + from * tops->times;
     } else {

@@ -50,7 +50,7 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i);
 kr_config kr_worker_config(const kr_worker *worker, size_t i);
 static inline const double *kr_worker_times(const kr_tops *tops, size_t i)
 {
-    return tops->own_times ? tops->t + i * tops->times : tops->t;
+    return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
 }
 
 /* Moves those of at most KR_BLOCK tops, from number `from` on, that have a closed form. What

@@ -53,7 +53,7 @@ static void choose_all(void)
     const kr_config config = {.step =
                                   odds(50) ? 0.0 : pace_of(&asked.scenes[0]) * spread(1e-2, 1.0),
                               .tol = odds(50) ? 0.0 : spoiled(spread(1e-16, 1e-2), 3),
-                              .max_steps = longest(),
+                              .max_steps = 10 + longest() / 20,
                               .digits = odds(85) ? 0 : (int)choose(32),
                               .leave_heading = odds(10)};
     asked.config = config;

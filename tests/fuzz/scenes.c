@@ -107,8 +107,10 @@ kr_scene any_scene(void)
 double pace_of(const kr_scene *scene)
 {
     const kr_body *body = &scene->body;
-    const double moment = v_largest(body->inertia),
-                 rate = v_length(scene->start.m) / moment +
-                        sqrt(fabs(scene->gravity) * body->mass / moment * v_length(body->com));
+    const kr_vec3 A = body->inertia, D = scene->damping;
+    const double moment = v_largest(A), drag = fmax(D.x / A.x, fmax(D.y / A.y, D.z / A.z)),
+                 turning = v_length(scene->start.m) / moment +
+                           sqrt(fabs(scene->gravity) * body->mass / moment * v_length(body->com)),
+                 rate = turning + (isfinite(drag) ? drag : 0.0);
     return isfinite(1.0 / rate) && rate > 0.0 ? 1.0 / rate : 1.0;
 }

@@ -5,6 +5,6 @@
 #include "kreisel.h"
 
 kr_scene any_scene(void);
-/* A time in which such a top turns by about one radian; 1 where there is none. */
+/* A time in which such a top turns by about one radian, or is slowed down; 1 if there is none. */
 double pace_of(const kr_scene *scene);
 #endif
