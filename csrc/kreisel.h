@@ -395,7 +395,7 @@ typedef struct kr_outcome {
     kr_status status; /* what kr_top_create or kr_top_record would say */
     size_t done;      /* states that are good */
     kr_state last;    /* the last good one, which may lie behind those that were asked for */
-    kr_stats stats;   /* zeros of a closed form */
+    kr_stats stats;
 } kr_outcome;
 /* What is asked of a worker, and where it goes. A top moves to the side of its start on which its
  * last time lies, whatever the sign of the step. */

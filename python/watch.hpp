@@ -21,8 +21,8 @@ struct work {
     std::atomic<int64_t> done{0}; // tops
     bool listens = false;
     std::unique_ptr<py::error_already_set> raised;
-    // So many threads help themselves to what is left of so many tops: ever fewer at a time, so that
-    // all end at about the same time. With no threads everybody has a range of his own.
+    // So many threads help themselves to what is left of so many tops: ever fewer at a time, so
+    // that all end at about the same time. With no threads everybody has a range of his own.
     size_t threads = 0, tops = 0;
     std::atomic<size_t> next{0};
 

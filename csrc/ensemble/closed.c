@@ -36,14 +36,16 @@ static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
-    for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++)
+    for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
+        slot->steps += states[k].t != slot->last.t; /* as the method counts them */
         kr_worker_put(worker, slot, kept, states[k].t == start->t ? start : &states[k]);
+    }
     return k;
 }
 static void end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status)
 {
-    const kr_stats none = {0};
-    kr_worker_end(worker, slot, kept, status, none);
+    const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
+    kr_worker_end(worker, slot, kept, status, stats);
 }
 static int is_stopped(kr_worker *worker)
 {

@@ -12,6 +12,7 @@ enum { KR_BLOCK = 64 /* tops that are set up at once */ };
 /* The top in a lane. */
 typedef struct kr_slot {
     size_t top, done; /* its number, and its states that are good */
+    int64_t steps;    /* of a closed form; lanes count their own */
     double start, time_unit, rate, horizon, forward, asked;
     kr_state last;
 } kr_slot;

@@ -145,7 +145,7 @@ class Paths(Outcomes, Quantities):
         >>> tops = kr.scenes.thesis.vary(gravity=np.linspace(0, 1, 4))
         >>> paths = kr.solve(tops, [0.0, 1.0, 2.0])
         >>> paths[3], paths[1:3].q.shape
-        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 1 steps>, (2, 3, 4))
+        (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
         """
         i = number_of(self.shape, key)
         return self._part(key) if i is None else self._member(i)
