@@ -5,13 +5,13 @@ change.
 """
 
 import pytest
-from toolbox import CSRC, ROOT, core_sources, need, run
+from toolbox import CSRC, ROOT, compiled, core_sources, need, run
 
 
 def hashes(compiler, optimization, to):
     sources = [*core_sources(), ROOT / "tests/core/golden.c"]
     flags = ["-std=c99", optimization, "-ffp-contract=off", f"-I{CSRC}"]
-    run(compiler, *flags, *sources, "-lm", "-o", to)
+    run(compiler, *compiled(compiler, flags, sources, to.parent), "-lm", "-o", to)
     return run(to)
 
 

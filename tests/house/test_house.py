@@ -5,7 +5,18 @@ import re
 
 import pytest
 from floors import included
-from toolbox import CSRC, ROOT, VERSION, c_tests, core_sources, installed, need, need_gsl, run
+from toolbox import (
+    CSRC,
+    ROOT,
+    VERSION,
+    c_tests,
+    compiled,
+    core_sources,
+    installed,
+    need,
+    need_gsl,
+    run,
+)
 
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
@@ -98,13 +109,12 @@ def test_no_warnings(compiler, tmp_path):
     flags = [
         "-std=c99",
         "-O2",
-        "-c",
         "-ffp-contract=off",
         "-Wmissing-prototypes",
         *WARNINGS,
         f"-I{CSRC}",
     ]
-    run(compiler, *flags, *core_sources(), CSRC / "page/wasm.c", *c_tests(), cwd=tmp_path)
+    compiled(compiler, flags, [*core_sources(), CSRC / "page/wasm.c", *c_tests()], tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -113,16 +123,9 @@ def test_no_warnings(compiler, tmp_path):
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_no_warnings_in_kernels(compiler, options, tmp_path):
     need(compiler)
-    flags = ["-std=c99", "-O3", "-c", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS]
-    run(
-        compiler,
-        *flags,
-        *options.split(),
-        f"-I{CSRC}",
-        *CSRC.glob("taylor/kernel*.c"),
-        CSRC / "exact/plans.c",
-        cwd=tmp_path,
-    )
+    flags = ["-std=c99", "-O3", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS]
+    sources = [*CSRC.glob("*/kernel*.c"), CSRC / "exact/plans.c"]
+    compiled(compiler, [*flags, *options.split(), f"-I{CSRC}"], sources, tmp_path)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -132,23 +135,14 @@ def test_no_warnings_with_gsl(compiler, tmp_path):
     flags = [
         "-std=c99",
         "-O2",
-        "-c",
         "-ffp-contract=off",
         "-Wmissing-prototypes",
         *WARNINGS,
         f"-I{CSRC}",
     ]
     gsl = run("pkg-config", "--cflags", "gsl").split()
-    run(
-        compiler,
-        *flags,
-        "-DKREISEL_GSL",
-        *gsl,
-        *core_sources(),
-        *CSRC.glob("gsl/*.c"),
-        *c_tests(),
-        cwd=tmp_path,
-    )
+    sources = [*core_sources(), *CSRC.glob("gsl/*.c"), *c_tests()]
+    compiled(compiler, [*flags, "-DKREISEL_GSL", *gsl], sources, tmp_path)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])

@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,18 @@ def run(*command, cwd=ROOT, **environment):
     if done.returncode:
         pytest.fail(f"{' '.join(done.args)}\n{done.stdout}{done.stderr}", pytrace=False)
     return done.stdout
+
+
+def compiled(compiler, flags, sources, folder):
+    """Object files of all sources, compiled on all processors."""
+    objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
+
+    def one(source, to):
+        run(compiler, *flags, "-c", source, "-o", to)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(one, sources, objects))
+    return objects
 
 
 def python(code, *words, timeout=60, **how):
