@@ -1,19 +1,21 @@
-// Many tops in motion: a range of them a call, a few hundred at a time, on whatever thread calls
-// and with the GIL released. Whoever waits for several such calls stops them, and asks how far they
-// have come, by the work that they share.
+// Many tops in motion: a range of them a call, a few hundred at a time, with the GIL released. The
+// call has threads of its own where the work that it shares says so: they start in less time than
+// Python's, whose every step asks for the GIL. Whoever waits for several such calls stops them, and
+// asks how far they have come, by that work.
+#include <future>
 #include <optional>
+#include <system_error>
 #include "results.hpp"
 
-class worker
+// What moves tops on one thread, and what became of them.
+class mover
 {
     using owned = std::unique_ptr<kr_worker, void (*)(kr_worker *)>;
     owned core{nullptr, kr_worker_free};
     size_t reductions;
-    patience waiting;
     std::vector<kr_scene> scenes;
     std::vector<kr_outcome> outcomes;
-    std::vector<kr_state> scratch, last;
-    std::vector<int64_t> failed; // the rows of these last states
+    std::vector<kr_state> scratch;
 
     // Moves the tops first to first + n, whose results begin with row `at`.
     void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
@@ -43,33 +45,100 @@ class worker
     }
 
   public:
-    worker(const std::optional<std::string> &method, double step, double tol, int digits,
-           int64_t max_steps, bool leave_heading,
-           const std::vector<std::tuple<std::string, size_t, int>> &kept,
-           std::shared_ptr<work> with)
+    patience waiting;
+    std::vector<kr_state> last;
+    std::vector<int64_t> failed; // the rows of these last states
+
+    mover(const kr_method *method, kr_config config, const std::vector<kr_reduction> &kept,
+          std::shared_ptr<work> with)
         : reductions(kept.size())
     {
         waiting.shared = std::move(with);
-        std::vector<kr_reduction> asked;
-        for (const auto &[name, component, kind] : kept)
-            asked.push_back({quantity_of(name), component, kr_reduce(kind)});
+        config.poll = patience::poll;
+        config.context = &waiting;
         kr_worker *made = nullptr;
-        const kr_config config = {step,     tol,    max_steps,    patience::poll,
-                                  &waiting, digits, leave_heading};
-        const kr_status status = kr_worker_create(method ? method_of(*method) : nullptr, config,
-                                                  asked.size(), asked.data(), &made);
+        const kr_status status = kr_worker_create(method, config, kept.size(), kept.data(), &made);
         if (status == KR_ERR_MEMORY) throw std::bad_alloc();
         if (status != KR_OK) throw py::value_error(name_of(status));
         core.reset(made);
     }
-    worker(const worker &) = delete;
-    worker &operator=(const worker &) = delete;
-    size_t width() const { return reductions; }
+    mover(const mover &) = delete;
+    mover &operator=(const mover &) = delete;
+    const kr_worker *of_core() const { return core.get(); }
+
+    // Moves n tops from `begin` on, or those of them that it gets.
+    void go(const tops &all, size_t begin, size_t n, const kr_tops &these, const results &to)
+    {
+        const size_t most = 512, memory = 1 << 18;
+        const bool lean = !to.states && !to.columns.empty();
+        size_t piece = std::min(n, most);
+        if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
+        work *shared = waiting.shared && waiting.shared->threads ? waiting.shared.get() : nullptr;
+        last.clear();
+        failed.clear();
+        scenes.resize(piece);
+        outcomes.resize(piece);
+        if (lean) scratch.resize(piece * these.times);
+        size_t at = 0, count = std::min(piece, n);
+        const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
+        for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))
+            move(all, begin + at, count, at, these, to);
+    }
+};
+
+class worker
+{
+    const kr_method *method;
+    kr_config config;
+    std::vector<kr_reduction> kept;
+    std::shared_ptr<work> shared;
+    std::vector<std::unique_ptr<mover>> movers; // the first is the calling thread's
+
+    // Lets all movers go, each but the first on a thread of its own, as far as there are threads.
+    // Who is done first waits for the others, and goes on to listen.
+    void go(const tops &all, size_t begin, size_t n, const kr_tops &these, const results &to)
+    {
+        std::vector<std::future<void>> others;
+        patience &waiting = movers[0]->waiting;
+        try {
+            for (size_t i = 1; i < movers.size(); i++)
+                others.push_back(std::async(std::launch::async, &mover::go, movers[i].get(),
+                                            std::cref(all), begin, n, std::cref(these),
+                                            std::cref(to)));
+        } catch (const std::system_error &) {
+            // There are no more threads: those that there are do all the tops.
+        }
+        try {
+            movers[0]->go(all, begin, n, these, to);
+        } catch (...) {
+            if (shared) shared->stopped = true;
+            throw;
+        }
+        for (auto &other : others) do {
+                if (patience::poll(&waiting)) shared->stopped = true;
+            } while (other.wait_for(std::chrono::milliseconds(5)) == std::future_status::timeout);
+        for (auto &other : others) other.get();
+    }
+
+  public:
+    worker(const std::optional<std::string> &name, double step, double tol, int digits,
+           int64_t max_steps, bool leave_heading,
+           const std::vector<std::tuple<std::string, size_t, int>> &asked,
+           std::shared_ptr<work> with)
+        : method(name ? method_of(*name) : nullptr),
+          config{step, tol, max_steps, nullptr, nullptr, digits, leave_heading},
+          shared(std::move(with))
+    {
+        for (const auto &[quantity, component, kind] : asked)
+            kept.push_back({quantity_of(quantity), component, kr_reduce(kind)});
+        movers.push_back(std::make_unique<mover>(method, config, kept, shared));
+    }
+    size_t width() const { return kept.size(); }
     // The instruction set of its lanes, "" without any, and their order.
     py::tuple kernel() const
     {
         int order = 0;
-        const char *name = kr_worker_kernel(core.get(), &order);
+        const char *name = kr_worker_kernel(movers[0]->of_core(), &order);
         return py::make_tuple(name, order);
     }
 
@@ -81,25 +150,23 @@ class worker
         these.times = size_t(t.shape(t.ndim() - 1));
         these.t = t.data();
         these.own_times = t.ndim() == 2;
-        const size_t n = end - begin, most = 512, memory = 1 << 18;
-        const bool lean = !to.states && !to.columns.empty();
-        size_t piece = std::min(n, most);
-        if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
+        patience &waiting = movers[0]->waiting;
         waiting.begin();
-        last.clear();
-        failed.clear();
-        work *shared = waiting.shared && waiting.shared->threads ? waiting.shared.get() : nullptr;
         {
             py::gil_scoped_release nogil;
-            scenes.resize(piece);
-            outcomes.resize(piece);
-            if (lean) scratch.resize(piece * these.times);
-            size_t at = 0, count = std::min(piece, n);
-            const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
-            for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))
-                move(all, begin + at, count, at, these, to);
+            while (shared && movers.size() < shared->threads) {
+                movers.push_back(std::make_unique<mover>(method, config, kept, shared));
+                movers.back()->waiting.watching.signals = watch::theirs;
+            }
+            go(all, begin, end - begin, these, to);
         }
         waiting.end();
+        std::vector<kr_state> last;
+        std::vector<int64_t> failed;
+        for (auto &one : movers) {
+            last.insert(last.end(), one->last.begin(), one->last.end());
+            failed.insert(failed.end(), one->failed.begin(), one->failed.end());
+        }
         return py::make_tuple(py::array_t<int64_t>(py::ssize_t(failed.size()), failed.data()),
                               array_of_states(last));
     }

@@ -166,6 +166,15 @@ def test_ctrl_c_keeps_what_is_done(words):
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
 
+def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
+    times = mixed_times(64) * 1e-6
+    times[-1] *= 1e6  # one of the threads has this top, and the others are done at once
+    for _ in range(4):  # whichever thread has it
+        with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+            kr.solve(TOPS[:64], times, "taylor", threads=2)
+        assert list(stop.value.paths.failed) == [63]
+
+
 def test_ctrl_c_is_told_beside_tops_that_failed():
     times = mixed_times(400)
     times[0, -1] = 1e300  # no double tells where the top is then

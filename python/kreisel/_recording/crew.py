@@ -3,12 +3,10 @@ thread that called looks after Ctrl-C and progress."""
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, nullcontext
-from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 from .._core import Work
@@ -56,38 +54,20 @@ class Crew(NamedTuple):
     ) -> None:
         """Does n members, slice by slice, and takes what became of each slice with its first
         member's number. What is raised on the way, Ctrl-C too, ends it: what runs is stopped by
-        `work` and taken, what waits is left out. Where members are `shared`, threads of our own are
-        told of all at once, and help themselves by `work`."""
+        `work` and taken, what waits is left out. Where members are `shared`, the job for all of
+        them is one, which has threads of its own."""
         if not self.has_caller(n, progress, shared):
             with self._pool() as pool:
                 _Shift(self, pool, n, job, take, work, progress).run()
         elif shared:
-            self._share(n, job, take, work)
+            work.share(n, self._helpers(n) + 1)
+            _take_one(0, n, job, take, work)
         else:
             for begin, end in self.slices(n):
                 _take_one(begin, end, job, take, work)
 
     def _pool(self) -> AbstractContextManager[Executor]:
         return nullcontext(self.executor) if self.executor else ThreadPoolExecutor(self.threads)
-
-    def _share(self, n: int, job: Job[_R], take: Callable[[int, _R], object], work: Work) -> None:
-        helpers = self._helpers(n)
-        work.share(n, helpers + 1)
-        if not helpers:
-            _take_one(0, n, job, take, work)
-            return
-        function, words = job(0, n)
-        others = [_kept_pool(helpers).submit(function, *words) for _ in range(helpers)]
-        try:
-            _take_one(0, n, job, take, work)
-            wait([other for other in others if not other.cancel()])
-        except BaseException:
-            work.stop()
-            raise
-        finally:
-            for other in others:
-                if not other.cancel():
-                    take(0, other.result())
 
     def slices(self, n: int) -> Iterator[tuple[int, int]]:
         """Which members are done together: ever fewer, so that many cost little and all threads
@@ -98,17 +78,6 @@ class Crew(NamedTuple):
             end = min(begin + -(-size // _LANES) * _LANES, n)
             yield begin, end
             begin = end
-
-
-@lru_cache(maxsize=4)
-def _kept_pool(threads: int) -> ThreadPoolExecutor:
-    """Threads that wait for the next call: to start them takes as long as to move hundreds of tops.
-    A process that is forked has none of them."""
-    return ThreadPoolExecutor(threads, thread_name_prefix="kreisel")
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_kept_pool.cache_clear)
 
 
 def _take_one(
