@@ -15,20 +15,25 @@ class worker
     std::vector<kr_state> scratch, last;
     std::vector<int64_t> failed; // the rows of these last states
 
-    // Moves the tops first to first + n, whose results begin with row `at`.
-    void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
+    // Moves the tops first to first + n, whose results begin with row `at`; to their times, or to
+    // an event.
+    void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to,
+              const kr_event *event)
     {
         const size_t times = these.times;
         all.fill(first, first + n, scenes.data());
         these.n = n;
         these.scenes = scenes.data();
         these.outcomes = outcomes.data();
-        if (these.own_times) these.t += at * times;
+        if (these.own_times) these.t += at * (event ? 1 : times);
         these.states = to.states            ? to.states + at * times
                        : to.columns.empty() ? nullptr
                                             : scratch.data();
         these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
-        kr_worker_run(core.get(), &these);
+        if (event)
+            kr_worker_section(core.get(), event, &these);
+        else
+            kr_worker_run(core.get(), &these);
         for (size_t i = 0; i < n; i++) {
             to.take(at + i, outcomes[i]);
             if (outcomes[i].status != KR_OK) {
@@ -73,14 +78,11 @@ class worker
         return py::make_tuple(name, order);
     }
 
-    // Moves the tops begin to end, or those of them that it gets, to their times: a row for all, or
-    // one for each. Returns which rows failed, and their last good states.
-    py::tuple run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
+    // Moves the tops begin to end, or those of them that it gets, as these are to be moved. Returns
+    // which rows failed, and their last good states.
+    py::tuple run(const tops &all, size_t begin, size_t end, const kr_tops &these,
+                  const results &to, const kr_event *event)
     {
-        kr_tops these = {};
-        these.times = size_t(t.shape(t.ndim() - 1));
-        these.t = t.data();
-        these.own_times = t.ndim() == 2;
         const size_t n = end - begin, most = 512, memory = 1 << 18;
         const bool lean = !to.states && !to.columns.empty();
         size_t piece = std::min(n, most);
@@ -97,7 +99,7 @@ class worker
             size_t at = 0, count = std::min(piece, n);
             const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
             for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))
-                move(all, begin + at, count, at, these, to);
+                move(all, begin + at, count, at, these, to, event);
         }
         waiting.end();
         return py::make_tuple(py::array_t<int64_t>(py::ssize_t(failed.size()), failed.data()),
@@ -114,7 +116,30 @@ static py::tuple run(worker &mover, const tops &all, size_t begin, size_t end, c
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
     const results to = results_of(n, times, status, done, counts, reached, states, reduced,
                                   mover.width(), columns);
-    return mover.run(all, begin, end, t, to);
+    kr_tops these = {};
+    these.times = times;
+    these.t = t.data();
+    these.own_times = t.ndim() == 2;
+    return mover.run(all, begin, end, these, to, nullptr);
+}
+// The same for n states in which each meets an event, within the time that it may take to come.
+static py::tuple section(worker &mover, const tops &all, size_t begin, size_t end,
+                         const py::list &event, size_t n, const doubles &wait,
+                         const py::object &status, const py::object &done, const py::object &counts,
+                         const py::object &reached, const py::object &states)
+{
+    if (begin > end || end > all.size() || size_t(wait.size()) != end - begin)
+        throw py::value_error("there are other tops or times than these");
+    const results to = results_of(end - begin, n, status, done, counts, reached, states, py::none(),
+                                  mover.width(), py::dict());
+    looked_for sought;
+    sought.take(event);
+    if (sought.events.size() != 1) throw py::value_error("a section is that of one event");
+    kr_tops these = {};
+    these.times = n;
+    these.t = wait.data();
+    these.own_times = 1;
+    return mover.run(all, begin, end, these, to, sought.events.data());
 }
 
 // A quantity at the states of all tops, (tops, times, 8) in C order, of which so many are good.
@@ -223,7 +248,9 @@ void bind_worker(py::module_ &m)
         .def_property_readonly("kernel", &worker::kernel)
         .def("run", run, "tops"_a, "begin"_a, "end"_a, "t"_a, "status"_a, "done"_a, "counts"_a,
              "reached"_a, "states"_a = py::none(), "reduced"_a = py::none(),
-             "columns"_a = py::dict());
+             "columns"_a = py::dict())
+        .def("section", section, "tops"_a, "begin"_a, "end"_a, "event"_a, "n"_a, "wait"_a,
+             "status"_a, "done"_a, "counts"_a, "reached"_a, "states"_a);
     m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
     m.def("horizons", horizons, "tops"_a, "out"_a);
     m.def("unsuited", unsuited, "tops"_a, "method"_a);
