@@ -35,8 +35,8 @@ INLINE int expand_watched(kr_lanes *l, wide h, const point *end)
         reached = reached + g;
         power = power * h;
     }
-    const wide there = first ? h * watched_rate(l, end->p, end->w)
-                             : watched_at(l, end->p, end->w) + apart;
+    const wide there =
+        first ? h * watched_rate(l, end->p, end->w) : watched_at(l, end->p, end->w) + apart;
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }

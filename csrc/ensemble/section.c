@@ -53,8 +53,7 @@ static int counts(const kr_worker *worker, const kr_slot *slot, const kr_state *
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
-    return !event->where_count ||
-           kr_terms_value(scene, s, event->where_count, event->where) > 0.0;
+    return !event->where_count || kr_terms_value(scene, s, event->where_count, event->where) > 0.0;
 }
 /* Ends what a lane does where its event has not come in time. */
 static void despair(kr_worker *worker, int lane)

@@ -25,8 +25,7 @@ void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, 
     const kr_outcome outcome = {status, slot->done, slot->last, stats};
     tops->outcomes[slot->top] = outcome;
     for (size_t k = slot->done; states && k < tops->times; k++) {
-        const kr_state none = {
-            worker->watches ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+        const kr_state none = {worker->watches ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
         states[k] = none;
     }
     if (row && status == KR_OK && slot->done > 0)

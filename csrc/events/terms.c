@@ -313,8 +313,9 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 {
     int are = 1;
     for (size_t i = 0; i < n; i++) {
-        const int one = terms[i].of == KR_ONE ? terms[i].times : terms[i].of;
-        are &= terms[i].of == KR_ONE || terms[i].times == KR_ONE;
+        const int of = terms[i].of, times = terms[i].times, one = of == KR_ONE ? times : of;
+        if (!kr_component_is(of) || !kr_component_is(times)) return 0;
+        are &= of == KR_ONE || times == KR_ONE;
         are &= one == KR_ONE ||
                (!kr_component_turns(one) && kr_component_of(one).quantity != KR_QUANTITY_m);
     }

@@ -27,6 +27,7 @@ from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._recording.paths import Paths
 from ._recording.reduced import Reduced
+from ._recording.section import Section
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
 from ._showing.view import View, view
@@ -35,6 +36,7 @@ from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
 from ._verbs.plans import ManyPlan, plan
 from ._verbs.run import Run, resume
+from ._verbs.section import section
 from ._verbs.solve import solve
 from ._verbs.start import start
 from ._verbs.stream import stream
@@ -69,6 +71,7 @@ __all__ = [
     "Row",
     "Run",
     "Scene",
+    "Section",
     "Stats",
     "Table",
     "Units",
@@ -91,6 +94,7 @@ __all__ = [
     "rod",
     "scaled_units",
     "scenes",
+    "section",
     "solve",
     "start",
     "starts",
