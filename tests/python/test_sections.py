@@ -23,15 +23,15 @@ def scattered(n):
     return kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4))
 
 
-def test_the_section_of_a_lagrange_top_is_its_lowest_points():
-    section = kr.section(LAGRANGE, n=50)
-    exact = kr.exact(LAGRANGE)
-    turning = kr.apex(exact(np.linspace(0, 40, 400))).turning
-    assert np.abs(section.t - turning.t_greatest - exact.period * np.arange(50)).max() < 1e-10
-    assert np.abs(section.nutation - turning.greatest).max() < 1e-12
+@pytest.mark.parametrize("scene", [LAGRANGE, kr.scenes.cusps])
+def test_the_section_of_a_lagrange_top_is_its_lowest_points(scene):
+    section, exact = kr.section(scene, n=50), kr.exact(scene)
+    assert np.abs(section.t - exact.t_greatest - exact.period * np.arange(50)).max() < 1e-10
+    assert np.abs(section.nutation - exact.greatest_nutation).max() < 1e-12
     assert np.ptp(section.axial_momentum) < 1e-12
-    turns = np.diff(np.unwrap(section.precession_angle))
-    assert np.abs(np.exp(1j * (turns - exact.precession * exact.period)) - 1).max() < 1e-10
+    turns = np.diff(section.precession_angle) - exact.precession * exact.period
+    halves = 2.0 if exact.course == "rosette" else 1.0  # a passage of the pole counts as no turn
+    assert np.abs(np.exp(1j * halves * turns) - 1.0).max() < 1e-10
 
 
 def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
@@ -40,8 +40,7 @@ def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
     assert np.abs(section.body_velocity[:, 2]).max() < 1e-12
     assert np.ptp(energy) < 1e-12 * energy[0]
     assert np.ptp(np.linalg.norm(section.m, axis=1)) < 1e-12
-    assert np.ptp(np.diff(section.t)) < 1e-9
-    assert abs(np.diff(section.t).mean() - 2 * kr.exact(FREE).period) < 1e-9
+    assert np.abs(np.diff(section.t) - 2.0 * kr.exact(FREE).period).max() < 1e-6  # near the middle
 
 
 @pytest.mark.parametrize("event", [LOW, LOOP])
