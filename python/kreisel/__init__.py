@@ -14,6 +14,7 @@ kreisel.methods, kreisel.scenes.
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
 from ._analysis.compare import CompareInterrupted, Row, Table, compare
+from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
@@ -56,6 +57,7 @@ __all__ = [
     "Exact",
     "ExactEnsemble",
     "ExactMap",
+    "Frequencies",
     "Interrupted",
     "ManyEvents",
     "ManyPlan",
@@ -83,6 +85,7 @@ __all__ = [
     "conventions",
     "events",
     "exact",
+    "frequencies",
     "from_rotation",
     "h_eps",
     "load",
