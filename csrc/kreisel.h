@@ -53,6 +53,7 @@ extern "C" {
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
     X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
     X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
+    X(ERR_EVENT,       FAILURE,   "the event did not come again in the time that it was given")   \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
 typedef enum kr_status {
 #define X(name, what, text) KR_##name,
@@ -415,6 +416,12 @@ KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, siz
 /* KR_OK whatever becomes of single tops, which their outcomes tell. KR_ERR_INTERRUPTED where
  * config.poll says so: tops that were not done by then have that outcome. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
+/* Sections: the states in which each top meets an event (kr_top_watch), `times` of them, the first
+ * ones after its start. Here t tells how long each may take to come, since the start and then since
+ * the one before: a number for all tops, or [n] of them where own_times says so; negative ones lead
+ * back in time. KR_ERR_EVENT is the outcome of a top whose event comes later than that. As
+ * kr_worker_run otherwise, and KR_ERR_METHOD for workers of other methods than taylor. */
+KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* As kr_top_kernel: the instruction set of its lanes, "" where it has none, with their order. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);

@@ -7,6 +7,16 @@
 #include <system_error>
 #include "results.hpp"
 
+// n tops from `begin` on, to be moved as `these`, to their times or to an event; and where their
+// results go.
+struct task {
+    const tops &all;
+    size_t begin, n;
+    kr_tops these;
+    const results &to;
+    const kr_event *event;
+};
+
 // What moves tops on one thread, and what became of them.
 class mover
 {
@@ -17,20 +27,25 @@ class mover
     std::vector<kr_outcome> outcomes;
     std::vector<kr_state> scratch;
 
-    // Moves the tops first to first + n, whose results begin with row `at`.
-    void move(const tops &all, size_t first, size_t n, size_t at, kr_tops these, const results &to)
+    // Moves n tops of a task, whose results begin with row `at`.
+    void move(const task &asked, size_t at, size_t n)
     {
+        const results &to = asked.to;
+        kr_tops these = asked.these;
         const size_t times = these.times;
-        all.fill(first, first + n, scenes.data());
+        asked.all.fill(asked.begin + at, asked.begin + at + n, scenes.data());
         these.n = n;
         these.scenes = scenes.data();
         these.outcomes = outcomes.data();
-        if (these.own_times) these.t += at * times;
+        if (these.own_times) these.t += at * (asked.event ? 1 : times);
         these.states = to.states            ? to.states + at * times
                        : to.columns.empty() ? nullptr
                                             : scratch.data();
         these.reduced = to.reduced ? to.reduced + at * reductions : nullptr;
-        kr_worker_run(core.get(), &these);
+        if (asked.event)
+            kr_worker_section(core.get(), asked.event, &these);
+        else
+            kr_worker_run(core.get(), &these);
         for (size_t i = 0; i < n; i++) {
             to.take(at + i, outcomes[i]);
             if (outcomes[i].status != KR_OK) {
@@ -66,23 +81,23 @@ class mover
     mover &operator=(const mover &) = delete;
     const kr_worker *of_core() const { return core.get(); }
 
-    // Moves n tops from `begin` on, or those of them that it gets.
-    void go(const tops &all, size_t begin, size_t n, const kr_tops &these, const results &to)
+    // Does a task, or that part of it which it gets.
+    void go(const task &asked)
     {
-        const size_t most = 512, memory = 1 << 18;
-        const bool lean = !to.states && !to.columns.empty();
+        const size_t n = asked.n, times = asked.these.times, most = 512, memory = 1 << 18;
+        const bool lean = !asked.to.states && !asked.to.columns.empty();
         size_t piece = std::min(n, most);
-        if (lean) piece = std::min(piece, std::max(size_t(8), memory / (these.times + 1)));
+        if (lean) piece = std::min(piece, std::max(size_t(8), memory / (times + 1)));
         work *shared = waiting.shared && waiting.shared->threads ? waiting.shared.get() : nullptr;
         last.clear();
         failed.clear();
         scenes.resize(piece);
         outcomes.resize(piece);
-        if (lean) scratch.resize(piece * these.times);
+        if (lean) scratch.resize(piece * times);
         size_t at = 0, count = std::min(piece, n);
         const auto is_more = [&] { return shared ? shared->take(piece, at, count) : at < n; };
         for (; !waiting.is_over() && is_more(); at += count, count = std::min(piece, n - at))
-            move(all, begin + at, count, at, these, to);
+            move(asked, at, count);
     }
 };
 
@@ -96,27 +111,29 @@ class worker
 
     // Lets all movers go, each but the first on a thread of its own, as far as there are threads.
     // Who is done first waits for the others, and goes on to listen.
-    void go(const tops &all, size_t begin, size_t n, const kr_tops &these, const results &to)
+    void go(const task &asked)
     {
         std::vector<std::future<void>> others;
         patience &waiting = movers[0]->waiting;
         try {
             for (size_t i = 1; i < movers.size(); i++)
-                others.push_back(std::async(std::launch::async, &mover::go, movers[i].get(),
-                                            std::cref(all), begin, n, std::cref(these),
-                                            std::cref(to)));
+                others.push_back(
+                    std::async(std::launch::async, &mover::go, movers[i].get(), std::cref(asked)));
         } catch (const std::system_error &) {
             // There are no more threads: those that there are do all the tops.
         }
         try {
-            movers[0]->go(all, begin, n, these, to);
+            movers[0]->go(asked);
         } catch (...) {
             if (shared) shared->stopped = true;
             throw;
         }
-        for (auto &other : others) do {
+        const auto a_while = std::chrono::milliseconds(5);
+        for (auto &other : others) {
+            do {
                 if (patience::poll(&waiting)) shared->stopped = true;
-            } while (other.wait_for(std::chrono::milliseconds(5)) == std::future_status::timeout);
+            } while (other.wait_for(a_while) == std::future_status::timeout);
+        }
         for (auto &other : others) other.get();
     }
 
@@ -142,14 +159,9 @@ class worker
         return py::make_tuple(name, order);
     }
 
-    // Moves the tops begin to end, or those of them that it gets, to their times: a row for all, or
-    // one for each. Returns which rows failed, and their last good states.
-    py::tuple run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
+    // Does a task. Returns which rows failed, and their last good states.
+    py::tuple run(const task &asked)
     {
-        kr_tops these = {};
-        these.times = size_t(t.shape(t.ndim() - 1));
-        these.t = t.data();
-        these.own_times = t.ndim() == 2;
         patience &waiting = movers[0]->waiting;
         waiting.begin();
         {
@@ -158,7 +170,7 @@ class worker
                 movers.push_back(std::make_unique<mover>(method, config, kept, shared));
                 movers.back()->waiting.watching.signals = watch::theirs;
             }
-            go(all, begin, end - begin, these, to);
+            go(asked);
         }
         waiting.end();
         std::vector<kr_state> last;
@@ -181,7 +193,30 @@ static py::tuple run(worker &mover, const tops &all, size_t begin, size_t end, c
     const size_t n = end - begin, times = size_t(t.shape(t.ndim() - 1));
     const results to = results_of(n, times, status, done, counts, reached, states, reduced,
                                   mover.width(), columns);
-    return mover.run(all, begin, end, t, to);
+    kr_tops these = {};
+    these.times = times;
+    these.t = t.data();
+    these.own_times = t.ndim() == 2;
+    return mover.run({all, begin, n, these, to, nullptr});
+}
+// The same for n states in which each meets an event, within the time that it may take to come.
+static py::tuple section(worker &mover, const tops &all, size_t begin, size_t end,
+                         const py::list &event, size_t n, const doubles &wait,
+                         const py::object &status, const py::object &done, const py::object &counts,
+                         const py::object &reached, const py::object &states)
+{
+    if (begin > end || end > all.size() || size_t(wait.size()) != end - begin)
+        throw py::value_error("there are other tops or times than these");
+    const results to = results_of(end - begin, n, status, done, counts, reached, states, py::none(),
+                                  mover.width(), py::dict());
+    looked_for sought;
+    sought.take(event);
+    if (sought.events.size() != 1) throw py::value_error("a section is that of one event");
+    kr_tops these = {};
+    these.times = n;
+    these.t = wait.data();
+    these.own_times = 1;
+    return mover.run({all, begin, end - begin, these, to, sought.events.data()});
 }
 
 // A quantity at the states of all tops, (tops, times, 8) in C order, of which so many are good.
@@ -290,7 +325,9 @@ void bind_worker(py::module_ &m)
         .def_property_readonly("kernel", &worker::kernel)
         .def("run", run, "tops"_a, "begin"_a, "end"_a, "t"_a, "status"_a, "done"_a, "counts"_a,
              "reached"_a, "states"_a = py::none(), "reduced"_a = py::none(),
-             "columns"_a = py::dict());
+             "columns"_a = py::dict())
+        .def("section", section, "tops"_a, "begin"_a, "end"_a, "event"_a, "n"_a, "wait"_a,
+             "status"_a, "done"_a, "counts"_a, "reached"_a, "states"_a);
     m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
     m.def("horizons", horizons, "tops"_a, "out"_a);
     m.def("unsuited", unsuited, "tops"_a, "method"_a);

@@ -33,7 +33,8 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
 /* Leaves a lane without a top at rest, where no step ends. */
 static void rest(kr_lanes *l, int lane)
 {
-    kr_lane_number *const none[] = {l->end_w, l->k, l->up, l->down, l->part, l->moment};
+    kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
+                                    l->part,  l->moment, l->along_p, l->along_w};
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_vector(none[i], lane, 0, 0, 0);
     set_vector(l->end_p, lane, 0, 0, 1);
     set_quaternion(l->end_q, lane, q_one());
@@ -41,6 +42,8 @@ static void rest(kr_lanes *l, int lane)
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = 1.0;
     l->goal[lane] = l->fall[lane] = l->most_steps[lane] = INFINITY;
+    l->side[lane] = l->apart[lane] = 0.0;
+    l->noise[lane] = -1.0; /* nothing is watched for */
 }
 /* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
  * have to aim at. validation/bench/lanes.py has measured both. */
@@ -77,6 +80,8 @@ void kr_fleet_use(kr_worker *worker, const kr_lanes_isa *isa, int order, double 
 void kr_fleet_begin(kr_worker *worker)
 {
     worker->busy = 0;
+    worker->lanes->watches = worker->watches;
+    worker->lanes->extremum = worker->event.extremum != 0;
     for (int i = 0; i < KR_LANES_MOST; i++) rest(worker->lanes, i);
 }
 
@@ -136,28 +141,25 @@ static void load(kr_worker *worker, int lane)
     slot->rate = p.rate;
     slot->horizon = top->horizon;
     slot->last = top->scene.start;
+    if (worker->watches) kr_section_load(worker, lane, p.rate, shift);
 }
 
-static kr_kept *kept_of(const kr_worker *worker, int lane)
-{
-    return worker->kept + (size_t)lane * worker->reductions;
-}
 static void leave(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
     rest(worker->lanes, lane);
 }
-static void give_up(kr_worker *worker, int lane)
+void kr_fleet_give_up(kr_worker *worker, int lane)
 {
     const size_t i = worker->slots[lane].top;
     leave(worker, lane);
     kr_worker_alone(worker, worker->alone, i);
 }
-static void arrive(kr_worker *worker, int lane)
+void kr_fleet_arrive(kr_worker *worker, int lane, kr_status status)
 {
     kr_stats stats = {0};
     stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
-    kr_worker_end(worker, &worker->slots[lane], kept_of(worker, lane), KR_OK, stats);
+    kr_worker_end(worker, &worker->slots[lane], kr_fleet_kept(worker, lane), status, stats);
     leave(worker, lane);
 }
 /* Sets the goal of a lane to the next time that is asked for. At the start nothing has to be
@@ -169,23 +171,19 @@ static int aim(kr_worker *worker, int lane)
     const double *t = kr_worker_times(tops, slot->top);
     for (; slot->done < tops->times && t[slot->done] == slot->start && slot->asked == slot->start;
          slot->asked = slot->start)
-        kr_worker_put(worker, slot, kept_of(worker, lane), &tops->scenes[slot->top].start);
+        kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &tops->scenes[slot->top].start);
     if (slot->done == tops->times) {
-        arrive(worker, lane);
+        kr_fleet_arrive(worker, lane, KR_OK);
         return 0;
     }
     const double next = t[slot->done];
     if (!(fabs(next) < slot->horizon) || !(slot->forward * (next - slot->asked) >= 0.0)) {
-        give_up(worker, lane);
+        kr_fleet_give_up(worker, lane);
         return 0;
     }
     slot->asked = next;
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
-}
-static int is_passed(const kr_lanes *l, int lane)
-{
-    return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
 }
 /* Whether a lane's piece is a good one. */
 static int is_well(const kr_lanes *l, int lane)
@@ -195,22 +193,37 @@ static int is_well(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->most_steps[lane];
 }
+/* The state of a lane that was looked at, at the user's time. */
+static kr_state seen(const kr_lanes *l, int lane, double t)
+{
+    const kr_state s = {
+        t,
+        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    return s;
+}
+kr_state kr_fleet_look(kr_worker *worker, int lane, double t)
+{
+    const kr_slot *slot = &worker->slots[lane];
+    kr_lanes *l = worker->lanes;
+    memcpy(l->at, l->end, sizeof l->at);
+    l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
+    worker->isa->look(l);
+    return seen(l, lane, t);
+}
 /* Takes the state of a lane that was looked at, and aims at the next time. Returns whether that
  * lies in the same piece. */
 static int take(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = {
-        slot->asked,
-        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
-        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    const kr_state s = seen(l, lane, slot->asked);
     if (!kr_state_is_good(s.q, s.m)) {
-        give_up(worker, lane);
+        kr_fleet_give_up(worker, lane);
         return 0;
     }
-    kr_worker_put(worker, slot, kept_of(worker, lane), &s);
-    return aim(worker, lane) && is_passed(l, lane);
+    kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &s);
+    return aim(worker, lane) && kr_fleet_has_passed(l, lane);
 }
 /* Looks at all times that lie in the pieces of these lanes. */
 static void look(kr_worker *worker, unsigned lanes)
@@ -231,10 +244,12 @@ static void advance(kr_worker *worker)
     unsigned passed = 0;
     for (int lane = 0; lane < KR_LANES_MOST; lane++) {
         if (!(called >> lane & 1)) continue;
-        if (is_well(worker->lanes, lane))
-            passed |= 1u << lane;
+        if (!is_well(worker->lanes, lane))
+            kr_fleet_give_up(worker, lane);
+        else if (worker->watches)
+            kr_section_search(worker, lane);
         else
-            give_up(worker, lane);
+            passed |= 1u << lane;
     }
     look(worker, passed);
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
@@ -256,7 +271,11 @@ void kr_fleet_add(kr_worker *worker, size_t i)
     const kr_config config = kr_worker_config(worker, i);
     const kr_slot empty = {.top = i, .last = worker->tops->scenes[i].start};
     *slot = empty;
-    const kr_status status = kr_top_become(worker->alone, &worker->tops->scenes[i], &config);
+    kr_status status = kr_top_become(worker->alone, &worker->tops->scenes[i], &config);
+    if (status == KR_OK && worker->watches) {
+        status = kr_top_watch(worker->alone, 1, &worker->event);
+        kr_top_watch(worker->alone, 0, NULL);
+    }
     if (status != KR_OK) {
         const kr_stats none = {0};
         kr_worker_end(worker, slot, NULL, status, none);
@@ -264,7 +283,10 @@ void kr_fleet_add(kr_worker *worker, size_t i)
     }
     load(worker, lane);
     worker->busy |= 1u << lane;
-    aim(worker, lane);
+    if (worker->watches)
+        kr_section_aim(worker, lane);
+    else
+        aim(worker, lane);
 }
 void kr_fleet_finish(kr_worker *worker)
 {

@@ -1,6 +1,6 @@
 /* The lanes of lanes.h, in doubles. This file is compiled once per instruction set: -DKR_ISA=avx2
  * -mavx2 -mfma, and so on (CMakeLists.txt). */
-#include "heading.h"
+#include "screen.h"
 
 /* Computes the next piece of every lane, from the end of this one. Returns the lanes that need
  * somebody's attention. */
@@ -25,7 +25,9 @@ INLINE unsigned step(kr_lanes *l, int headless)
                                wide_less(wide_splat(0.0), forward * (end - t)));
     const mask onward = mask_and(wide_less(forward * end, forward * wide_load(l->goal)),
                                  wide_at_most(steps, wide_load(l->most_steps)));
-    return mask_bits(mask_not(mask_and(well, onward))) & ((1u << LANES) - 1);
+    unsigned called = mask_bits(mask_not(mask_and(well, onward)));
+    if (l->watches) called |= mask_bits(mask_not(keeps_sign(l, end - t, &r)));
+    return called & ((1u << LANES) - 1);
 }
 static unsigned advance_whole(kr_lanes *l, int steps)
 {

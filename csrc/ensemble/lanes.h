@@ -38,6 +38,12 @@ typedef struct kr_lanes {
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, most_steps;
     kr_lane_number at; /* where to look */
+    /* What is watched: g = along_p P + along_w W + apart, or where it is largest or smallest; its
+     * coefficients over the piece, in s from 0 to 1; the last sign that was sure, 0 for none; and
+     * what is not above this cannot be told from zero. */
+    kr_lane_vector along_p, along_w;
+    kr_lane_number apart, g[KR_LANES_ORDER + 1], side, noise;
+    int watches, extremum;
     /* What leads to the user's frame and units: the frame of description seen from these axes, and
      * the momentum of a unit of W. */
     kr_lane_quaternion axes;
@@ -53,7 +59,7 @@ typedef struct kr_lanes_isa {
     const int *lanes;
     int (*runs_here)(void);
     /* Steps all lanes until one, at least, has passed its goal, made no way, made more than its
-     * most steps or is not finite; at most `steps` times. Returns the lanes for which that holds,
+     * most steps, is not finite or may have met what it watches for; at most `steps` times. Returns the lanes for which that holds,
      * as bits. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Gives the states at the times `at` inside the pieces. */

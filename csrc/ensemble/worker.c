@@ -25,7 +25,7 @@ void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, 
     const kr_outcome outcome = {status, slot->done, slot->last, stats};
     tops->outcomes[slot->top] = outcome;
     for (size_t k = slot->done; states && k < tops->times; k++) {
-        const kr_state none = {t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+        const kr_state none = {worker->watches ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
         states[k] = none;
     }
     if (row && status == KR_OK && slot->done > 0)
@@ -38,7 +38,9 @@ kr_config kr_worker_config(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times(tops, i);
     kr_config config = worker->config;
-    const int back = tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
+    const int back = worker->watches
+                         ? kr_section_wait(worker, i) < 0.0
+                         : tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
     config.step = kr_step_led(config.step, back);
     return config;
 }
@@ -69,7 +71,8 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
     if (top == worker->closed) config.leave_heading = 0; /* it saves nothing there */
     kr_status status = kr_top_become(top, scene, &config);
     if (status == KR_OK) {
-        status = record(worker, top, &slot, kept);
+        status = worker->watches ? kr_section_record(worker, top, &slot, kept)
+                                 : record(worker, top, &slot, kept);
         stats = kr_top_stats(top);
     }
     kr_worker_end(worker, &slot, kept, status, stats);
@@ -81,7 +84,7 @@ static void move(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
     kr_top *alone = worker->alone ? worker->alone : worker->closed;
-    if (worker->isa && !damped)
+    if (worker->isa && !damped && (!worker->watches || kr_section_fits(worker)))
         kr_fleet_add(worker, i);
     else
         kr_worker_alone(worker, alone, i);
@@ -107,10 +110,9 @@ static void interrupt(kr_worker *worker, const kr_tops *tops)
             kr_worker_end(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
     }
 }
-kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
+kr_status kr_worker_move(kr_worker *worker, const kr_tops *tops)
 {
-    if (!worker || !tops || (tops->n > 0 && !(tops->scenes && tops->outcomes)) ||
-        (tops->n > 0 && tops->times > 0 && !tops->t))
+    if (tops->n > 0 && (!tops->scenes || !tops->outcomes || (tops->times > 0 && !tops->t)))
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
     worker->interrupted = 0;
@@ -121,6 +123,10 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
     if (worker->lanes) kr_fleet_finish(worker);
     if (worker->interrupted) interrupt(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
+}
+kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
+{
+    return worker && tops ? kr_worker_move(worker, tops) : KR_ERR_ARGUMENT;
 }
 
 static int is_sound(size_t n, const kr_reduction reduction[])

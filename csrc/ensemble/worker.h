@@ -14,6 +14,7 @@ typedef struct kr_slot {
     size_t top, done; /* its number, and its states that are good */
     int64_t steps;    /* of a closed form; lanes count their own */
     double start, time_unit, rate, horizon, forward, asked;
+    double start_noise; /* in a section, until a first sign is known */
     kr_state last;
 } kr_slot;
 
@@ -24,6 +25,8 @@ struct kr_worker {
     kr_top *closed;          /* the closed form; NULL where the method is another */
     kr_exact *plans;         /* those of a block, where there is `closed` */
     const kr_tops *tops;     /* what is under way */
+    int watches;             /* it is a section, for this event */
+    kr_event event;
     int interrupted;
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
     kr_lanes *lanes;
@@ -49,6 +52,8 @@ static inline kr_kept *kr_worker_own(const kr_worker *worker)
 void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i);
 /* The config for a top, whose side its last time decides. */
 kr_config kr_worker_config(const kr_worker *worker, size_t i);
+/* Moves the tops, all to their times or to their events. */
+kr_status kr_worker_move(kr_worker *worker, const kr_tops *tops);
 static inline const double *kr_worker_times(const kr_tops *tops, size_t i)
 {
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
@@ -68,4 +73,35 @@ void kr_fleet_begin(kr_worker *worker);
 void kr_fleet_add(kr_worker *worker, size_t i);
 /* Moves all tops that are in lanes to their ends. */
 void kr_fleet_finish(kr_worker *worker);
+/* Looks at the lanes at `at`, and gives what is seen in one of them. */
+kr_state kr_fleet_look(kr_worker *worker, int lane, double t);
+/* Moves a top that cannot be moved on in its lane alone, from its start. */
+void kr_fleet_give_up(kr_worker *worker, int lane);
+/* Ends what a lane does, and tells what became of its top. */
+void kr_fleet_arrive(kr_worker *worker, int lane, kr_status status);
+/* Whether a lane's piece reaches to its goal. */
+static inline int kr_fleet_has_passed(const kr_lanes *l, int lane)
+{
+    return l->forward[lane] * l->end[lane] >= l->forward[lane] * l->goal[lane];
+}
+static inline kr_kept *kr_fleet_kept(const kr_worker *worker, int lane)
+{
+    return worker->kept + (size_t)lane * worker->reductions;
+}
+
+/* How long a top may take from event to event. */
+static inline double kr_section_wait(const kr_worker *worker, size_t i)
+{
+    return worker->tops->t[worker->tops->own_times ? i : 0];
+}
+/* Whether the lanes can look for the event. */
+int kr_section_fits(const kr_worker *worker);
+/* Sets what a lane looks for, in units of this rate and with axes that go on so often; then how far
+ * it may go, which cannot be told from some time on. */
+void kr_section_load(kr_worker *worker, int lane, double rate, int shift);
+int kr_section_aim(kr_worker *worker, int lane);
+/* Takes the events in a lane's piece, and ends what it does where there is no more to do. */
+void kr_section_search(kr_worker *worker, int lane);
+/* Moves a top that has begun to its events. */
+kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept);
 #endif

@@ -309,6 +309,35 @@ int kr_terms_polynomial(const kr_top *top, const kr_piece *p, const kr_event *e,
     return degree;
 }
 
+int kr_terms_are_linear(size_t n, const kr_term terms[])
+{
+    int are = 1;
+    for (size_t i = 0; i < n; i++) {
+        const int of = terms[i].of, times = terms[i].times, one = of == KR_ONE ? times : of;
+        if (!kr_component_is(of) || !kr_component_is(times)) return 0;
+        are &= of == KR_ONE || times == KR_ONE;
+        are &= one == KR_ONE ||
+               (!kr_component_turns(one) && kr_component_of(one).quantity != KR_QUANTITY_m);
+    }
+    return are;
+}
+kr_linear kr_terms_linear(const kr_top *top, double rate, const kr_event *event)
+{
+    /* Unit vectors of the vertical, then of the velocity; and what is left without any. */
+    static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
+                        w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
+    double value[7], c[ROOM];
+    for (int i = 0; i < 7; i++) {
+        const view v = {top, rate, 0, x + i, w + i, NULL};
+        sum(&v, event, c);
+        value[i] = c[0];
+    }
+    const double rest = value[6];
+    const kr_linear linear = {v3(value[0] - rest, value[1] - rest, value[2] - rest),
+                              v3(value[3] - rest, value[4] - rest, value[5] - rest), rest};
+    return linear;
+}
+
 double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[])
 {
     double value = 0.0;

@@ -12,4 +12,16 @@ double kr_terms_size(const kr_top *top, const kr_piece *piece, size_t n, const k
  * tolerance. c has KR_TERMS_ROOM. */
 int kr_terms_polynomial(const kr_top *top, const kr_piece *piece, const kr_event *event,
                         double c[]);
+/* What is below this part of the function's size cannot be told from zero; in the start, which may
+ * be off the event that it was put on, below the second one. */
+#define KR_TERMS_UNSURE 0x1p-50
+#define KR_TERMS_START 0x1p-40
+/* Whether the function is linear in the vertical and the velocity as the body sees them. */
+int kr_terms_are_linear(size_t n, const kr_term terms[]);
+/* Gives one that is, in working axes and the units of a step of this rate. */
+typedef struct kr_linear {
+    kr_vec3 along_vertical, along_velocity;
+    double apart;
+} kr_linear;
+kr_linear kr_terms_linear(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -5,10 +5,6 @@
 #include "roots.h"
 #include "terms.h"
 
-/* Parts of the function's size. */
-static const double unsure = 0x1p-50;   /* what rounding makes */
-static const double at_start = 0x1p-40; /* what a start may be off the event that it was put on */
-
 static double clock_at(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
@@ -32,7 +28,7 @@ static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const k
             return 0;
     }
     const double size = kr_terms_size(top, piece, n, terms);
-    return isfinite(size) && unsure * size > 0.0;
+    return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
 /* Says whether these events can be looked for on this top's way. */
 static int are_events(const kr_top *top, size_t n, const kr_event events[])
@@ -70,8 +66,8 @@ static void find(const kr_top *top, const kr_piece *piece, kr_event *event)
               turn = event->extremum || top->forward > 0.0 ? 1 : -1;
     kr_search search = {.c = coefficients,
                         .degree = degree,
-                        .noise = unsure * size,
-                        .start_noise = at_start * size,
+                        .noise = KR_TERMS_UNSURE * size,
+                        .start_noise = KR_TERMS_START * size,
                         .side = own->side,
                         .mark = own->mark};
     own->sign = 0;

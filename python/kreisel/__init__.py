@@ -14,6 +14,7 @@ kreisel.methods, kreisel.scenes.
 from . import events, quaternion, scenes
 from ._analysis.apex import Apex, Nutation, apex
 from ._analysis.compare import CompareInterrupted, Row, Table, compare
+from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._analysis.units import Units, h_eps, scaled_units
@@ -27,6 +28,7 @@ from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._recording.paths import Paths
 from ._recording.reduced import Reduced
+from ._recording.section import Section
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
 from ._showing.view import View, view
@@ -35,6 +37,7 @@ from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
 from ._verbs.plans import ManyPlan, plan
 from ._verbs.run import Run, resume
+from ._verbs.section import section
 from ._verbs.solve import solve
 from ._verbs.start import start
 from ._verbs.stream import stream
@@ -54,6 +57,7 @@ __all__ = [
     "Exact",
     "ExactEnsemble",
     "ExactMap",
+    "Frequencies",
     "Interrupted",
     "ManyEvents",
     "ManyPlan",
@@ -69,6 +73,7 @@ __all__ = [
     "Row",
     "Run",
     "Scene",
+    "Section",
     "Stats",
     "Table",
     "Units",
@@ -80,6 +85,7 @@ __all__ = [
     "conventions",
     "events",
     "exact",
+    "frequencies",
     "from_rotation",
     "h_eps",
     "load",
@@ -91,6 +97,7 @@ __all__ = [
     "rod",
     "scaled_units",
     "scenes",
+    "section",
     "solve",
     "start",
     "starts",

@@ -123,6 +123,20 @@ class Worker:
         reduced: _Array | None = ...,
         columns: dict[str, _Array] = ...,
     ) -> tuple[npt.NDArray[np.int64], _Array]: ...
+    def section(
+        self,
+        tops: Tops,
+        begin: int,
+        end: int,
+        event: list[_Event],
+        n: int,
+        wait: _Array,
+        status: npt.NDArray[np.int8],
+        done: npt.NDArray[np.int64],
+        counts: npt.NDArray[np.int64],
+        reached: _Array,
+        states: _Array,
+    ) -> tuple[npt.NDArray[np.int64], _Array]: ...
 
 def alone(
     method: str,

@@ -64,7 +64,7 @@ static void truths(void)
         NEAR(off(end.m, c->at.m) / scale_of(&s), 0.0, 3e-15);
     }
 }
-/* Returns the energy of a symmetric top, in long double: in double, its evaluation alone would round
+/* Returns the energy of a symmetric top, in long double: in double its evaluation would round
  * as much as the closed form does. */
 static long double energy_of(const kr_scene *s, const kr_state *at)
 {

@@ -58,6 +58,7 @@ extern uint64_t calls_made;
 #define kr_top_watch(...) (calls_made++, kr_top_watch(__VA_ARGS__))
 #define kr_top_seek(...) (calls_made++, kr_top_seek(__VA_ARGS__))
 #define kr_worker_create(...) (calls_made++, kr_worker_create(__VA_ARGS__))
+#define kr_worker_section(...) (calls_made++, kr_worker_section(__VA_ARGS__))
 #define kr_worker_run(...) (calls_made++, kr_worker_run(__VA_ARGS__))
 #define kr_worker_free(...) (calls_made++, kr_worker_free(__VA_ARGS__))
 #define kr_exact_plan(...) (calls_made++, kr_exact_plan(__VA_ARGS__))

@@ -17,6 +17,8 @@ static struct {
     const kr_method *method;
     size_t n, times, reductions;
     int own_times;
+    search watched; /* where it is a section: of the first event of these, if there is one */
+    int watches;
 } asked;
 typedef struct answer {
     kr_state states[MOST * TIMES];
@@ -41,6 +43,8 @@ static void choose_all(void)
     asked.n = (size_t)choose(MOST + 1);
     asked.times = 1 + (size_t)choose(TIMES);
     asked.own_times = odds(60);
+    asked.watches = odds(30);
+    if (asked.watches) any_search(&asked.watched);
     for (size_t i = 0; i < MOST; i++) {
         asked.scenes[i] = any_scene();
         if (alike && i > 0) asked.scenes[i].body = asked.scenes[0].body;
@@ -67,10 +71,10 @@ static void choose_all(void)
 }
 static const double *times_of(size_t i)
 {
-    return asked.t + (asked.own_times ? i * asked.times : 0);
+    return asked.t + (asked.own_times ? i * (asked.watches ? 1 : asked.times) : 0);
 }
-/* Moves n of the tops from the i-th on. */
-static void move(kr_worker *worker, size_t i, size_t n, answer *a)
+/* Moves n of the tops from the i-th on, and says whether they could be. */
+static int move(kr_worker *worker, size_t i, size_t n, answer *a)
 {
     const kr_tops tops = {.n = n,
                           .scenes = asked.scenes + i,
@@ -81,7 +85,15 @@ static void move(kr_worker *worker, size_t i, size_t n, answer *a)
                           .reduced = a->reduced,
                           .outcomes = a->outcomes};
     leave_mark(a, sizeof *a);
-    CLAIM(kr_worker_run(worker, &tops) == KR_OK);
+    if (!asked.watches) {
+        CLAIM(kr_worker_run(worker, &tops) == KR_OK);
+        return 1;
+    }
+    const kr_event *event = asked.watched.count > 0 ? asked.watched.event : NULL;
+    const int is_one = event && event->terms, fits = asked.method == kr_method_find("taylor");
+    const kr_status status = kr_worker_section(worker, event, &tops);
+    CLAIM(status == (!is_one ? KR_ERR_ARGUMENT : !fits ? KR_ERR_METHOD : KR_OK));
+    return status == KR_OK;
 }
 static void claim_top(size_t i, const answer *a)
 {
@@ -92,7 +104,8 @@ static void claim_top(size_t i, const answer *a)
     CLAIM(is_good(o->last) || wrong == INPUT);
     for (size_t k = 0; k < asked.times; k++) {
         const kr_state s = a->states[i * asked.times + k];
-        CLAIM(s.t == t[k] || (isnan(s.t) && isnan(t[k])));
+        CLAIM(asked.watches ? isnan(s.t) == (k >= o->done)
+                            : s.t == t[k] || (isnan(s.t) && isnan(t[k])));
         CLAIM(k < o->done ? is_good(s) : isnan(s.q.w) && isnan(s.m.z));
     }
     for (size_t r = 0; r < asked.reductions && wrong != NONE; r++)
@@ -130,9 +143,9 @@ void call_many(void)
     if (status != KR_OK) return;
     int order = -1;
     CLAIM(kr_worker_kernel(worker, &order) != NULL && order >= 0);
-    move(worker, 0, asked.n, &all);
-    for (size_t i = 0; i < asked.n; i++) claim_top(i, &all);
-    for (size_t i = 0; i < asked.n; i++) {
+    const int moved = move(worker, 0, asked.n, &all);
+    for (size_t i = 0; i < asked.n && moved; i++) claim_top(i, &all);
+    for (size_t i = 0; i < asked.n && moved; i++) {
         tell_scene(&asked.scenes[i]);
         tell("%s, %zu states of %zu", kr_status_text(all.outcomes[i].status), all.outcomes[i].done,
              asked.times);

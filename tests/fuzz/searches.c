@@ -28,7 +28,7 @@ static size_t any_terms(kr_term terms[TERMS])
     }
     return n;
 }
-static void any_search(search *s)
+void any_search(search *s)
 {
     s->count = (size_t)choose(SEARCHES + 1);
     for (size_t i = 0; i < s->count; i++) {

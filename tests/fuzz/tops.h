@@ -44,6 +44,7 @@ void call_advance(place *p);
 void call_record(place *p);
 void call_compare(place *p); /* with a top that goes there at once */
 void call_reset(place *p);
+void any_search(search *s); /* events, of which none may be one */
 void call_watch(place *p);
 void call_seek(place *p);
 void call_save(place *p);   /* keeps its bytes for later loads */

@@ -79,8 +79,10 @@ def c_tests():
 
 @functools.cache
 def installed(gsl="OFF"):
-    """The folder into which the library was installed just now, as a user would."""
-    build, prefix = ROOT / f"build/installed-gsl-{gsl}", ROOT / f"build/prefix-gsl-{gsl}"
+    """The folder into which the library was installed just now, as a user would; processes that
+    share the tests have one each."""
+    name = f"gsl-{gsl}-{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}"
+    build, prefix = ROOT / f"build/installed-{name}", ROOT / f"build/prefix-{name}"
     shutil.rmtree(prefix, ignore_errors=True)
     options = ["-DKREISEL_TESTS=OFF", f"-DKREISEL_GSL={gsl}", "-DCMAKE_INSTALL_LIBDIR=lib"]
     run("cmake", "-S", ROOT, "-B", build, *options, f"--install-prefix={prefix}")

@@ -46,6 +46,8 @@ MANY = [
     kr.solve(ENSEMBLES[2], [4.0, 5.0], "taylor", max_steps=3),
     kr.solve(ENSEMBLES[3], 1.0),
 ]
+SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, wait=20) for i in (0, 2, 3, 4)]
+SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
 KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
 REDUCED = [kr.solve(tops, [0.5, 1.0], reduce=KEEPING) for tops in ENSEMBLES]
 MOST = 300  # steps of a run: a call that asks for more ends there
@@ -97,6 +99,9 @@ RIGHT = {
     "truth": ["auto", "exact", PATHS[0]],
     "checkpoint": [CHECKPOINT, "top.run"],
     "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
+    "tops": ENSEMBLES,
+    "event": [None, LOW],
+    "wait": [None, 20.0, -5],
     "seed": [0, 7],
     "map": ["bobenko_suris", None],
     "rotation": [PATHS[0].rotation[0]],
@@ -133,9 +138,11 @@ PARTICULAR = {  # where a word means something else than elsewhere
     "plot.path": [*PATHS, PATHS[:2]],
     "Body.cuboid.half": VECTORS,
     "Body.ellipsoid.half": VECTORS,
+    "section.tops": [*SCENES, *ENSEMBLES],
+    "frequencies.path": [SWAY, *PATHS],
     "exact.scene": [*SCENES, SCENES[:2], *ENSEMBLES],
     "compare.t": [0.5, [0.25, 0.5]],
-    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble", "Paths")},
+    **{f"{name}.__getitem__.key": PLACES for name in ("Bodies", "Ensemble", "Paths", "Section")},
     "Reduced.__getitem__.key": ["nutation", "m_x", *PLACES],
     **{f"{verb}.scene": [*SCENES, *ENSEMBLES] for verb in ("solve", "stream", "plan")},
     **{f"Bodies.{name}.mass": [1, [1, 2]] for name in ("cone", "cuboid", "symmetric")},

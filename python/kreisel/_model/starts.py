@@ -6,24 +6,28 @@ vertical part m_v and the energy U(P) + w J^-1 w / 2, where
 is the amended potential (Smale 1970). So a start exists for each P with U <= energy and for each
 direction of w, of which the length alone is sought, without cancellation. The volume of the energy
 surface is dP dalpha / sqrt(P J P), alpha the angle of J^-1/2 w: random starts are drawn from that.
+The apex' height <apex, P> is at rest where w lies across J^-1 (apex x P): in two directions.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, instance, number, row, shown, whole
+from .._core import cosine, sine
+from .._ground.arguments import Array, instance, number, shown, whole
+from .._ground.arguments import array as array_of
 from ..quaternion import turn_back
 from .body import Body
-from .scene import Scene
+from .scene import Ensemble
 
-_DRAWS, _BLOCKS = 256, 4096  # rows of random numbers at once, and at most so often for a start
+_TRIALS = 1 << 14  # draws for a start, at most
+_ROWS, _WORDS = 1 << 12, 8  # starts that are drawn at once, and random words of a draw
 _GRID = 48  # heights at which the least energy is looked for, and twice as many angles
+_CELLS, _HALVINGS = 1024, 120  # so many cells cover the verticals that can be, at the most so small
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -40,15 +44,40 @@ class _Surface(NamedTuple):
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
-    def momentum(self, P: Array, alpha: float) -> Array:
-        """M at the angle alpha, from the vertical P (3,)."""
-        across = self.moments * P
-        root = np.sqrt(self.moments)
-        # In y = J^-1/2 w the energy is y^2 / 2, and w across P is y across J^1/2 P.
-        first, second = _across(root * P / np.linalg.norm(root * P))
-        left = max(self.energy - float(self.potential(P[None])[0]), 0.0)
-        y = math.cos(alpha) * first + math.sin(alpha) * second
-        made: Array = self.vertical / (P @ across) * across + math.sqrt(2.0 * left) * root * y
+    def momentum(self, P: Array, alpha: Array) -> Array:
+        """M at the angles alpha (n,), from the verticals P (n, 3)."""
+        across, root = self.moments * P, np.sqrt(self.moments)
+        first, second = self._sides(P)
+        left = np.maximum(self.energy - self.potential(P), 0.0)
+        y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
+        about = self.vertical / (P * across).sum(axis=1)
+        made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
+        return made
+
+    def _sides(self, P: Array) -> tuple[Array, Array]:
+        """In y = J^-1/2 w the energy is y^2 / 2, and w across P is y across J^1/2 P."""
+        normal = np.sqrt(self.moments) * P
+        return _across(normal / np.linalg.norm(normal, axis=1)[:, None])
+
+    def at_rest(self, P: Array, apex: Array) -> Array:
+        """One of the angles alpha at which the apex neither rises nor falls."""
+        first, second = self._sides(P)
+        fast = np.cross(apex, P) / np.sqrt(self.moments)
+        made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
+        return made
+
+    def below(self, P: Array, reach: Array) -> Array:
+        """What U is not below within these angles from P, by its slope there and a bound of its
+        curvature."""
+        about = P * P @ self.moments
+        k = (self.vertical / about) ** 2
+        slope = self.lever - k[:, None] * self.moments * P
+        across = np.linalg.norm(slope - (slope * P).sum(axis=1)[:, None] * P, axis=1)
+        least, spread = self.moments.min(), np.ptp(self.moments)
+        bend = float(np.linalg.norm(self.lever)) + (self.vertical / least) ** 2 * spread * (
+            1.0 + spread / least
+        )
+        made: Array = self.potential(P) - reach * (across + 0.5 * bend * reach)
         return made
 
     def least(self) -> float:
@@ -64,7 +93,7 @@ class _Surface(NamedTuple):
         for _ in range(100):
             JP = self.moments * P
             k = (self.vertical / (P @ JP)) ** 2
-            slope, sides = self.lever - k * JP, np.array(_across(P))
+            slope, sides = self.lever - k * JP, np.concatenate(_across(P[None]))
             bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
             values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
             steepest = np.abs(values).max()
@@ -91,16 +120,19 @@ def starts(
     grid: ArrayLike | None = None,
     seed: int = 0,
     gravity: float = 1.0,
-) -> list[Scene]:
-    """Scenes that all have this energy and this vertical momentum, for sections and for chaos.
+) -> Ensemble:
+    """Tops that all have this energy and this vertical momentum, for sections and for chaos.
 
     energy    kinetic and potential, path.energy [M L^2 T^-2]
     vertical  <m, e3>, path.vertical_momentum [M L^2 T^-1]
-    n         how many at random, even in the volume of the energy surface; start number i depends
-              on seed and i alone
-    grid      in place of n: three whole numbers, how many heights of the vertical in the body along
-              its third axis, angles of it about that axis, and directions of the momentum left. All
-              are in the middle of cells of equal size; those that no start has are left out
+    n         how many at random, even in the volume of the energy surface (Liouville's); start
+              number i depends on seed and i alone
+    grid      in place of n: two whole numbers, how many heights of the apex and angles about it;
+              each top then begins at a highest or lowest point of its apex, where kreisel.section
+              cuts, once with each of the two momenta there are. Or three: how many heights of the
+              vertical in the body along its third axis, angles of it about that axis, and
+              directions of the momentum left. All are in the middle of cells of equal size; those
+              that no start has are left out
 
     The heading, which changes neither, is that of the shortest turn from upright. Raises ValueError
     where no start exists, with the least energy that has one.
@@ -127,58 +159,137 @@ def starts(
             f"least energy there is {least!r}"
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
-    found = (
-        _on_grid(surface, grid, to_principal)
-        if n is None
-        else _at_random(surface, whole("n", n, 0), whole("seed", seed, 0), least)
-    )
-    return [
-        _scene(body, to_principal @ P, to_principal @ surface.momentum(P, alpha), g)
-        for P, alpha in found
-    ]
+    if n is None:
+        P, alpha = _on_grid(surface, grid, to_principal, body)
+    else:
+        P, alpha = _at_random(surface, whole("n", n, 0), whole("seed", seed, 0), least)
+    M = surface.momentum(P, alpha) @ to_principal.T
+    q = _unturned(P @ to_principal.T)
+    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._renamed()
 
 
-def _on_grid(surface: _Surface, grid: object, to_principal: Array) -> Iterator[tuple[Array, float]]:
+def _on_grid(
+    surface: _Surface, grid: object, to_principal: Array, body: Body
+) -> tuple[Array, Array]:
     """Verticals in principal axes, and angles of the momentum."""
-    sizes = row("grid", grid, 3, "3 whole numbers")
-    heights, angles, directions = (whole("grid", int(k) if k.is_integer() else k, 1) for k in sizes)
-    P = _verticals(*_middles((heights, angles))) @ to_principal
+    sizes = array_of("grid", grid, "2 or 3 whole numbers")
+    if sizes.shape not in {(2,), (3,)}:
+        raise ValueError(f"grid must be 2 or 3 whole numbers, not {shown(grid)}")
+    counts = [whole("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
+    apex = np.array(body.principal_com)
+    apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
+    frame = np.stack([*np.concatenate(_across(apex[None])), apex])
+    if len(counts) == 3:
+        frame = to_principal
+    P = _verticals(*_middles((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
             f"no middle of a cell of grid = {shown(grid)} has so little energy: make it finer, or "
             "take n starts at random"
         )
-    return ((at, math.tau * (k + 0.5) / directions) for at in P for k in range(directions))
+    directions = counts[2] if len(counts) == 3 else 2
+    begin = np.full(len(P), math.pi / directions)
+    if len(counts) == 2:
+        begin = surface.at_rest(P, apex)
+    alpha = begin[:, None] + math.tau * np.arange(directions) / directions
+    return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 
 
-def _at_random(surface: _Surface, n: int, seed: int, least: float) -> Iterator[tuple[Array, float]]:
+def _at_random(surface: _Surface, n: int, seed: int, least: float) -> tuple[Array, Array]:
     """Verticals in principal axes, and angles of the momentum."""
-    for index in range(n):
-        random = np.random.default_rng([seed, index])
-        for _ in range(_BLOCKS):
-            height, angle, chance, alpha = random.random((4, _DRAWS))
-            P = _verticals(2.0 * height - 1.0, math.tau * angle)
-            even = chance**2 * (P * P @ surface.moments) <= surface.moments.min()
-            taken = even & (surface.potential(P) <= surface.energy)
-            if taken.any():
-                at = int(taken.argmax())
-                yield P[at], math.tau * float(alpha[at])
+    cover = _cover(surface)
+    P, alpha = np.empty((n, 3)), np.empty(n)
+    for begin in range(0, n, _ROWS):
+        left = np.arange(begin, min(begin + _ROWS, n))
+        for trial in range(_TRIALS):
+            drawn = _random(seed, trial, begin, int(left[-1]) + 1)[left - begin]
+            at, chance = cover.verticals(drawn), drawn[:, 3] ** 2
+            even = chance * (at * at @ surface.moments) <= surface.moments.min()
+            taken = even & (surface.potential(at) <= surface.energy)
+            P[left[taken]], alpha[left[taken]] = at[taken], math.tau * drawn[taken, 4]
+            left = left[~taken]
+            if not left.size:
                 break
         else:
             raise ValueError(
-                f"energy = {surface.energy!r} lies so near the least, {least!r}, that none of "
-                f"{_DRAWS * _BLOCKS} random verticals can have it"
+                f"none of {_TRIALS} random verticals was that of a start: energy = "
+                f"{surface.energy!r} lies near the least, {least!r}, or the body is nearly a line"
             )
+    return P, alpha
 
 
-def _scene(body: Body, P: Array, M: Array, gravity: float) -> Scene:
-    """The scene that sees the vertical P and the momentum M, in the frame of description."""
-    x, y, z = P.tolist()
-    up = 1.0 + z if z > 0.0 else (x * x + y * y) / (1.0 - z)  # 1 + z, without cancellation
-    size = math.hypot(up, x, y)
-    q = (up / size, y / size, -x / size, 0.0) if size > 0.0 else (0.0, 1.0, 0.0, 0.0)
-    return Scene(body, body_momentum=M, attitude=q, gravity=gravity)
+def _random(seed: int, trial: int, begin: int, end: int) -> Array:
+    """Numbers from 0 to 1, of which row i is that of the start begin + i, whatever else is drawn:
+    Philox counts them, and has no other state."""
+    counter = [begin * _WORDS // 4, 0, trial + 1, 0]
+    raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
+    numbers: Array = (raw >> np.uint64(11)).astype(np.float64).reshape(-1, _WORDS) * 2.0**-53
+    return numbers
+
+
+class _Cover(NamedTuple):
+    """Cells on the sphere, each from a height and an angle on; and their parts of the whole, summed
+    up."""
+
+    height: Array
+    angle: Array
+    tall: Array
+    wide: Array
+
+    def verticals(self, drawn: Array) -> Array:
+        """Even in the cells, by three random numbers each."""
+        parts = np.cumsum(self.tall * self.wide)
+        cell = np.searchsorted(parts, drawn[:, 0] * parts[-1], side="right")
+        cell = np.minimum(cell, len(parts) - 1)
+        height = self.height[cell] + self.tall[cell] * drawn[:, 1]
+        return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
+
+    def middles(self) -> tuple[Array, Array]:
+        """The middle of each cell, and how far any point of it is from there at most."""
+        middle = self.height + 0.5 * self.tall
+        polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
+        up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
+        aside = 0.5 * self.wide * np.sin(polar[1])
+        return _verticals(middle, self.angle + 0.5 * self.wide), up + aside
+
+    def halved(self) -> _Cover:
+        """Each cell as two, across its longer side."""
+        height = self.height + 0.5 * self.tall
+        level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
+        lower = self.tall / level > self.wide * level
+        tall, wide = np.where(lower, 0.5, 1.0) * self.tall, np.where(lower, 1.0, 0.5) * self.wide
+        return _Cover(
+            np.concatenate((self.height, self.height + self.tall - tall)),
+            np.concatenate((self.angle, self.angle + self.wide - wide)),
+            np.tile(tall, 2),
+            np.tile(wide, 2),
+        )
+
+
+def _cover(surface: _Surface) -> _Cover:
+    """Cells that cover all verticals which can be, and little else, however few these are."""
+    height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
+    cover = _Cover(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
+    for _ in range(_HALVINGS):
+        P, reach = cover.middles()
+        kept = surface.below(P, reach) <= surface.energy
+        cover = _Cover(*(column[kept] for column in cover)) if kept.any() else cover
+        if len(cover.height) >= _CELLS:
+            break
+        cover = cover.halved()
+    return cover
+
+
+def _unturned(P: Array) -> Array:
+    """The attitudes (n, 4) that see the verticals P, by the shortest turns."""
+    x, y, z = P.T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
+        q = np.stack((up, y, -x, np.zeros_like(x)), axis=1)
+        q /= np.linalg.norm(q, axis=1)[:, None]
+    q[~np.isfinite(q).all(axis=1)] = (0.0, 1.0, 0.0, 0.0)
+    return q
 
 
 def _middles(counts: tuple[int, int]) -> tuple[Array, Array]:
@@ -189,12 +300,12 @@ def _middles(counts: tuple[int, int]) -> tuple[Array, Array]:
 
 
 def _verticals(height: Array, angle: Array) -> Array:
-    across = np.sqrt((1.0 - height) * (1.0 + height))
-    return np.stack((across * np.cos(angle), across * np.sin(angle), height), axis=-1)
+    across = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), 0.0))
+    return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
-def _across(normal: Array) -> tuple[Array, Array]:
-    """Two unit vectors at right angles to this one and to each other."""
-    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    first /= np.linalg.norm(first)
-    return first, np.cross(normal, first)
+def _across(normals: Array) -> tuple[Array, Array]:
+    """Two unit vectors at right angles to each of these (n, 3) and to each other."""
+    first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    return first, np.cross(normals, first)

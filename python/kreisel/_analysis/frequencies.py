@@ -1,0 +1,243 @@
+"""The frequencies of a path: numerical analysis of fundamental frequencies (NAFF).
+
+Of an axis of the body, the apex, let z = sin(nutation) exp(i precession_angle) - as it is seen in
+space, a quarter turn behind -, u = sin(nutation) exp(i spin_angle) and h = cos(nutation). On a
+regular motion each is a sum of lines a exp(i f t); h has multiples of the nutation's frequency v, z
+and u those added to the mean rates of the two angles. A line is where the transform of the signal
+under a window is largest; what is found is taken away, and the next one is sought.
+
+Sources: J. Laskar, Frequency map analysis and quasiperiodic decompositions, 2003
+(arXiv:math/0305364). The window is Kaiser's, whose side lobes are as small as roundings are. Mean
+rates by windows: S. Das and others, Nonlinearity 30 (2017) 4111.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import Array, frozen, instance, whole
+from .._recording.path import Path
+from .._request.methods import EXACT
+from .._verbs.exact import exact
+
+Waves = npt.NDArray[np.complex128]
+
+_SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)
+_FEWEST = 64  # states
+_EVEN = 1e-9  # by which part of the time between them the states may be off
+_ROUNDS = 12  # of Newton's method for a line
+_LEVEL = 1e-12  # an axis that moves less keeps its height
+_SMOOTH = 1e-3  # turns over the path [rad] by which half the states may tell another mean rate
+_NEAR = 0.1  # turns over the path [rad] by which a line may tell another than all
+
+
+@dataclass(frozen=True, eq=False)
+class Frequencies:
+    """The frequencies of a motion, as angles in time. Arrays are read-only.
+
+    precession  mean rate of the axis about the vertical [T^-1]; NaN where the axis stays at a pole,
+                or passes so near to one that its turns cannot be counted, and so is the spin
+    nutation    2 pi over the time from lowest point to lowest point, of the strongest line of the
+                axis' height [T^-1]; 0 for an axis that keeps its height
+    spin        mean rate of the body about the axis, beside the precession [T^-1]
+    lines       (n,) the frequencies of the apex' way round the vertical, the strongest first [T^-1]
+    amplitudes  (n,) theirs, complex: apex_x + i apex_y is the sum of amplitudes exp(i lines t)
+    rest        what this sum leaves of that, as a part of its root mean square: roundings where
+                the motion is regular and the path long, and much where it is chaotic
+    exact       whether precession, nutation and spin are those of the closed form
+    """
+
+    precession: float
+    nutation: float
+    spin: float
+    lines: Array
+    amplitudes: Waves
+    rest: float
+    exact: bool
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
+        return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
+
+
+class _Signals(NamedTuple):
+    """What is analysed: z, u, h and the rates of precession and spin."""
+
+    round: Waves
+    about: Waves
+    height: Array
+    precession: Array
+    spin: Array
+
+
+def frequencies(path: Path, n: int = 12) -> Frequencies:
+    """The frequencies of a path whose states are equally far apart in time, in n lines.
+
+    Of a path in closed form, method='exact', the rates are those of kreisel.exact. Otherwise lines
+    are told apart that are more than 23 / T turns apart, T the length of the path: that should be
+    many nutations, with more than two states in each turn of whatever is fastest. A rate is as
+    exact as the path where the motion is regular. Where no torque acts it is that about the angular
+    momentum, of the axis that circulates, as in kreisel.exact; elsewhere of the apex.
+
+        >>> import kreisel as kr
+        >>> import numpy as np
+        >>> t = np.linspace(0.0, 200.0, 4001)
+        >>> found = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
+        >>> truth = kr.exact(kr.scenes.cusps)
+        >>> abs(found.precession / truth.precession - 1.0) < 1e-12
+        True
+
+    Raises TypeError for what is no path; ValueError for fewer than 64 states, for times that are
+    not even, and for a damped top.
+    """
+    instance("path", path, Path)
+    count, t = whole("n", n, 1), path.t
+    if count > len(t) >= _FEWEST:
+        raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
+    if path.scene._is_damped:
+        raise ValueError("a damped top has no frequencies: its motion dies away")
+    if len(t) < _FEWEST:
+        raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
+    even = np.linspace(t[0], t[-1], len(t))
+    if not np.abs(t - even).max() <= _EVEN * abs(even[1] - even[0]) or t[0] == t[-1]:
+        raise ValueError(
+            "the states of the path must be equally far apart in time: solve for "
+            "numpy.linspace(0.0, t, n), or record every step of a fixed one"
+        )
+    seen = path.apex[:, 0] + 1j * path.apex[:, 1]
+    lines, amplitudes, rest = _lines(t, seen, count)
+    told = frozen(lines), amplitudes, rest
+    if path.method == EXACT:
+        form = exact(path.scene)
+        return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
+    return Frequencies(*_rates(t, _signals(path)), *told, False)
+
+
+def _rates(t: Array, s: _Signals) -> tuple[float, float, float]:
+    """Precession, nutation and spin."""
+    level = s.height - float(_window(len(t)) @ s.height)
+    nutation = 0.0
+    if np.abs(level).max() > _LEVEL:
+        [line], _, _ = _lines(t, level.astype(np.complex128), 1)
+        nutation = abs(float(line))
+    precession = _mean_rate(t, s.round, s.precession, nutation)
+    return precession, nutation, _mean_rate(t, s.about, s.spin, nutation)
+
+
+def _mean_rate(t: Array, signal: Waves, rate: Array, nutation: float) -> float:
+    """The mean rate of an angle, by its rate at the states; or where that is too uneven, near a
+    pole, by the turns from state to state. The strongest line less multiples of the nutation tells
+    it better where it is so near; NaN where neither is to be trusted."""
+    span = abs(float(t[-1] - t[0]))
+    mean = float(_window(len(t)) @ rate)
+    off = span * abs(float(_window(len(t[::2])) @ rate[::2]) - mean)
+    smooth = off < _SMOOTH
+    if not np.abs(signal).max() > _LEVEL:
+        return mean if smooth else math.nan
+    if not smooth:
+        angle = np.unwrap(np.angle(signal))
+        middle = _window(len(t) - 1)
+        mean = float(middle @ np.diff(angle)) / float(t[1] - t[0])
+    [line], _, _ = _lines(t, signal, 1)
+    part = 0.5 * nutation if smooth else nutation  # half a turn at a pole counts as none
+    found = float(line) - (round((line - mean) / part) * part if part else 0.0)
+    if span * abs(found - mean) < (_NEAR if smooth else math.pi):
+        return found
+    return mean if smooth else math.nan
+
+
+def _signals(path: Path) -> _Signals:
+    """Those of a path."""
+    up, along = _axes(path)
+    principal = path.frame
+    axis, first = along @ principal, _aside(along) @ principal
+    second = np.cross(axis, first)
+    east = _aside(up)
+    height = axis @ up
+    turning, own = path.velocity @ up, (path.velocity * axis).sum(axis=1)
+    across = (1.0 - height) * (1.0 + height)
+    there = across > _LEVEL  # elsewhere rates are those of the states beside
+    at, across = np.flatnonzero(there), across[there]
+    precession, spin = (
+        np.interp(np.arange(len(height)), at, (one - height * other)[there] / across)
+        if len(at)
+        else np.full(len(height), math.nan)
+        for one, other in ((turning, own), (own, turning))
+    )
+    return _Signals(
+        axis @ east + 1j * (axis @ np.cross(up, east)),
+        second @ up + 1j * (first @ up),
+        height,
+        precession,
+        spin,
+    )
+
+
+def _axes(path: Path) -> tuple[Array, Array]:
+    """What the axis turns about, in space; and the axis, in the body's principal axes."""
+    com = np.array(path.scene.body.principal_com)
+    if not path.m[0].any() and not (path.scene.gravity and com.any()):
+        return np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0))  # at rest
+    if path.scene.gravity and com.any():
+        side = -1.0 if path.scene.body.kind == "lagrange" and com.sum() < 0.0 else 1.0
+        return np.array((0.0, 0.0, 1.0)), side * com / np.linalg.norm(com)
+    momentum = path.frame @ path.m[0]
+    moments = np.array(path.scene.body.moments)
+    middle = int(np.argsort(moments)[1])
+    odd = int(np.argmax(np.abs(moments - moments[middle])))
+    if len(set(moments.tolist())) == 3:
+        least = np.abs(momentum).min(axis=0)
+        least[middle] = -1.0
+        odd = int(least.argmax())
+    axis = np.zeros(3)
+    axis[odd] = 1.0 if momentum[0, odd] >= 0.0 else -1.0
+    return path.m[0] / (np.linalg.norm(path.m[0]) or 1.0), axis
+
+
+def _aside(v: Array) -> Array:
+    """A unit vector at right angles to a unit vector."""
+    made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
+    return made / float(np.linalg.norm(made))
+
+
+def _window(n: int) -> Array:
+    window = np.kaiser(n, math.pi * _SHARPNESS)
+    made: Array = window / window.sum()
+    return made
+
+
+def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
+    """The n strongest lines of a signal: frequencies, amplitudes, and the rest."""
+    window, left = _window(len(t)), signal.astype(np.complex128)
+    frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
+    for k in range(n):
+        frequency[k] = _peak(t, window * left)
+        wave = np.exp(1j * frequency[k] * t)
+        amplitude[k] = (window * left) @ wave.conj()
+        left = left - amplitude[k] * wave
+    size = math.sqrt(float(window @ np.abs(signal) ** 2))
+    rest = math.sqrt(float(window @ np.abs(left) ** 2)) / size if size > 0.0 else 0.0
+    return frequency, amplitude, rest
+
+
+def _peak(t: Array, signal: Waves) -> float:
+    """Where the transform of a signal is largest in size: the best of a fast one, led uphill."""
+    size = 1 << (2 * len(t) - 1).bit_length()
+    step = float(t[-1] - t[0]) / (len(t) - 1)
+    best = int(np.abs(np.fft.fft(signal, size)).argmax())
+    found = math.tau * (best - size if 2 * best > size else best) / (size * step)
+    since = t - 0.5 * (t[0] + t[-1])
+    for _ in range(_ROUNDS):
+        wave = signal * np.exp(-1j * found * since)
+        sum0, sum1, sum2 = wave.sum(), (wave * since).sum(), (wave * since * since).sum()
+        slope = float((sum0.conjugate() * -1j * sum1).real)
+        bend = float(abs(sum1) ** 2 - (sum0.conjugate() * sum2).real)
+        if not bend < 0.0:
+            break
+        found -= slope / bend
+    return found

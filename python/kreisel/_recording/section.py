@@ -1,0 +1,174 @@
+"""Sections: the states in which each of many tops met an event."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import Work, Worker
+from .._ground.arguments import Array, frozen, shown
+from .._ground.names import Quantities
+from .._ground.refusals import nearest
+from .._model.scene import Ensemble
+from .._request.many import Order
+from .._request.quantities import QUANTITIES, Quantity
+from .outcomes import Outcomes
+from .path import Path, stopped
+from .places import number_of
+from .states import PARTS
+from .top_rows import STATUSES, Counts, TopRows, values
+
+
+class Section(Outcomes, Quantities):
+    """The states in which each top of an ensemble met an event, as kreisel.section found them: flat
+    arrays, e states in all, those of one top after those of another, each in the order of time.
+    Arrays are read-only; all but t, q and m are computed when they are first asked for.
+
+    tops        the ensemble
+    section[i]  a kreisel.Path of these states of one top; slices, lists and masks give the
+                kreisel.Section of some
+    """
+
+    def __repr__(self) -> str:
+        found = f"{len(self.states)} states of {self.size} tops"
+        return f"<kreisel.Section of shape {self.shape}, {found}: {self._summary()}>"
+
+    @property
+    def n(self) -> int:
+        """How many states were looked for of each top."""
+        return int(self._t.shape[1])
+
+    @property
+    def count(self) -> Counts:
+        """(*shape) how many were found."""
+        return self.done
+
+    @property
+    def wait(self) -> Array:
+        """(*shape) how long an event could take to come, from the start or the one before; negative
+        where the way led back [T]."""
+        return self._shaped(self._t[:, 0].copy())
+
+    @cached_property
+    def _found(self) -> npt.NDArray[np.bool_]:
+        """(tops, n) which of the rows are states."""
+        return np.arange(self.n) < self._rows.done[:, None]
+
+    def _flat(self, rows: Array) -> Array:
+        """The rows that are states."""
+        whole = bool(self._found.all())
+        return frozen(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
+
+    @cached_property
+    def top(self) -> Counts:
+        """(e,) the number of the top; (e, dimensions) of an ensemble with several or none."""
+        row: Counts = np.nonzero(self._found)[0].astype(np.int64)
+        index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
+        top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
+        top.flags.writeable = False
+        return top
+
+    @cached_property
+    def states(self) -> Array:
+        """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
+        assert self._rows.states is not None
+        return self._flat(self._rows.states)
+
+    @property
+    def t(self) -> Array:
+        """(e,) times [T]."""
+        return self.states[:, 0]
+
+    @property
+    def q(self) -> Array:
+        """(e, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
+        described to space."""
+        return self.states[:, PARTS["q"]]
+
+    @property
+    def m(self) -> Array:
+        """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self.states[:, PARTS["m"]]
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """A hint for any other name, as AttributeError."""
+            if name.startswith("_"):
+                raise AttributeError(name)
+            known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
+            raise AttributeError(f"a section has no {shown(name)}; {nearest(name, known)}")
+
+    def _member(self, i: int) -> Path:
+        assert self._rows.states is not None
+        return self._path(i, self._rows.states[i, : int(self._rows.done[i])], None)
+
+    def _failure(self, i: int) -> BaseException:
+        done, reached = int(self._rows.done[i]), float(self._rows.reached[i])
+        waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
+        came = f"{done} of {self.n} came by t = {reached:g}"
+        name = STATUSES[self._rows.status[i]]
+        return stopped(name, self._member(i), came + waited if name == "ERR_EVENT" else came)
+
+    def __getitem__(self, key: Any) -> Any:
+        """The states of one top, as a path, or those of some, as of an array.
+
+        >>> import kreisel as kr
+        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+        >>> kr.section(tops, n=20)[2:4]
+        <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
+        """
+        i = number_of(self.shape, key)
+        return self._part(key) if i is None else self._member(i)
+
+    def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
+        """A section is many arrays, and no one of them is meant."""
+        raise TypeError("a section is no array: take one of its own, as section.q")
+
+
+def _quantity(quantity: Quantity) -> cached_property[Array]:
+    """The attribute for a quantity: computed once, and read-only."""
+
+    def of(section: Section) -> Array:
+        return section._flat(values(quantity.name, section.tops, section._rows))
+
+    shape = ", ".join(map(str, ("e", *quantity.shape)))
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
+    attribute = cached_property(of)
+    attribute.__set_name__(Section, quantity.name)
+    return attribute
+
+
+for _name in [name for name in QUANTITIES if name not in vars(Section)]:
+    setattr(Section, _name, _quantity(QUANTITIES[_name]))
+
+
+def fill_section(
+    rows: TopRows, order: Order, tops: Ensemble, begin: int, end: int, t: Array, work: Work | None
+) -> TopRows:
+    """The rows of the tops begin to end, filled on any thread; t tells in each place of a top how
+    long it waits for an event."""
+    part = rows.at(slice(begin, end))
+    assert part.states is not None and order.events is not None
+    wait = np.ascontiguousarray(t[begin:end, 0])
+    told = part.status, part.done, part.counts, part.reached
+    Worker(*order.core, (), work).section(
+        tops._tops, begin, end, order.events, part.states.shape[1], wait, *told, part.states
+    )
+    return part
+
+
+def slowest_turns(tops: Ensemble) -> Array:
+    """(n,) how long each top takes for a turn about the axis of its largest moment, or to swing
+    about that [T]; 1 for what is at rest without a torque."""
+    body = tops.body
+    largest = np.max(body.moments, axis=-1)
+    rate = np.linalg.norm(tops.momentum, axis=-1) / largest
+    torque = body.mass * np.abs(tops.gravity) * np.linalg.norm(body.com, axis=-1)
+    rate = np.broadcast_to(np.maximum(rate, np.sqrt(torque / largest)), tops.shape).reshape(-1)
+    turns: Array = np.divide(2.0 * np.pi, rate, out=np.ones(tops.size), where=rate > 0.0)
+    return turns

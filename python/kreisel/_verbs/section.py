@@ -1,0 +1,103 @@
+"""kreisel.section: where the ways of many tops meet an event."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import horizons
+from .._ground.arguments import Array, array, instance, shown, whole
+from .._model.scene import Ensemble, Scene
+from .._recording.crew import Crew
+from .._recording.moving import move
+from .._recording.section import Section, fill_section, slowest_turns
+from .._request.many import order, refuse_too_large, threads_of
+from .._request.methods import ELSE
+from .._request.request import Progress, checked_progress
+from ..events import Event, checked_events, looked_for, nutation
+
+_TURNS = 1024.0  # slowest turns of a top, for which it waits for an event
+
+
+def section(
+    tops: Ensemble | Scene,
+    event: Event | None = None,
+    n: int = 500,
+    *,
+    wait: ArrayLike | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    max_steps: int = 0,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Section:
+    """The first n states after its start in which each top meets an event.
+
+    event      what kreisel.events makes; left out: where the apex is lowest, nutation(direction=1),
+               which every motion meets that is not steady. None is missed on taylor's way; the one
+               on which a top may begin does not count
+    n          how many states of each top
+    wait       how long an event may take to come, since the start and then since the one before: a
+               number, or an array of the ensemble's shape; negative: back in time. A top that waits
+               longer has the status 'ERR_EVENT' and keeps what it met. Left out: 1024 turns about
+               the axis of the largest moment, at the pace of momentum and gravity [T]
+
+    The other words are those of solve. A top's states are its own to the last bit, whatever else is
+    moved. What is linear in body_vertical, body_velocity, body_momentum, apex_z and spin is looked
+    for in many tops at once and comes soonest.
+
+        >>> import kreisel as kr
+        >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
+        >>> section = kr.section(tops, n=20)
+        >>> section
+        <kreisel.Section of shape (5,), 100 states of 5 tops: taylor, none failed>
+        >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
+        ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
+
+    Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
+    kreisel.Interrupted, with what was done, for Ctrl-C. What fails of single tops is told by
+    section.status and section.check().
+
+    Sources: Poincare 1892; H. R. Dullin, A. Wittek, Complete Poincare sections and tangent sets,
+    J. Phys. A 28 (1995), for sections that every motion meets.
+    """
+    many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
+    asked = order(many, ELSE, None, tol, digits, max_steps, watched=True)
+    sought = looked_for([_event(event)])
+    crew = Crew(threads_of(threads, executor), executor)
+    callback = checked_progress(progress)
+    waits = np.broadcast_to(_waits(many, wait)[:, None], (many.size, whole("n", n, 1)))
+    refuse_too_large(many, waits, asked)
+    asked = replace(asked, events=sought)
+    return move(Section, many, waits, asked, crew, callback, fill=fill_section)
+
+
+def _event(event: object) -> Event:
+    """The event that was asked for, of which each is to be found."""
+    if event is None:
+        return nutation(direction=1)
+    [one] = checked_events(ELSE, [event])
+    if one.most is not None or one.terminal:
+        raise ValueError("n says how many are looked for: leave most and terminal out of the event")
+    return one
+
+
+def _waits(tops: Ensemble, wait: object) -> Array:
+    """(n,) how long each top waits for an event."""
+    if wait is None:
+        known = np.empty(tops.size)
+        horizons(tops._tops, known)
+        return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
+    given = array("wait", wait, "a number, or one for each top")
+    if (given == 0.0).any():
+        raise ValueError("wait must not be zero: no event comes in no time")
+    try:
+        return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
+    except ValueError:
+        raise ValueError(
+            f"wait must be a number, or an array of shape {tops.shape}, not {shown(wait)}"
+        ) from None

@@ -1,0 +1,143 @@
+"""Frequencies of paths, beside those of the closed form and beside lines that were put in."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._analysis.frequencies import _lines
+from tops import FREE, GENERAL, LAGRANGE
+
+
+def sampled(scene, periods=60, states=4096, method="taylor"):
+    exact = kr.exact(scene)
+    swing = min(exact.period, 40.0)
+    return exact, kr.solve(scene, np.linspace(0.0, periods * swing, states), method)
+
+
+def off(found, exact):
+    """How far frequencies are from those of the closed form, relatively."""
+    pairs = [(found.precession, exact.precession), (found.spin, exact.spin)]
+    pairs.append((found.nutation, math.tau / exact.period))
+    return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
+
+
+@pytest.mark.parametrize(
+    "name", ["cusps", "thesis", "fast", "strong_gravity", "sleeping"]
+)  # loops, rosettes through the pole, a pendulum
+def test_frequencies_are_those_of_the_closed_form(name):
+    exact, path = sampled(kr.scenes.named(name))
+    found = kr.frequencies(path)
+    assert not found.exact and off(found, exact) < 1e-12
+
+
+def random_top(rng, gravity):
+    i1 = rng.uniform(0.5, 2)
+    height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    q = rng.normal(size=4)
+    momentum = 2.0 * rng.normal(size=3)
+    return kr.Scene(body, momentum, q / np.linalg.norm(q), gravity=gravity)
+
+
+@pytest.mark.parametrize("gravity", [1.0, -0.4, 0.0])
+def test_frequencies_of_random_tops(gravity):
+    rng = np.random.default_rng(3)
+    for _ in range(15):
+        exact, path = sampled(random_top(rng, gravity), 40)
+        assert off(kr.frequencies(path), exact) < 1e-12
+
+
+def test_frequencies_of_free_bodies():
+    body = kr.Body(1, (1, 2, 2.5), (0, 0, 0))
+    for momentum in ((3, 0.5, 0.4), (0.4, 0.5, -3), (-2, 1, 1), (0.5, -1, 2)):
+        exact, path = sampled(kr.Scene(body, momentum, (0.8, 0.4, -0.2, 0.4)))
+        assert off(kr.frequencies(path), exact) < 1e-12
+
+
+def test_of_exact_motions_they_are_the_closed_forms_own():
+    exact, path = sampled(LAGRANGE, method="exact")
+    found = kr.frequencies(path, 20)
+    assert found.exact and off(found, exact) == 0.0
+    spaced = (found.lines - exact.precession) / (math.pi / exact.period)
+    assert np.abs(spaced - spaced.round()).max() < 1e-9 and len(found.lines) == 20
+    assert (np.diff(np.abs(found.amplitudes)) < 1e-12).all()
+
+
+def test_lines_add_up_to_the_way_of_the_apex():
+    _, path = sampled(kr.scenes.cusps)
+    found = kr.frequencies(path)
+    way = np.exp(1j * np.multiply.outer(path.t, found.lines)) @ found.amplitudes
+    assert np.abs(way - (path.apex[:, 0] + 1j * path.apex[:, 1])).max() < 1e-11
+    assert found.rest < 1e-11 and "12 lines" in repr(found)
+
+
+def test_lines_that_were_put_in_are_found():
+    t = np.linspace(-3.0, 997.0, 5000)
+    rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
+    found, amplitudes, rest = _lines(t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3)
+    assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15
+    assert np.abs(amplitudes - parts).max() < 1e-13 and rest < 1e-13
+
+
+TILTED = kr.scenes.asymmetric_regular.replace(attitude=(0.8, 0.6, 0, 0))
+
+
+def test_a_chaotic_path_leaves_a_rest():
+    t = np.linspace(0, 1500, 15001)
+    paths = (kr.solve(scene, t) for scene in (TILTED, kr.scenes.asymmetric))
+    regular, chaotic = (kr.frequencies(path, 40) for path in paths)
+    assert regular.rest < 1e-4 < 0.1 < chaotic.rest
+    half = kr.frequencies(kr.solve(TILTED, t[:7501]), 40)
+    for rate in ("precession", "nutation", "spin"):
+        assert getattr(half, rate) == pytest.approx(getattr(regular, rate), rel=1e-9)
+
+
+def test_rates_that_cannot_be_told_are_none():
+    """Back and again it comes near the pole, past which side is chance; the lines are there."""
+    found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
+    assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
+    assert np.isfinite(found.lines).all() and found.rest < 1e-3
+
+
+def test_an_axis_that_keeps_its_height_or_rests():
+    steady = kr.scenes.steady_precession
+    found = kr.frequencies(kr.solve(steady, np.linspace(0, 100, 2001), "taylor"))
+    assert found.nutation == 0.0 and found.precession == pytest.approx(1.0, abs=1e-12)
+    upright = kr.Scene(LAGRANGE.body, (0, 0, 9.0))
+    still = kr.frequencies(kr.solve(upright, np.linspace(0, 9, 100), "taylor"))
+    assert math.isnan(still.precession) and math.isnan(still.spin) and still.nutation == 0.0
+    rest = kr.frequencies(
+        kr.solve(FREE.replace(momentum=(0, 0, 0)), np.linspace(0, 9, 100), "taylor")
+    )
+    assert rest.nutation == 0.0 and rest.lines.shape == (12,)
+
+
+def test_a_path_back_in_time_has_the_same():
+    ahead, back = (
+        kr.frequencies(kr.solve(kr.scenes.cusps, sign * np.linspace(0, 150, 3001), "taylor"))
+        for sign in (1, -1)
+    )
+    assert back.precession == pytest.approx(ahead.precession, rel=1e-12)
+    assert back.spin == pytest.approx(ahead.spin, rel=1e-12)
+
+
+EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
+
+
+@pytest.mark.parametrize(
+    ("path", "n", "said"),
+    [
+        (EVEN.t, 12, "path must be a kreisel.Path"),
+        (EVEN, 0, "n must be at least 1"),
+        (EVEN, 2000, "n must be at most the number of states, 101"),
+        (EVEN[:63], 2, "at least 64 states, not 63"),
+        (kr.solve(GENERAL, np.linspace(1, 3, 80) ** 2), 2, "equally far apart in time"),
+        (kr.solve(GENERAL, np.ones(80)), 2, "equally far apart in time"),
+        (kr.solve(GENERAL.replace(damping=0.1), np.linspace(0, 1, 80)), 2, "damped"),
+        (kr.solve(GENERAL, np.linspace(0, 1, 80), want=["energy"]), 2, "want"),
+    ],
+)
+def test_what_cannot_be_is_refused(path, n, said):
+    with pytest.raises((TypeError, ValueError, AttributeError), match=said):
+        kr.frequencies(path, n)

@@ -1,0 +1,165 @@
+"""Sections of many tops: what is in them, truths that they must meet, their laws and refusals."""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from many import SCENES
+from tops import CORNER, FREE, LAGRANGE
+
+TOPS = kr.Ensemble.of([kr.scenes.asymmetric.replace(momentum=m) for m in np.eye(3) + 0.3])
+LOW = kr.events.nutation(direction=1)
+LOOP = kr.events.loop()
+FIELDS = "states", "top", "count", "status", "reached", "steps", "wait"
+
+
+def same(one, other):
+    return all(np.array_equal(getattr(one, f), getattr(other, f)) for f in FIELDS)
+
+
+def scattered(n):
+    momenta = np.random.default_rng(5).normal(size=(n, 3))
+    return kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4))
+
+
+@pytest.mark.parametrize("scene", [LAGRANGE, kr.scenes.cusps])
+def test_the_section_of_a_lagrange_top_is_its_lowest_points(scene):
+    section, exact = kr.section(scene, n=50), kr.exact(scene)
+    assert np.abs(section.t - exact.t_greatest - exact.period * np.arange(50)).max() < 1e-10
+    assert np.abs(section.nutation - exact.greatest_nutation).max() < 1e-12
+    assert np.ptp(section.axial_momentum) < 1e-12
+    turns = np.diff(section.precession_angle) - exact.precession * exact.period
+    halves = 2.0 if exact.course == "rosette" else 1.0  # a passage of the pole counts as no turn
+    assert np.abs(np.exp(1j * halves * turns) - 1.0).max() < 1e-10
+
+
+def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
+    section = kr.section(FREE, kr.events.plane((0, 0, 1), of="body_velocity", direction=1), n=40)
+    energy = 0.5 * (section.body_velocity * section.body_momentum).sum(axis=1)
+    assert np.abs(section.body_velocity[:, 2]).max() < 1e-12
+    assert np.ptp(energy) < 1e-12 * energy[0]
+    assert np.ptp(np.linalg.norm(section.m, axis=1)) < 1e-12
+    assert np.abs(np.diff(section.t) - 2.0 * kr.exact(FREE).period).max() < 1e-6  # near the middle
+
+
+@pytest.mark.parametrize("event", [LOW, LOOP])
+def test_kowalewskis_integral_is_constant_on_sections(event):
+    tops = kr.starts(kr.scenes.kowalewski.body, energy=1.0, vertical=0.5, n=4)
+    section = kr.section(tops, event, n=100, wait=200)
+    assert len(section.t) > 100
+    for i in range(4):
+        path = section[i]
+        assert np.ptp(path.kowalewski) <= 1e-11 * max(1.0, path.kowalewski.max(initial=0.0))
+    assert np.ptp(section.energy) < 1e-12 and np.ptp(section.vertical_momentum) < 1e-12
+
+
+def test_a_section_is_that_of_the_paths():
+    section = kr.section(TOPS, n=8)
+    paths = kr.solve(TOPS, float(section.t.max()) + 1.0, "taylor", events=[LOW])
+    for i in range(3):
+        mine, its = section[i], paths[i].events.path
+        assert isinstance(mine, kr.Path) and len(mine) == 8
+        assert np.abs(mine.states - its.states[:8]).max() < 1e-8
+    assert section.top.tolist() == sorted(section.top.tolist()) and section.n == 8
+
+
+def test_what_is_asked_of_it():
+    section = kr.section(TOPS, n=5)
+    assert len(section) == 3 and section.shape == (3,) and section.count.tolist() == [5, 5, 5]
+    assert section.frame.shape == (15, 3, 3) and section.q.shape == (15, 4)
+    assert np.array_equal(section.apex[5:10], section[1].apex)
+    assert "15 states of 3 tops" in repr(section) and not section.t.flags.writeable
+    assert (
+        same(section[[2, 0]][1:], section[:1]) and section[np.array([True, False, True])].size == 2
+    )
+    with pytest.raises(AttributeError, match="did you mean 'nutation'"):
+        _ = section.nutatoin
+    with pytest.raises(TypeError, match="no array"):
+        np.asarray(section)
+    square = kr.section(TOPS[:2].reshape(1, 2), n=5)
+    assert square.top.shape == (10, 2) and np.array_equal(square.states, section[:2].states)
+    assert kr.section(TOPS[:0], n=5).states.shape == (0, 8)
+
+
+def test_the_states_of_a_top_are_its_own():
+    tops, words = scattered(120), {"n": 12, "wait": 60}
+    whole = kr.section(tops, **words)
+    assert same(kr.section(tops, threads=1, **words), whole)
+    assert same(kr.section(tops, threads=3, **words), whole)
+    assert same(kr.section(tops[17:60:3], **words), whole[17:60:3])
+    for pool in (ThreadPoolExecutor(2), ProcessPoolExecutor(2)):
+        with pool:
+            assert same(kr.section(tops, executor=pool, **words), whole)
+    few = kr.section(tops, n=5, wait=60)
+    assert np.array_equal(few[7].states, whole[7].states[:5])
+
+
+def test_it_can_lead_back_in_time():
+    back = kr.section(TOPS, n=6, wait=-100)
+    assert (back.t < 0).all() and (np.diff(back[0].t) < 0).all() and (back.wait == -100).all()
+    ahead = kr.section(
+        kr.Ensemble.of([s.replace(momentum=-np.array(s.momentum)) for s in TOPS]), n=6
+    )
+    assert np.abs(ahead.t + back.t).max() < 1e-8
+
+
+def test_a_top_whose_event_does_not_come_is_told():
+    tops = kr.Ensemble.of([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
+    section = kr.section(tops, n=10, wait=[50, 50, 3])
+    assert section.status_names.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
+    assert section.count.tolist() == [0, 10, 0] and section.failed.tolist() == [0, 2]
+    assert section.reached[0] == pytest.approx(50) and len(section.t) == 10 == len(section.energy)
+    assert "0 of 10 came by t = 50, after waiting for 50" in section.why(0)
+    with pytest.raises(kr.Error, match=r"top\[0\], the first of 2 of 3") as failure:
+        section.check()
+    assert failure.value.paths is section and len(failure.value.path) == 0
+    rest = kr.section(kr.Scene(LAGRANGE.body, (0, 0, 0)), n=3)
+    assert rest.status_names.tolist() == ["ERR_EVENT"]
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_every_kind_of_top_has_sections(scene):
+    section = kr.section(scene, kr.events.crossing("body_momentum_y"), n=3, wait=200)
+    assert len(section.t) > 0 and np.abs(section.body_momentum[:, 1]).max() < 1e-12
+    assert len(kr.section(scene, LOW, n=2, digits=20, wait=100).t) == 2
+
+
+def test_progress_and_interruption():
+    heard = []
+    kr.section(scattered(40), n=5, progress=heard.append)
+    assert heard[-1] == 1.0
+
+    def stop(_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(kr.Interrupted) as stopped:
+        kr.section(scattered(4000), n=2000, progress=stop)
+    kept = stopped.value.paths
+    assert isinstance(kept, kr.Section) and (kept.status_names == "ERR_INTERRUPTED").any()
+    assert np.isfinite(kept.states).all() and len(kept.states) == kept.count.sum()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ({"tops": [LAGRANGE]}, "tops must be a kreisel.Ensemble"),
+        ({"event": "nutation"}, "events must be a list of what kreisel.events makes"),
+        ({"event": kr.events.nutation(most=3)}, "leave most and terminal out"),
+        ({"event": kr.events.nutation(terminal=True)}, "leave most and terminal out"),
+        ({"n": 0}, "n must be at least 1"),
+        ({"n": 2.5}, "n must be a whole number"),
+        ({"n": 2**50}, "GB"),
+        ({"wait": 0}, "wait must not be zero"),
+        ({"wait": np.inf}, "wait must be finite"),
+        ({"wait": [1, 2]}, r"wait must be a number, or an array of shape \(3,\)"),
+        ({"tol": -1}, "tol"),
+        ({"tol": 1e-9, "digits": 20}, "digits"),
+        ({"threads": 0}, "threads must be at least 1"),
+        ({"progress": 3}, "progress"),
+        ({"executor": 3}, "executor must be one of concurrent.futures"),
+    ],
+)
+def test_what_cannot_be_is_refused(words, said):
+    with pytest.raises((TypeError, ValueError, MemoryError), match=said):
+        kr.section(**({"tops": TOPS} | words))
