@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+
 from validation.parts.budget import BUDGETS
 
 
