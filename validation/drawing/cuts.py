@@ -5,7 +5,7 @@ import numpy as np
 
 from .look import COLOURS, FAINT, INK, STYLE, as_svg, plt
 
-FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 170}
+FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 140}
 TURN = (
     [-np.pi, 0.0, np.pi],
     ["\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "0", "\N{GREEK SMALL LETTER PI}"],
@@ -44,32 +44,38 @@ def cuts(panels, columns, height):
 
 def beside_rotation(panel, title, rotation):
     """Draws a section, and at the same height how far the body spins between two crossings."""
-    axial, turns, rest = rotation
+    axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = panels_of(1, 2, 4.6, sharey=True)
         dots(left, *panel, title)
         left.set(xlabel="spin angle", ylabel="axial momentum")
         points = right.scatter(
-            turns, axial, c=np.log10(np.maximum(rest, 1e-16)), s=9, cmap="viridis", linewidths=0
+            turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="turbo", linewidths=0
         )
-        right.axvline(0.0, color=FAINT, linewidth=0.6, zorder=0)
-        right.set(xlabel="turns about the axis from lowest point to lowest point, less whole ones")
-        bar = figure.colorbar(points, ax=right, label="what six lines leave of the motion, log10")
+        right.set(xlabel="turns about the vertical from lowest to lowest point, less whole ones")
+        bar = figure.colorbar(
+            points, ax=right, label="change from one half of the time to the other, log10"
+        )
         bar.outline.set_edgecolor(INK)
         return as_svg(figure)
 
 
-def map_of_regions(borders, points, greatest, highest):
-    """Draws where in the plane of vertical momentum and energy each numbered section is."""
+def map_of_regions(borders, points, greatest, highest, close):
+    """Draws where in the plane of vertical momentum and energy each numbered section is, and again,
+    near by, the part of it that is close: from g, h to g, h."""
     with plt.rc_context(FRAMED):
-        figure, axes = plt.subplots(figsize=(4.9, 4.2), layout="constrained")
+        figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
+        near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
         for g, h in borders:
             axes.plot(g, h, color=INK, linewidth=0.8)
+            near.plot(g, h, color=INK, linewidth=0.8)
+        (left, low), (right, high) = close
         for number, (g, h) in enumerate(points, 1):
-            axes.plot(g, h, ".", color=COLOURS[1], markersize=4)
-            axes.annotate(
-                f"{number}", (g, h), xytext=(3, 2), textcoords="offset points", fontsize=8
-            )
+            where = near if left < g < right and low < h < high else axes
+            where.plot(g, h, ".", color=COLOURS[1], markersize=4)
+            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points", size=8)
+        near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
+        axes.indicate_inset_zoom(near, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
         axes.set(xlabel="vertical momentum g", ylabel="energy h")
         return as_svg(figure)

@@ -15,7 +15,8 @@ from .words import brief, in_a_row, power
 
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # by which the moments of the layer's tops differ
 SHOWN = (1e-2, 1e-4)
-NEAR = "moments 2 % apart"  # the top whose frequencies are shown
+NEAR = "8 %"  # the top whose frequencies are shown
+CLOSE = (1.18, 1.65), (1.48, 2.15)  # the crowded part of the plane of regions
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
     "kowalewski.csv": ("region", "g", "h", "least", "greatest", "off", "critical"),
@@ -27,13 +28,13 @@ def sizes(budget):
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
-        "turning": min(budget.members, 160),
+        "turning": min(budget.members, 100),
         "swings": 200 if budget.quick else 2000,
     }
 
 
 def order(size):
-    """Gives how far the energy strays in the sections, relatively, and how many states they have."""
+    """Gives how far the energy strays in sections, relatively, and how many states they have."""
     found = []
     for name in cuts.BODIES:
         section = cuts.of_body(name, size["orbits"], size["crossings"])
@@ -74,7 +75,7 @@ def layer(swings):
 
 def turning(orbits):
     rows = cuts.rotation(orbits, NEAR)
-    return {"rows": [row.tolist() for row in rows], "off": cuts.off_closed_form(orbits)}
+    return {"rows": [row.tolist() for row in rows], "off": cuts.off_closed_form(orbits // 3)}
 
 
 def tasks(problems, budget, store):
@@ -101,7 +102,7 @@ def panels_of_bodies(size):
 def panels_of_regions(size):
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = cuts.of_kowalewski(number, size["orbits"], size["crossings"])
-        K = np.sqrt(section.kowalewski)
+        K = section.kowalewski**0.25
         yield f"{number + 1}: g = {g:g}, h = {h:g}", cuts.drawn(section, K)
 
 
@@ -122,7 +123,9 @@ def pictures_of_layer(rows, size):
 def picture_of_rotation(rows, size):
     section = cuts.of_body(NEAR, size["orbits"], size["crossings"])
     panel = cuts.drawn(section, cuts.by_orbit(section, section.axial_momentum))
-    return drawing.beside_rotation(panel, NEAR, [np.array(row, float) for row in rows])
+    return drawing.beside_rotation(
+        panel, "moments 8 % apart", [np.array(row, float) for row in rows]
+    )
 
 
 def shown(findings):
@@ -133,7 +136,7 @@ def shown(findings):
     if "kowalewski" in findings:
         told["regions"] = drawing.cuts(dict(panels_of_regions(size)), 5, 2.4)
         told["plane"] = drawing.map_of_regions(
-            kowalewski.borders(widest), kowalewski.REGIONS, widest, 4.6
+            kowalewski.borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
         )
         told["values"] = findings["kowalewski"]
     if "layer" in findings:

@@ -6,6 +6,8 @@ import numpy as np
 from ..truth import kowalewski
 
 ENERGY, VERTICAL = 1.6, 0.6
+MANY = 60  # starts to choose one from
+LONG, STATES = 600.0, 4096  # of a path whose frequencies are sought
 BODIES = {  # from a Lagrange top on, further and further from it
     "a Lagrange top": ((1.0, 1.0, 0.6), 0.0),
     "moments 2 % apart": ((1.0, 1.02, 0.6), 0.0),
@@ -28,9 +30,15 @@ def of_body(name, orbits, crossings):
 
 
 def of_kowalewski(region, orbits, crossings):
+    """Gives a section with motions of every K, evenly by its fourth root."""
     g, h = kowalewski.REGIONS[region]
-    tops = kr.starts(kowalewski.BODY, energy=h, vertical=kowalewski.vertical(g), n=orbits, seed=1)
-    return kr.section(tops, n=crossings).check()
+    tops = kr.starts(
+        kowalewski.BODY, energy=h, vertical=kowalewski.vertical(g), n=MANY * orbits, seed=1
+    )
+    K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0] ** 0.25
+    wanted = np.linspace(K.min(), K.max(), orbits)
+    chosen = np.abs(K[:, None] - wanted).argmin(axis=0)
+    return kr.section(tops[chosen], n=crossings).check()
 
 
 def by_orbit(section, values):
@@ -45,18 +53,29 @@ def drawn(section, colour):
 
 
 def rotation(orbits, name):
-    """Gives of each orbit: the axial momentum where its section passes the spin angle 0, how much
-    of a turn the body spins from lowest point to lowest point, and what NAFF leaves."""
+    """Gives of each motion: the axial momentum where its section passes the spin angle 0, how much
+    of a turn the apex goes round from lowest point to lowest point, and by how much less or more it
+    does so in the second half of the time."""
     tops = kr.starts(body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     section = kr.section(tops, n=400).check()
     spin, axial = (
         values.reshape(orbits, -1) for values in (section.spin_angle, section.axial_momentum)
     )
     at = np.abs(spin).argmin(axis=1)
-    paths = kr.solve(tops, np.linspace(0.0, 400.0, 4096), "taylor")
-    found = [kr.frequencies(paths[i], 6) for i in range(orbits)]
-    turns = np.array([one.spin / one.nutation if one.nutation else np.nan for one in found])
-    return axial[np.arange(orbits), at], turns - np.round(turns), np.array([f.rest for f in found])
+    paths = kr.solve(tops, np.linspace(0.0, LONG, STATES), "taylor")
+    half = STATES // 2
+    first, second = (
+        np.array([turns_of(paths[i][some]) for i in range(orbits)])
+        for some in (slice(half), slice(half, None))
+    )
+    away = first - second
+    return axial[np.arange(orbits), at], first - np.round(first), np.abs(away - np.round(away))
+
+
+def turns_of(path):
+    """Gives how often the apex goes round while it goes up and down, but for whole turns."""
+    found = kr.frequencies(path, 1)
+    return found.lines[0] / found.nutation
 
 
 def off_closed_form(n):

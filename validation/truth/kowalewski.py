@@ -19,7 +19,7 @@ import numpy as np
 
 BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), made_up=True)
 REGIONS = (  # one (g, h) of each
-    (1.2, 0.8),
+    (0.9, 0.2),
     (0.57, 0.67),
     (0.12, 0.72),
     (0.28, 1.74),

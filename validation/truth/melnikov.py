@@ -4,10 +4,11 @@ unequal by a little: what theory says of it.
 A top that spins too slowly to sleep falls from the upright, swings and comes back to it. With
 moments I1 / (1 - e), I1 / (1 + e), I3 the axial momentum c changes by dc/dt = 2 e M1 M2 / I1, in a
 swing by
-    e A sin(2 psi),    A = Re int (M1 + i M2)^2 dt / I1
-to first order, the integral being Melnikov's along the separatrix, and psi the spin angle at the
-lowest point. Near the upright the apex escapes at the rate s, and the body turns under it at a rate
-w; by Chirikov's criterion swings are chaotic as far as |c - <m, e3>| = 2 w e |A| / s.
+    e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
+to first order, the integral being Melnikov's along the separatrix with its lowest point at the
+spin angle 0, and psi that of the swing. Near the upright the apex escapes at the rate s, and the
+body turns under it at a rate w; by Chirikov's criterion swings are chaotic as far as
+|c - <m, e3>| = 2 w e A / s.
 
 Sources: V. K. Melnikov, Trans. Moscow Math. Soc. 12 (1963) 1; P. J. Holmes, J. E. Marsden, Indiana
 Univ. Math. J. 32 (1983) 273; B. V. Chirikov, Phys. Rep. 52 (1979) 263.
@@ -43,12 +44,12 @@ def amplitude():
     """Gives A. The way to the lowest point is the one from there, mirrored."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
-    return 2.0 * float(np.trapezoid((across**2).real, t)) / I1
+    return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
 
 
 def width():
     """Gives half the width of the layer in c, for each unit of e."""
-    return 2.0 * TURN * abs(amplitude()) / ESCAPE
+    return 2.0 * TURN * amplitude() / ESCAPE
 
 
 def swings(e, n):
@@ -56,8 +57,8 @@ def swings(e, n):
     lowest points, and the axial momentum at the highest ones before, (tops, n) and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
-    pushes = PUSH * np.stack((np.cos(angles), np.sin(angles), 0.0 * angles), axis=1)
-    tops = kr.Ensemble(body(e), body_momentum=pushes + (0.0, 0.0, VERTICAL))
+    across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
+    tops = kr.Ensemble(body(e), body_momentum=np.stack(across, axis=1))
     section = kr.section(tops, kr.events.nutation(), n=2 * n + 3).check()
     spin, axial, tilt = (
         values.reshape(PUSHES, -1)
