@@ -99,10 +99,11 @@ void kr_section_search(kr_worker *worker, int lane)
                         .degree = degree,
                         .noise = l->noise[lane],
                         .start_noise = slot->start_noise,
+                        .sought = turn * event->direction,
                         .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_roots_next(&search))
-        if (turn * search.side * event->direction >= 0 && !take(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 && !take(worker, lane, search.root)) return;
     l->side[lane] = search.side;
     if (kr_fleet_has_passed(l, lane)) despair(worker, lane);
 }
