@@ -53,6 +53,7 @@ extern "C" {
     X(ERR_LIMIT,       FAILURE,   "the largest number of steps was reached")                      \
     X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
     X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
+    X(ERR_TANGENT,     FAILURE,   "a tangent grew beyond what doubles hold")                      \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
 typedef enum kr_status {
 #define X(name, what, text) KR_##name,
@@ -226,7 +227,8 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(DIGITS,         2048, "digits",         "can give more digits than a double has")           \
     X(HEADLESS,       4096, "headless",       "can leave out the turn about the vertical")        \
     X(SPLITTING,      8192, "splitting",      "kicks and drifts in turn")                         \
-    X(DAMPED,        16384, "damped",         "moves tops that are damped, too")
+    X(DAMPED,        16384, "damped",         "moves tops that are damped, too")              \
+    X(TANGENTS,      32768, "tangents",       "carries derivatives of the state along")
 /* clang-format on */
 enum {
 #define X(flag, bit, name, text) KR_##flag = bit,
@@ -282,6 +284,8 @@ typedef struct kr_config {
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */
     int leave_heading;
+    /* For KR_TANGENTS, with the heading: the sum of the bits of what is to be derived by. */
+    uint64_t tangents;
 } kr_config;
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -312,6 +316,33 @@ KR_API kr_stats kr_top_stats(const kr_top *top);
 KR_API double kr_top_time(const kr_top *top); /* how far it has come; `poll` may ask for it */
 /* The instruction set in use, "" where there is no choice; and the order in use. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
+
+/* Tangents: the derivatives of the state, which ride along and leave it as it is to the last bit.
+ * X(by, its bit, its columns, its name). A row or column of the start is a component of the
+ * rotation vector by which the attitude is turned, seen from the frame of description [rad], then
+ * of the momentum in space. Moments and com are those along the principal axes; the momentum stays
+ * what it is, whatever parameter changes. */
+/* clang-format off */
+#define KR_TANGENT_LIST(X)                                                                        \
+    X(START,    1, 6, "start")                                                                    \
+    X(MOMENTS,  2, 3, "moments")                                                                  \
+    X(COM,      4, 3, "com")                                                                      \
+    X(GRAVITY,  8, 1, "gravity")                                                                  \
+    X(MASS,    16, 1, "mass")
+enum {
+#define X(by, bit, columns, name) KR_TANGENT_##by = bit,
+    KR_TANGENT_LIST(X)
+#undef X
+    KR_TANGENT_MOST = 14 /* columns */
+};
+/* clang-format on */
+KR_API size_t kr_tangent_columns(uint64_t tangents);
+/* Gives the tangents where kr_top_state stands, 6 rows by kr_tangent_columns, and in `low`, which
+ * may be NULL, what their doubles leave out. KR_ERR_ARGUMENT for a top that has none. */
+KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
+/* How far their series may be trusted: the largest last term so far, over the size of its tangent.
+ * Steps are those of the path alone. */
+KR_API double kr_top_tangent_rest(const kr_top *top);
 
 /* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
  * the same body, gravity, damping, method and config (max_steps and poll may be others), and

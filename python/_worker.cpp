@@ -55,7 +55,7 @@ class worker
             asked.push_back({quantity_of(name), component, kr_reduce(kind)});
         kr_worker *made = nullptr;
         const kr_config config = {step,     tol,    max_steps,    patience::poll,
-                                  &waiting, digits, leave_heading};
+                                  &waiting, digits, leave_heading, 0};
         const kr_status status = kr_worker_create(method ? method_of(*method) : nullptr, config,
                                                   asked.size(), asked.data(), &made);
         if (status == KR_ERR_MEMORY) throw std::bad_alloc();

@@ -156,8 +156,8 @@ static kr_status equip(kr_worker *worker)
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
     const kr_scene scene = kr_scene_default();
     kr_status status = KR_OK;
-    if (worker->method != &kr_method_exact) status = kr_top_blank(method, &worker->alone);
-    if (status == KR_OK && worker->plans) status = kr_top_blank(&kr_method_exact, &worker->closed);
+    if (worker->method != &kr_method_exact) status = kr_top_blank(method, &worker->config, &worker->alone);
+    if (status == KR_OK && worker->plans) status = kr_top_blank(&kr_method_exact, &worker->config, &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
     return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
@@ -167,7 +167,7 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
 {
     const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
               is_closed = !method || method == &kr_method_exact;
-    if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
+    if (!out || config.tangents || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
     kr_worker *worker = laid_out(reductions, in_lanes, is_closed);
     if (!worker) return KR_ERR_MEMORY;
     worker->config = config;

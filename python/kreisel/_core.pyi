@@ -41,6 +41,7 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+tangents: dict[str, tuple[int, int]]  # the bit of each, and its columns
 reductions: list[str]
 courses: list[str]
 INPUT_RTOL: float
@@ -156,6 +157,9 @@ _Progress = Callable[[float], object] | None
 
 class Run:
     def record(self, t: _Array, low: bool, progress: _Progress = ...) -> _Recorded: ...
+    def record_tangents(
+        self, t: _Array, low: bool, progress: _Progress = ...
+    ) -> tuple[_Recorded, _Array, _Array, float]: ...
     def record_events(self, t: _Array, progress: _Progress = ...) -> tuple[_Recorded, _Met]: ...
     def save(self) -> bytes: ...
     def load(self, memory: bytes, found: list[int]) -> str: ...
@@ -178,6 +182,7 @@ def start(
     leave_heading: bool = ...,
     back: bool = ...,
     events: list[_Event] = ...,
+    tangents: int = ...,
 ) -> tuple[str, Run | None]: ...
 def record(
     scene: bytes,
