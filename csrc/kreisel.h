@@ -333,7 +333,8 @@ enum {
 #define X(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(X)
 #undef X
-    KR_TANGENT_MOST = 14 /* columns */
+    KR_TANGENT_MOST = 14,   /* columns */
+    KR_TANGENT_GROWTH = 32 /* of a worker only: one tangent a top, whose growth is told */
 };
 /* clang-format on */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
@@ -422,6 +423,19 @@ typedef struct kr_reduction {
     size_t component; /* which of its doubles */
     kr_reduce kind;
 } kr_reduction;
+/* How one tangent of an undamped top grows, by taylor with up to 16 digits. Its size is that in the
+ * top's own units, at the start 1; the flow and the turn about the vertical, which are tangents for
+ * ever, are taken out of it. All are of the way from the start: its logarithm, over the time the
+ * Lyapunov exponent; the mean of MEGNO; the largest logarithm, the orthogonal indicator; and how far
+ * the changes of energy and <m, e3> by it are from constant, over their sizes. */
+enum {
+    KR_GROWTH_LOG,
+    KR_GROWTH_MEGNO,
+    KR_GROWTH_MOST,
+    KR_GROWTH_ENERGY,
+    KR_GROWTH_MOMENTUM,
+    KR_GROWTH_COUNT
+};
 typedef struct kr_outcome {
     kr_status status; /* what kr_top_create or kr_top_record would say */
     size_t done;      /* states that are good */
@@ -439,6 +453,11 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; those behind `done` get NaN; may be NULL */
     double *reduced;      /* [n][reductions], NaN for a top that failed; may be NULL */
     kr_outcome *outcomes; /* [n] */
+    /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN behind `done`; may be NULL. And the
+     * direction of the tangent at every start, as kr_top_tangents has a column; NULL: one along no
+     * axis of anything. */
+    double *growth;
+    const double *direction;
 } kr_tops;
 /* The reductions are copied. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,

@@ -12,6 +12,10 @@ size_t kr_tangent_columns(uint64_t tangents)
 #undef X
     return columns;
 }
+int kr_tangents_suit(const kr_method *method, const kr_config *config)
+{
+    return method->tangents && !config->leave_heading && config->tangents < 2 * KR_TANGENT_MASS;
+}
 size_t kr_tangents_size(const kr_method *method, const kr_config *config)
 {
     const size_t n = kr_tangent_columns(config->tangents);

@@ -222,9 +222,7 @@ static kr_status check(const kr_scene *scene, const kr_method *method, const kr_
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
-    if (config->tangents && (!(method->flags & KR_TANGENTS) || config->leave_heading))
-        return KR_ERR_ARGUMENT;
-    if (config->tangents >= 2 * KR_TANGENT_MASS) return KR_ERR_ARGUMENT;
+    if (config->tangents && !kr_tangents_suit(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }

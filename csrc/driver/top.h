@@ -76,6 +76,8 @@ double kr_top_horizon(const kr_top *top, const kr_scene *scene);
 /* Allocates a top for this method and the tangents of this config, which is that of no scene
  * yet. */
 kr_status kr_top_blank(const kr_method *method, const kr_config *config, kr_top **top);
+/* Whether a method has the tangents that a config asks for. */
+int kr_tangents_suit(const kr_method *method, const kr_config *config);
 /* The doubles that the tangents of a config take: 0 for none. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 /* Begins the tangents, where there are any, at main's start. */

@@ -146,6 +146,18 @@ def alone(
     low: _Array | None,
     columns: dict[str, _Array],
 ) -> tuple[_Array, _Array, npt.NDArray[np.int64], npt.NDArray[np.int64], _Met]: ...
+def growth(
+    tops: Tops,
+    begin: int,
+    end: int,
+    t: _Array,
+    tol: float,
+    max_steps: int,
+    direction: Sequence[float],
+    status: npt.NDArray[np.int8],
+    out: _Array,
+    work: Work | None = ...,
+) -> None: ...
 def values_of_tops(
     name: str, tops: Tops, states: _Array, done: npt.NDArray[np.int64], out: _Array
 ) -> None: ...
