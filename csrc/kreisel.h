@@ -54,6 +54,7 @@ extern "C" {
     X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
     X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
     X(ERR_EVENT,       FAILURE,   "the event did not come again in the time that it was given")   \
+    X(ERR_TANGENT,     FAILURE,   "a tangent grew beyond what doubles hold")                      \
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
 typedef enum kr_status {
 #define X(name, what, text) KR_##name,
@@ -227,7 +228,8 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(DIGITS,         2048, "digits",         "can give more digits than a double has")           \
     X(HEADLESS,       4096, "headless",       "can leave out the turn about the vertical")        \
     X(SPLITTING,      8192, "splitting",      "kicks and drifts in turn")                         \
-    X(DAMPED,        16384, "damped",         "moves tops that are damped, too")
+    X(DAMPED,        16384, "damped",         "moves tops that are damped, too")              \
+    X(TANGENTS,      32768, "tangents",       "carries derivatives of the state along")
 /* clang-format on */
 enum {
 #define X(flag, bit, name, text) KR_##flag = bit,
@@ -283,6 +285,8 @@ typedef struct kr_config {
     /* For KR_HEADLESS with up to 16 digits: not 0 gives states that are right up to some turn about
      * the vertical, and sooner. */
     int leave_heading;
+    /* For KR_TANGENTS, with the heading: the sum of the bits of what is to be derived by. */
+    uint64_t tangents;
 } kr_config;
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
@@ -313,6 +317,34 @@ KR_API kr_stats kr_top_stats(const kr_top *top);
 KR_API double kr_top_time(const kr_top *top); /* how far it has come; `poll` may ask for it */
 /* The instruction set in use, "" where there is no choice; and the order in use. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
+
+/* Tangents: the derivatives of the state, which ride along and leave it as it is to the last bit.
+ * X(by, its bit, its columns, its name). A row or column of the start is a component of the
+ * rotation vector by which the attitude is turned, seen from the frame of description [rad], then
+ * of the momentum in space. Moments and com are those along the principal axes; the momentum stays
+ * what it is, whatever parameter changes. */
+/* clang-format off */
+#define KR_TANGENT_LIST(X)                                                                        \
+    X(START,    1, 6, "start")                                                                    \
+    X(MOMENTS,  2, 3, "moments")                                                                  \
+    X(COM,      4, 3, "com")                                                                      \
+    X(GRAVITY,  8, 1, "gravity")                                                                  \
+    X(MASS,    16, 1, "mass")
+enum {
+#define X(by, bit, columns, name) KR_TANGENT_##by = bit,
+    KR_TANGENT_LIST(X)
+#undef X
+    KR_TANGENT_MOST = 14,   /* columns */
+    KR_TANGENT_GROWTH = 32 /* of a worker only: one tangent a top, whose growth is told */
+};
+/* clang-format on */
+KR_API size_t kr_tangent_columns(uint64_t tangents);
+/* Gives the tangents where kr_top_state stands, 6 rows by kr_tangent_columns, and in `low`, which
+ * may be NULL, what their doubles leave out. KR_ERR_ARGUMENT for a top that has none. */
+KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
+/* How far their series may be trusted: the largest last term so far, over the size of its tangent.
+ * Steps are those of the path alone. */
+KR_API double kr_top_tangent_rest(const kr_top *top);
 
 /* A checkpoint: the top as it stands, in kr_top_save_size bytes. Loaded into a top that was made of
  * the same body, gravity, damping, method and config (max_steps and poll may be others), and
@@ -392,6 +424,19 @@ typedef struct kr_reduction {
     size_t component; /* which of its doubles */
     kr_reduce kind;
 } kr_reduction;
+/* How one tangent of an undamped top grows, by taylor with up to 16 digits. Its size is that in the
+ * top's own units, at the start 1; the flow and the turn about the vertical, which are tangents for
+ * ever, are taken out of it. All are of the way from the start: its logarithm, over the time the
+ * Lyapunov exponent; the mean of MEGNO; the largest logarithm, the orthogonal indicator; and how far
+ * the changes of energy and <m, e3> by it are from constant, over their sizes. */
+enum {
+    KR_GROWTH_LOG,
+    KR_GROWTH_MEGNO,
+    KR_GROWTH_MOST,
+    KR_GROWTH_ENERGY,
+    KR_GROWTH_MOMENTUM,
+    KR_GROWTH_COUNT
+};
 typedef struct kr_outcome {
     kr_status status; /* what kr_top_create or kr_top_record would say */
     size_t done;      /* states that are good */
@@ -409,6 +454,11 @@ typedef struct kr_tops {
     kr_state *states;     /* [n][times]; those behind `done` get NaN; may be NULL */
     double *reduced;      /* [n][reductions], NaN for a top that failed; may be NULL */
     kr_outcome *outcomes; /* [n] */
+    /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN behind `done`; may be NULL. And the
+     * direction of the tangent at every start, as kr_top_tangents has a column; NULL: one along no
+     * axis of anything. */
+    double *growth;
+    const double *direction;
 } kr_tops;
 /* The reductions are copied. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,

@@ -4,7 +4,7 @@
  * - belongs to the driver. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
-#include "numbers/su2.h"
+#include "numbers/su2_dd.h"
 
 /* Working axes are principal; T lies along the odd axis of a symmetric body, else B along that of
  * the middle moment. Units are powers of two in which the largest moment and the top's rate are
@@ -49,6 +49,32 @@ typedef struct kr_piece {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_piece;
 
+/* Deviations that ride along with a motion, in working axes and own units: a rotation vector in the
+ * body and a change of the momentum, seen from space. A seed is what one begins with, and how a
+ * parameter that it is the derivative by changes the lever and the moments (xx, yy, zz, yz, zx,
+ * xy). They never change the motion. */
+typedef struct kr_deviation {
+    vec_dd turn, push;
+} kr_deviation;
+typedef struct kr_seed {
+    kr_deviation at_start;
+    vec_dd lever;
+    double moments[6];
+} kr_seed;
+typedef struct kr_tangent_way {
+    /* The doubles that n deviations take, on a multiple of 64 bytes. */
+    size_t (*doubles)(int digits, size_t n);
+    /* Begins n deviations where the motion stands, of zeros. */
+    void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
+    /* Takes them over the step that the motion has just made. KR_ERR_TANGENT where one grows beyond
+     * doubles. */
+    kr_status (*follow)(const kr_motion *motion, double *memory, size_t n);
+    /* Gives them at a clock inside the last step, and of the clock what `low` of the motion says. */
+    void (*at)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
+    /* The largest last term of a series so far, over the size of its deviation. */
+    double (*rest)(const kr_motion *motion, double *memory);
+} kr_tangent_way;
+
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
@@ -67,6 +93,8 @@ struct kr_method {
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Gives the last step of a dense method as a polynomial. NULL: it has none. */
     kr_piece (*piece)(const kr_motion *motion);
+    /* How deviations ride along, for KR_TANGENTS. */
+    const kr_tangent_way *tangents;
     /* Says whether the numbers in work that count, index or loop are in their ranges, which those
      * of a checkpoint need not be. NULL: there are none. */
     int (*is_sound)(const void *work);

@@ -68,7 +68,7 @@ class single_file
                 bool leave_heading, const py::list &events, std::shared_ptr<work> with)
         : method(method_of(name))
     {
-        config = {step, tol, max_steps, patience::poll, &waiting, digits, leave_heading};
+        config = {step, tol, max_steps, patience::poll, &waiting, digits, leave_heading, 0};
         waiting.shared = std::move(with);
         wanted.take(events);
     }

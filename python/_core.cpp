@@ -94,6 +94,14 @@ static py::list kind_names()
     for (int kind = 0; kind < KR_KIND_COUNT; kind++) names.append(kr_kind_name(kr_kind(kind)));
     return names;
 }
+static py::dict tangent_table()
+{
+    py::dict table;
+#define X(by, bit, columns, name) table[name] = py::make_tuple(bit, columns);
+    KR_TANGENT_LIST(X)
+#undef X
+    return table;
+}
 static py::dict flag_table()
 {
     py::dict table;
@@ -164,6 +172,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("quantities") = quantity_table();
     m.attr("kinds") = kind_names();
     m.attr("flags") = flag_table();
+    m.attr("tangents") = tangent_table();
     m.attr("KIND_RTOL") = KR_KIND_RTOL;
     m.attr("TENSOR_LEAST") = KR_TENSOR_LEAST;
     m.attr("INPUT_RTOL") = KR_INPUT_RTOL;

@@ -13,6 +13,7 @@ struct steering {
     int digits;
     int64_t max_steps;
     bool leave_heading;
+    uint64_t tangents;
 };
 // The states written, and the last good one where that is later: the first rows of an array, which
 // is not copied.
@@ -28,6 +29,7 @@ class run
     std::unique_ptr<kr_top, void (*)(kr_top *)> top{nullptr, kr_top_free};
     std::atomic<bool> busy{false}, has_ended{false};
     std::atomic<double> reached_time{0.0}; // by the last call that has ended
+    py::ssize_t columns = 0;               // of its tangents
 
     // One thread at a time; and not from within its own progress.
     struct turn {
@@ -46,8 +48,9 @@ class run
     kr_status start(const kr_scene &scene, const steering &how, bool back)
     {
         const double step = led(how.step, back);
-        const kr_config config = {step,      how.tol,    how.max_steps,    watch::poll,
-                                  &watching, how.digits, how.leave_heading};
+        const kr_config config = {step,      how.tol,    how.max_steps,     watch::poll,
+                                  &watching, how.digits, how.leave_heading, how.tangents};
+        columns = py::ssize_t(kr_tangent_columns(how.tangents));
         kr_top *raw = nullptr;
         const kr_status status = kr_top_create(&scene, method_of(how.method), config, &raw);
         top.reset(raw);
@@ -85,6 +88,38 @@ class run
             if (rest) low = reached(low, done + more);
         }
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
+    }
+    // The same, and the tangents at each of these states, with what their doubles leave out, and the
+    // largest last term of their series: (states, tangents, low, rest).
+    py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
+    {
+        const turn mine(busy);
+        const py::ssize_t n = t.size(), wide = 6 * columns;
+        doubles out({n, py::ssize_t(8)}), low({n, py::ssize_t(8)}), carried({n, wide}),
+            rest({n, wide});
+        auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+        auto *lows = reinterpret_cast<kr_state *>(low.mutable_data());
+        const double *times = t.data();
+        double *high = carried.mutable_data(), *under = rest.mutable_data();
+        size_t done = 0;
+        const kr_status status = go(progress, [&] {
+            kr_status came = KR_OK;
+            for (; done < size_t(n) && came == KR_OK; done += came == KR_OK) {
+                came = kr_top_record_low(top.get(), 1, times + done, states + done, lows + done,
+                                         nullptr);
+                if (came == KR_OK)
+                    kr_top_tangents(top.get(), high + done * size_t(wide),
+                                    under + done * size_t(wide));
+                if (came == KR_OK && watch::poll(&watching)) came = KR_ERR_INTERRUPTED;
+            }
+            return came;
+        });
+        const double end = n ? times[n - 1] : 0.0;
+        const auto rows = py::make_tuple(name_of(status), reached(out, done),
+                                         low_too ? py::object(reached(low, done)) : py::none(),
+                                         counts(kr_top_stats(top.get())), end);
+        return py::make_tuple(rows, reached(carried, done), reached(rest, done),
+                              kr_top_tangent_rest(top.get()));
     }
     // The same, and the events that were met on the way: (states, low, which, direction).
     py::tuple record_events(const doubles &t, const py::object &progress)
@@ -162,10 +197,10 @@ static py::tuple record_more(run &top, const doubles &t, bool low_too, const py:
 }
 static py::tuple start(const kr_scene &scene, const std::string &method, double step, double tol,
                        int digits, int64_t max_steps, bool leave_heading, bool back,
-                       const py::list &events)
+                       const py::list &events, uint64_t tangents)
 {
     auto made = std::make_unique<run>();
-    const steering how = {method, step, tol, digits, max_steps, leave_heading};
+    const steering how = {method, step, tol, digits, max_steps, leave_heading, tangents};
     kr_status status = made->start(scene, how, back);
     if (status == KR_OK && !events.empty()) status = made->look_for(events);
     return py::make_tuple(name_of(status),
@@ -184,7 +219,7 @@ static py::object record(const kr_scene &scene, const std::string &method, doubl
     if (py::ssize_t(times.size()) > limit || !times.are_below(most) || !times.lead_away())
         return py::none();
     run once;
-    const steering how = {method, step, tol, digits, max_steps, leave_heading};
+    const steering how = {method, step, tol, digits, max_steps, leave_heading, 0};
     const kr_status status = once.start(scene, how, times.end() < 0.0);
     if (status == KR_OK) return once.record(times, digits > 16, progress);
     doubles begun({py::ssize_t(1), py::ssize_t(8)});
@@ -197,6 +232,7 @@ void bind_run(py::module_ &m)
 {
     py::class_<run>(m, "Run")
         .def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
+        .def("record_tangents", &run::record_tangents, "t"_a, "low"_a, "progress"_a = py::none())
         .def("record_events", &run::record_events, "t"_a, "progress"_a = py::none())
         .def("save", &run::save)
         .def("load", &run::load, "memory"_a, "found"_a)
@@ -205,7 +241,7 @@ void bind_run(py::module_ &m)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
-          "leave_heading"_a = false, "back"_a = false, "events"_a = py::list());
+          "leave_heading"_a = false, "back"_a = false, "events"_a = py::list(), "tangents"_a = 0);
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
           "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none());

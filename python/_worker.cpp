@@ -143,7 +143,7 @@ class worker
            const std::vector<std::tuple<std::string, size_t, int>> &asked,
            std::shared_ptr<work> with)
         : method(name ? method_of(*name) : nullptr),
-          config{step, tol, max_steps, nullptr, nullptr, digits, leave_heading},
+          config{step, tol, max_steps, nullptr, nullptr, digits, leave_heading, 0},
           shared(std::move(with))
     {
         for (const auto &[quantity, component, kind] : asked)
@@ -217,6 +217,48 @@ static py::tuple section(worker &mover, const tops &all, size_t begin, size_t en
     these.t = wait.data();
     these.own_times = 1;
     return mover.run({all, begin, end - begin, these, to, sought.events.data()});
+}
+
+// How a tangent of each of the tops begin to end grows up to its times (a row for all): a row of
+// KR_GROWTH_COUNT numbers each, NaN where it failed. The direction has six numbers, or none.
+static void growth(const tops &all, size_t begin, size_t end, const doubles &t, double tol,
+                   int64_t max_steps, const std::vector<double> &direction,
+                   const py::object &status, const py::object &out, std::shared_ptr<work> with)
+{
+    check_range(all, begin, end, t);
+    const size_t n = end - begin, most = 512, times = size_t(t.size());
+    auto *codes = in_place<int8_t>(status, n);
+    double *to = in_place<double>(out, n * times * KR_GROWTH_COUNT);
+    patience waiting;
+    waiting.shared = std::move(with);
+    const kr_config config = {0.0,      tol, max_steps, patience::poll,
+                              &waiting, 0,   1,         KR_TANGENT_GROWTH};
+    kr_worker *made = nullptr;
+    if (kr_worker_create(method_of("taylor"), config, 0, nullptr, &made) != KR_OK)
+        throw std::bad_alloc();
+    const std::unique_ptr<kr_worker, void (*)(kr_worker *)> core(made, kr_worker_free);
+    waiting.begin();
+    {
+        py::gil_scoped_release nogil;
+        std::vector<kr_scene> scenes(std::min(n, most));
+        std::vector<kr_outcome> outcomes(scenes.size());
+        for (size_t at = 0, count; at < n && !waiting.is_over(); at += count) {
+            count = std::min(most, n - at);
+            all.fill(begin + at, begin + at + count, scenes.data());
+            kr_tops these = {};
+            these.n = count;
+            these.scenes = scenes.data();
+            these.times = times;
+            these.t = t.data();
+            these.outcomes = outcomes.data();
+            these.growth = to + at * times * KR_GROWTH_COUNT;
+            these.direction = direction.size() == 6 ? direction.data() : nullptr;
+            kr_worker_run(core.get(), &these);
+            for (size_t i = 0; i < count; i++) codes[at + i] = int8_t(outcomes[i].status);
+            waiting.did(int64_t(count));
+        }
+    }
+    waiting.end();
 }
 
 // A quantity at the states of all tops, (tops, times, 8) in C order, of which so many are good.
@@ -328,6 +370,8 @@ void bind_worker(py::module_ &m)
              "columns"_a = py::dict())
         .def("section", section, "tops"_a, "begin"_a, "end"_a, "event"_a, "n"_a, "wait"_a,
              "status"_a, "done"_a, "counts"_a, "reached"_a, "states"_a);
+    m.def("growth", growth, "tops"_a, "begin"_a, "end"_a, "t"_a, "tol"_a, "max_steps"_a,
+          "direction"_a, "status"_a, "out"_a, "work"_a = nullptr);
     m.def("values_of_tops", values_of_tops, "name"_a, "tops"_a, "states"_a, "done"_a, "out"_a);
     m.def("horizons", horizons, "tops"_a, "out"_a);
     m.def("unsuited", unsuited, "tops"_a, "method"_a);

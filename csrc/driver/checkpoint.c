@@ -40,6 +40,10 @@ typedef char term_has_no_gaps[sizeof(kr_term) == 16 ? 1 : -1];
 
 static int motions(const kr_top *top) { return top->method->at ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
+static size_t tangents_size(const kr_top *top)
+{
+    return kr_tangents_size(top->method, &top->config) * sizeof(double);
+}
 
 static void put_name(char *to, size_t size, const char *name)
 {
@@ -77,7 +81,7 @@ static uint64_t sum_of_event(const kr_event *event)
 
 static size_t bare_size(const kr_top *top)
 {
-    return sizeof(header) + SAVED + (size_t)motions(top) * work_size(top);
+    return sizeof(header) + SAVED + (size_t)motions(top) * work_size(top) + tangents_size(top);
 }
 size_t kr_top_save_size(const kr_top *top)
 {
@@ -113,6 +117,8 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     memcpy(to + sizeof head, &image, SAVED);
     memcpy(work, top->main.work, work_size(top));
     if (motions(top) > 1) memcpy(work + work_size(top), top->kept.work, work_size(top));
+    if (top->tangents)
+        memcpy(to + bare_size(top) - tangents_size(top), top->tangents, tangents_size(top));
     save_events(top, to + bare_size(top));
     head.sum = sum_of(to + sizeof head, size - sizeof head);
     memcpy(to, &head, sizeof head);
@@ -127,7 +133,7 @@ static int alike(const kr_top *one, const kr_top *other)
     return memcmp(scene, another, offsetof(kr_scene, start)) == 0 &&
            memcmp(&scene->damping, &another->damping, sizeof scene->damping) == 0 &&
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
-           config->leave_heading == its->leave_heading;
+           config->leave_heading == its->leave_heading && config->tangents == its->tangents;
 }
 /* Whether a motion of a checkpoint is one of this top's: by what it is told to do, and by the
  * numbers in its work that index or loop. Right sums can be made for any bytes. */
@@ -195,5 +201,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     load_events(top, image.steps, from + bare_size(top), 1);
     memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
+    if (top->tangents)
+        memcpy(top->tangents, from + bare_size(top) - tangents_size(top), tangents_size(top));
     return KR_OK;
 }

@@ -123,8 +123,9 @@ kr_status kr_steps_dense(kr_top *top, double until)
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
     status = one_step(top, until);
-    if (status == KR_OK) top->before_clock = clock;
-    return status;
+    if (status != KR_OK) return status;
+    top->before_clock = clock;
+    return kr_tangents_follow(top);
 }
 /* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
  * that its tolerance should have let pass. */

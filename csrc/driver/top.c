@@ -113,11 +113,22 @@ static double clock_at(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
+/* What the clock at a time leaves out. */
+static double clock_low(const kr_top *top, double t)
+{
+    return two_sum(t, -top->scene.start.t).lo / top->time_unit;
+}
 /* Reads the last step of a dense method. */
 static void read_at(kr_top *top, double t, kr_state *state)
 {
-    top->main.low.t = two_sum(t, -top->scene.start.t).lo / top->time_unit;
+    top->main.low.t = clock_low(top, t);
     top->method->at(&top->main, clock_at(top, t), state);
+}
+void kr_tangents_at(kr_top *top, kr_deviation out[])
+{
+    top->main.low.t = clock_low(top, top->asked);
+    top->method->tangents->at(&top->main, clock_at(top, top->asked), top->tangents,
+                              kr_tangent_columns(top->config.tangents), out);
 }
 static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
 {
@@ -211,6 +222,7 @@ static kr_status check(const kr_scene *scene, const kr_method *method, const kr_
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
+    if (config->tangents && !kr_tangents_suit(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
@@ -232,21 +244,29 @@ static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *meth
     const kr_state own = is_deep(top) ? kr_deep_in(top, &scene->start) : to_own(top, &scene->start);
     return method->reset(&top->main, &own);
 }
-/* Main's work begins on a line of the cache. */
-static void share_memory(kr_top *top)
+/* Returns what lies behind `memory`, on a line of the cache. */
+static double *on_line(double *memory)
+{
+    return memory + (LINE - (uintptr_t)memory / sizeof(double) % LINE) % LINE;
+}
+/* Main's work begins on a line of the cache, and so do the tangents. */
+static void share_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
-    top->main.work = top->memory + (LINE - (uintptr_t)top->memory / sizeof(double) % LINE) % LINE;
+    top->main.work = on_line(top->memory);
+    if (has_tangents) top->tangents = on_line(top->main.work + work_of_all(top->method));
     if (top->method->at) return;
     top->kept.work = top->main.work + work;
     top->side.work = top->kept.work + work;
 }
-kr_status kr_top_blank(const kr_method *method, kr_top **top)
+kr_status kr_top_blank(const kr_method *method, const kr_config *config, kr_top **top)
 {
-    kr_top *made = calloc(1, sizeof *made + (LINE + work_of_all(method)) * sizeof(double));
+    const size_t tangents = kr_tangents_size(method, config),
+                 doubles = 2 * LINE + work_of_all(method) + tangents;
+    kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
-    share_memory(made);
+    share_memory(made, tangents > 0);
     *top = made;
     return KR_OK;
 }
@@ -256,11 +276,12 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_top *top = NULL;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = method && out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
-    if (status == KR_OK) status = kr_top_blank(method, &top);
+    if (status == KR_OK) status = kr_top_blank(method, &config, &top);
     if (status != KR_OK) return status;
     status = begin(top, scene, method, &config);
     if (status == KR_OK) {
         kr_steps_keep(top);
+        kr_tangents_begin(top);
         *out = top;
     } else {
         kr_top_free(top);
@@ -289,6 +310,7 @@ static void adopt(kr_top *top, const kr_top *begun)
     if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
     for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
     kr_steps_keep(top);
+    kr_tangents_begin(top);
 }
 kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config)
 {
@@ -297,6 +319,7 @@ kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *con
     if (status == KR_OK) status = check(scene, top->method, config);
     if (status != KR_OK) return status;
     kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
+    begun.tangents = top->tangents;
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
     status = begin(&begun, scene, top->method, config);

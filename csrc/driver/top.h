@@ -31,8 +31,9 @@ struct kr_top {
     double horizon;   /* the time from which on nothing can be told, or no grid be kept */
     kr_event *events; /* what is watched: the user's memory */
     size_t watched;   /* how many events these are */
+    double *tangents; /* the memory of what rides along; NULL: nothing does */
     kr_vec3 apex;     /* unit vector towards the centre of mass, working axes; for the events */
-    double memory[];  /* the motions' work */
+    double memory[];  /* the motions' work, and the tangents' */
 };
 
 /* The format of a checkpoint: the fields above as they lie in memory, at these bytes where pointers
@@ -40,14 +41,15 @@ struct kr_top {
  * To move a field is to change the format, and takes a change of these numbers. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
-    X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 248)             \
-    X(turned, 280)         X(time_unit, 288)      X(momentum_unit, 296)  X(forward, 304)          \
-    X(main, 312)           X(side, 560)           X(kept, 808)           X(steps, 1056)           \
-    X(kept_steps, 1064)    X(inspect_at, 1072)    X(before, 1080)        X(before_clock, 1144)    \
-    X(asked, 1152)         X(now, 1160)           X(low, 1224)
+    X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 256)             \
+    X(turned, 288)         X(time_unit, 296)      X(momentum_unit, 304)  X(forward, 312)          \
+    X(main, 320)           X(side, 568)           X(kept, 816)           X(steps, 1064)           \
+    X(kept_steps, 1072)    X(inspect_at, 1080)    X(before, 1088)        X(before_clock, 1152)    \
+    X(asked, 1160)         X(now, 1168)           X(low, 1232)
 #define KR_SAVED_CONFIG(X)                                                                        \
     X(step, 0)             X(tol, 8)              X(max_steps, 16)       X(poll, 24)              \
-    X(context, 32)         X(digits, 40)          X(leave_heading, 44)
+    X(context, 32)         X(digits, 40)          X(leave_heading, 44)     \
+    X(tangents, 48)
 #define KR_SAVED_MOTION(X)                                                                        \
     X(inertia, 0)          X(lever, 24)           X(damping, 48)         X(step, 72)              \
     X(tol, 80)             X(clock, 88)           X(stats, 96)           X(work, 128)             \
@@ -71,8 +73,19 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 }
 /* The horizon of such a top with this scene. */
 double kr_top_horizon(const kr_top *top, const kr_scene *scene);
-/* Allocates a top for this method, which is that of no scene yet. */
-kr_status kr_top_blank(const kr_method *method, kr_top **top);
+/* Allocates a top for this method and the tangents of this config, which is that of no scene
+ * yet. */
+kr_status kr_top_blank(const kr_method *method, const kr_config *config, kr_top **top);
+/* Whether a method has the tangents that a config asks for. */
+int kr_tangents_suit(const kr_method *method, const kr_config *config);
+/* The doubles that the tangents of a config take: 0 for none. */
+size_t kr_tangents_size(const kr_method *method, const kr_config *config);
+/* Begins the tangents, where there are any, at main's start. */
+void kr_tangents_begin(kr_top *top);
+/* Takes them over the step that main has just made. */
+kr_status kr_tangents_follow(kr_top *top);
+/* Gives them, in working axes and own units, at the time that was asked for last. */
+void kr_tangents_at(kr_top *top, kr_deviation out[]);
 /* Makes a top that watches for nothing the one that kr_top_create would make of this scene and
  * config. Where that is refused, the top stays as it was. */
 kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config);

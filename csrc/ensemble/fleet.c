@@ -11,10 +11,12 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     static const kr_lanes_isa isas[] = {
 #if defined KR_X86
         {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
-         kr_lanes_look_avx512},
-        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2},
+         kr_lanes_look_avx512, kr_lanes_begin_avx512},
+        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2,
+         kr_lanes_begin_avx2},
 #endif
-        {"base", &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base},
+        {"base", &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
+         kr_lanes_begin_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -30,6 +32,19 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_vector(to + 1, lane, q.x, q.y, q.z);
 }
+/* Sets what a tangent has where it begins, but for itself. */
+static void begin_growth(kr_growth *growth, int lane)
+{
+    growth->power[lane] = growth->area[lane] = growth->moment[lane] = growth->most[lane] = 0.0;
+    growth->scale[lane] = 1.0;
+}
+static void rest_tangent(kr_lane_tangents *g, int lane)
+{
+    kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_vector(none[i], lane, 0, 0, 0);
+    set_vector(g->end.d[0], lane, 1, 0, 0);
+    begin_growth(&g->end, lane);
+}
 /* Leaves a lane without a top at rest, where no step ends. */
 static void rest(kr_lanes *l, int lane)
 {
@@ -44,6 +59,7 @@ static void rest(kr_lanes *l, int lane)
     l->goal[lane] = l->fall[lane] = l->most_steps[lane] = INFINITY;
     l->side[lane] = l->apart[lane] = 0.0;
     l->noise[lane] = -1.0; /* nothing is watched for */
+    if (l->tangents) rest_tangent(l->tangents, lane);
 }
 /* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
  * have to aim at. validation/bench/lanes.py has measured both. */
@@ -114,8 +130,50 @@ static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
-/* Brings the top that `alone` has just become into a lane. */
-static void load(kr_worker *worker, int lane)
+/* The direction of a tangent at the start of a top, in its working axes and own units: the user's, or
+ * one along no axis of anything. */
+static void direction_of(const kr_worker *worker, const kr_top *top, double rate, kr_vec3 *turn,
+                         kr_vec3 *push)
+{
+    const double *given = worker->tops->direction;
+    const kr_quat to_body = q_conj(q_mul(top->scene.start.q, top->axes));
+    *turn = v3(0.37, -0.53, 0.29);
+    *push = v3(0.47, 0.31, -0.41);
+    if (!given) return;
+    *turn = q_turn_back(top->axes, v_of(given));
+    *push = v_scale(1.0 / (top->momentum_unit * rate), q_turn(to_body, v_of(given + 3)));
+}
+/* Begins the tangent of the top that `alone` has just become, which its lane has. Returns whether
+ * anything is left of it without the known solutions. */
+static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
+{
+    const kr_top *top = worker->alone;
+    kr_lanes *l = worker->lanes;
+    kr_lane_tangents *g = l->tangents;
+    const kr_vec3 A = shifted(top->main.inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shifted(top->main.lever, shift));
+    kr_vec3 turn, push;
+    direction_of(worker, top, rate, &turn, &push);
+    set_vector(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
+    set_vector(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
+    set_vector(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
+    put_vector(g->moments, lane, A);
+    put_vector(g->c, lane, c);
+    kr_growth others = g->end;
+    put_vector(g->end.d[0], lane, shifted(turn, shift));
+    put_vector(g->end.d[1], lane, shifted(push, shift));
+    worker->isa->begin(l);
+    for (int i = 0; i < 6; i++) others.d[i / 3][i % 3][lane] = g->first[i / 3][i % 3][lane];
+    g->end = others;
+    begin_growth(&g->end, lane);
+    g->energy[lane] = g->first_energy[lane];
+    g->vertical[lane] = g->first_vertical[lane];
+    const double size = v_length(turn) + v_length(push);
+    return g->first_size[lane] > 1e-10 * size && size < INFINITY;
+}
+/* Brings the top that `alone` has just become into a lane. Returns whether its tangent has a
+ * direction, where it has one. */
+static int load(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->alone;
     const kr_motion *motion = &top->main;
@@ -142,6 +200,7 @@ static void load(kr_worker *worker, int lane)
     slot->horizon = top->horizon;
     slot->last = top->scene.start;
     if (worker->watches) kr_section_load(worker, lane, p.rate, shift);
+    return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
 static void leave(kr_worker *worker, int lane)
@@ -170,8 +229,10 @@ static int aim(kr_worker *worker, int lane)
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times(tops, slot->top);
     for (; slot->done < tops->times && t[slot->done] == slot->start && slot->asked == slot->start;
-         slot->asked = slot->start)
+         slot->asked = slot->start) {
+        kr_worker_put_growth(worker, slot, NULL, 0);
         kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &tops->scenes[slot->top].start);
+    }
     if (slot->done == tops->times) {
         kr_fleet_arrive(worker, lane, KR_OK);
         return 0;
@@ -222,6 +283,7 @@ static int take(kr_worker *worker, int lane)
         kr_fleet_give_up(worker, lane);
         return 0;
     }
+    if (l->tangents) kr_worker_put_growth(worker, slot, worker->lanes->tangents->out, lane);
     kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &s);
     return aim(worker, lane) && kr_fleet_has_passed(l, lane);
 }
@@ -230,7 +292,8 @@ static void look(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
     while (lanes) {
-        memcpy(l->at, l->goal, sizeof l->at);
+        for (int lane = 0; lane < KR_LANES_MOST; lane++)
+            l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->look(l);
         for (int lane = 0; lane < KR_LANES_MOST; lane++)
             if (lanes >> lane & 1 && !take(worker, lane)) lanes &= ~(1u << lane);
@@ -276,12 +339,13 @@ void kr_fleet_add(kr_worker *worker, size_t i)
         status = kr_top_watch(worker->alone, 1, &worker->event);
         kr_top_watch(worker->alone, 0, NULL);
     }
+    if (status == KR_OK && !load(worker, lane)) status = KR_ERR_ARGUMENT;
     if (status != KR_OK) {
         const kr_stats none = {0};
+        rest(worker->lanes, lane);
         kr_worker_end(worker, slot, NULL, status, none);
         return;
     }
-    load(worker, lane);
     worker->busy |= 1u << lane;
     if (worker->watches)
         kr_section_aim(worker, lane);

@@ -2,6 +2,8 @@
  * instruction set. Every sum runs from the middle outwards, so that the newest coefficients, for
  * which everything waits, come last. The bits of a lane are the same in every vector that
  * fuses products and sums. */
+#ifndef KR_HEADING_H
+#define KR_HEADING_H
 #include "lanes.h"
 #include "numbers/wide.h"
 
@@ -284,3 +286,4 @@ INLINE quat attitude(kr_lanes *l, const point *at, int headless)
                          wide_fma(c, here.y, s * here.x), wide_fma(c, here.z, s * here.w)};
     return quat_unit(turned);
 }
+#endif

@@ -1,5 +1,6 @@
 /* The lanes of lanes.h, in doubles. This file is compiled once per instruction set: -DKR_ISA=avx2
  * -mavx2 -mfma, and so on (CMakeLists.txt). */
+#include "growth.h"
 #include "screen.h"
 
 /* Computes the next piece of every lane, from the end of this one. Returns the lanes that need
@@ -18,6 +19,7 @@ INLINE unsigned step(kr_lanes *l, int headless)
     triple_store(l->end_p, r.p);
     triple_store(l->end_w, r.w);
     if (!headless) quat_store(l->end_q, attitude(l, &r, headless));
+    if (l->tangents) follow(l, l->tangents);
     const wide steps = wide_load(l->steps) + 1.0;
     wide_store(l->steps, steps);
     const wide size = triple_dot(r.p, r.p) + triple_dot(r.w, r.w) + wide_abs(r.turn);
@@ -57,5 +59,7 @@ void KR_NAME(kr_lanes_look)(kr_lanes *l)
     const triple m_vector = {m.x, m.y, m.z};
     quat_store(l->out_q, quat_mul(q, quat_load(l->axes)));
     triple_store(l->out_m, m_vector);
+    if (l->tangents) tell_growth(l, l->tangents);
 }
+void KR_NAME(kr_lanes_begin)(kr_lanes *l) { begin_growth(l, l->tangents); }
 const int KR_NAME(kr_lanes_count) = LANES;

@@ -12,6 +12,7 @@
  * tolerance keeps. */
 #ifndef KR_LANES_H
 #define KR_LANES_H
+#include "kreisel.h"
 #include "numbers/isa.h"
 
 enum { KR_LANES_MOST = 8, KR_LANES_ORDER = 28 };
@@ -20,6 +21,7 @@ enum { KR_LANES_MOST = 8, KR_LANES_ORDER = 28 };
 typedef double kr_lane_number[KR_LANES_MOST];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
+struct kr_lane_tangents;
 /* Pieces of path, from the times t to `end`. The axes of the body are in such an order that the
  * third moment is the largest. A lane without a top rests: all its numbers are finite, and
  * `goal` is out of reach. */
@@ -52,7 +54,28 @@ typedef struct kr_lanes {
     kr_lane_vector out_m;
     int order, leave_heading;
     double log2_tol;
+    struct kr_lane_tangents *tangents; /* NULL: none ride along */
 } kr_lanes;
+
+/* Where a tangent stands: theta and N, times 2^-power; scale is that power of two. */
+typedef struct kr_growth {
+    kr_lane_vector d[2];
+    kr_lane_number power, scale;
+    kr_lane_number area, moment; /* int ln|delta| dt, and of that times ln t */
+    kr_lane_number most;         /* the largest ln|delta| */
+} kr_growth;
+/* A tangent a lane, in the words of taylor/tangents.h. */
+typedef struct kr_lane_tangents {
+    kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
+    kr_lane_number lift[KR_LANES_ORDER + 1]; /* of <c, P> */
+    kr_lane_vector ahead, behind, per, moments, c;
+    kr_growth begin, end;            /* where the step begins and ends */
+    kr_lane_number energy, vertical; /* dE and d<m, e3> of it at the start */
+    kr_lane_number out[KR_GROWTH_COUNT];
+    kr_lane_vector first[2]; /* what would be begun with, at the end of the piece */
+    kr_lane_number first_energy, first_vertical, first_size;
+    kr_lanes part; /* the path about a part of a step */
+} kr_lane_tangents;
 
 typedef struct kr_lanes_isa {
     const char *name;
@@ -64,11 +87,15 @@ typedef struct kr_lanes_isa {
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Gives the states at the times `at` inside the pieces. */
     void (*look)(kr_lanes *lanes);
+    /* Makes of `end` of the tangents what may be begun with there: of unit length, and without the
+     * known solutions. */
+    void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares what kernel.c exports for an instruction set. */
 #define KR_LANES_ISA(isa)                                                                          \
     unsigned kr_lanes_advance_##isa(kr_lanes *lanes, int steps);                                   \
     void kr_lanes_look_##isa(kr_lanes *lanes);                                                     \
+    void kr_lanes_begin_##isa(kr_lanes *lanes);                                                    \
     extern const int kr_lanes_count_##isa;
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)

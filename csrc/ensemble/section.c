@@ -99,10 +99,11 @@ void kr_section_search(kr_worker *worker, int lane)
                         .degree = degree,
                         .noise = l->noise[lane],
                         .start_noise = slot->start_noise,
+                        .sought = turn * event->direction,
                         .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_roots_next(&search))
-        if (turn * search.side * event->direction >= 0 && !take(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 && !take(worker, lane, search.root)) return;
     l->side[lane] = search.side;
     if (kr_fleet_has_passed(l, lane)) despair(worker, lane);
 }
@@ -126,7 +127,7 @@ kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ke
 kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops)
 {
     const int is_one = event && event->count > 0 && event->terms;
-    if (!worker || !tops || !is_one) return KR_ERR_ARGUMENT;
+    if (!worker || !tops || !is_one || worker->config.tangents) return KR_ERR_ARGUMENT;
     if (worker->method != &kr_method_taylor) return KR_ERR_METHOD;
     worker->watches = 1;
     worker->event = *event;

@@ -15,6 +15,21 @@ void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_sta
     slot->last = *state;
     slot->done++;
 }
+static int has_tangents(const kr_worker *worker)
+{
+    return worker->lanes && worker->lanes->tangents;
+}
+/* The row of a top's growth at its k-th time; NULL where nobody asks for it. */
+static double *growth_of(const kr_worker *worker, size_t top, size_t k)
+{
+    double *growth = has_tangents(worker) ? worker->tops->growth : NULL;
+    return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
+}
+void kr_worker_put_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
+{
+    double *to = growth_of(worker, slot->top, slot->done);
+    for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
+}
 void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
                    kr_stats stats)
 {
@@ -27,6 +42,10 @@ void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, 
     for (size_t k = slot->done; states && k < tops->times; k++) {
         const kr_state none = {worker->watches ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
         states[k] = none;
+    }
+    for (size_t k = slot->done; k < tops->times; k++) {
+        double *growth = growth_of(worker, slot->top, k);
+        for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
     }
     if (row && status == KR_OK && slot->done > 0)
         kr_reduce_end(worker->reductions, worker->reduction, kept, slot->done, row);
@@ -75,6 +94,10 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
                                  : record(worker, top, &slot, kept);
         stats = kr_top_stats(top);
     }
+    if (has_tangents(worker)) {
+        slot.done = 0; /* no tangent has gone along */
+        if (status == KR_OK) status = KR_ERR_TANGENT;
+    }
     kr_worker_end(worker, &slot, kept, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
@@ -84,7 +107,11 @@ static void move(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
     kr_top *alone = worker->alone ? worker->alone : worker->closed;
-    if (worker->isa && !damped && (!worker->watches || kr_section_fits(worker)))
+    if (damped && has_tangents(worker)) {
+        const kr_slot slot = {.top = i, .last = worker->tops->scenes[i].start};
+        const kr_stats none = {0};
+        kr_worker_end(worker, &slot, NULL, KR_ERR_METHOD, none);
+    } else if (worker->isa && !damped && (!worker->watches || kr_section_fits(worker)))
         kr_fleet_add(worker, i);
     else
         kr_worker_alone(worker, alone, i);
@@ -139,19 +166,21 @@ static int is_sound(size_t n, const kr_reduction reduction[])
     return i == n;
 }
 /* Lays out the memory of a worker behind it. */
-static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed)
+static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? sizeof(kr_lanes) : 0,
                  plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
-                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + plans +
+                 tangents = grows ? sizeof(kr_lane_tangents) : 0,
+                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + tangents + plans +
                         reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
     kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
     if (!worker) return NULL;
     char *memory = (char *)(worker->memory +
                             (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE);
     if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
+    if (grows) worker->lanes->tangents = (kr_lane_tangents *)(void *)(memory + lanes);
     if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
-    worker->kept = (kr_kept *)(void *)(memory + lanes + plans);
+    worker->kept = (kr_kept *)(void *)(memory + lanes + tangents + plans);
     worker->reduction = (kr_reduction *)(void *)(worker->kept + rows * reductions);
     return worker;
 }
@@ -162,8 +191,10 @@ static kr_status equip(kr_worker *worker)
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
     const kr_scene scene = kr_scene_default();
     kr_status status = KR_OK;
-    if (worker->method != &kr_method_exact) status = kr_top_blank(method, &worker->alone);
-    if (status == KR_OK && worker->plans) status = kr_top_blank(&kr_method_exact, &worker->closed);
+    if (worker->method != &kr_method_exact)
+        status = kr_top_blank(method, &worker->config, &worker->alone);
+    if (status == KR_OK && worker->plans)
+        status = kr_top_blank(&kr_method_exact, &worker->config, &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
     return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
@@ -172,10 +203,13 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
                            const kr_reduction reduction[], kr_worker **out)
 {
     const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
-              is_closed = !method || method == &kr_method_exact;
+              is_closed = !method || method == &kr_method_exact,
+              grows = config.tangents == KR_TANGENT_GROWTH;
     if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
-    kr_worker *worker = laid_out(reductions, in_lanes, is_closed);
+    if (config.tangents && !(grows && in_lanes && !is_closed)) return KR_ERR_ARGUMENT;
+    kr_worker *worker = laid_out(reductions, in_lanes, is_closed, grows);
     if (!worker) return KR_ERR_MEMORY;
+    config.tangents = 0;
     worker->config = config;
     worker->method = method;
     worker->reductions = reductions;

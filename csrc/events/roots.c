@@ -52,7 +52,7 @@ static int take(kr_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
     const int sign = p > 0.0 ? 1 : -1, changed = r->side == -sign;
-    if (changed) r->root = polish(r, r->mark, s);
+    if (changed && r->sought * sign >= 0) r->root = polish(r, r->mark, s);
     r->side = sign;
     r->mark = s;
     return changed;

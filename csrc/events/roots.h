@@ -8,9 +8,10 @@ typedef struct kr_search {
     int degree;         /* at most KR_PIECE_MOST */
     double noise;       /* what is not above this cannot be told from zero */
     double start_noise; /* its value until a first sign is known */
+    int sought;         /* the sign into which changes are sought; 0: either */
     int side;           /* the last sign that was sure; 0: none so far */
     double mark;        /* the search goes on from here */
-    double root;        /* the last change of sign found, into `side` */
+    double root;        /* the last change of sign found, into `side`, where that is sought */
     int used;           /* the degree up to which terms are searched */
     double tail;        /* what the terms after these can add to the value */
     double tail_slope;  /* and to the slope */

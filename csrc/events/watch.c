@@ -48,9 +48,9 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
+    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     if (!are_events(top, n, events)) return KR_ERR_ARGUMENT;
     for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
-    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     top->events = events;
     top->watched = n;
     return KR_OK;
@@ -68,11 +68,12 @@ static void find(const kr_top *top, const kr_piece *piece, kr_event *event)
                         .degree = degree,
                         .noise = KR_TERMS_UNSURE * size,
                         .start_noise = KR_TERMS_START * size,
+                        .sought = turn * event->direction,
                         .side = own->side,
                         .mark = own->mark};
     own->sign = 0;
     while (!own->sign && kr_roots_next(&search))
-        if (turn * search.side * event->direction >= 0) own->sign = turn * search.side;
+        if (search.side * search.sought >= 0) own->sign = turn * search.side;
     own->next = piece->begin + search.root * (piece->end - piece->begin);
     own->side = search.side;
     own->mark = search.mark;

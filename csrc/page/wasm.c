@@ -6,11 +6,12 @@
 #include "page/stage.h"
 #include "taylor/taylor.h"
 
-/* The driver knows a kernel for 20 and 30 digits, which is large. The stage asks for no more digits
- * than a double has, so the page is built without it: this empty table, which nothing reads, stands
- * where the driver looks for it. */
+/* The driver knows kernels for 20 and 30 digits and for tangents, which are large. The stage asks
+ * for no more digits than a double has and for no tangents, so the page is built without them:
+ * these empty tables, which nothing reads, stand where the driver looks for them. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
+const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
 #endif
 
 /* Begins a function that the page calls. No header declares it, for nothing in C calls it; so the

@@ -7,11 +7,7 @@
 #include "numbers/su2_dd.h"
 #include "taylor.h"
 
-typedef struct {
-    kr_series series[2]; /* high and low words */
-    double log2_tol;
-    double rate; /* the series' unit of time is 1 / rate of the motion's */
-} path;
+typedef kr_taylor path;
 
 static path *path_of(const kr_motion *motion) { return (path *)motion->work; }
 static const kr_kernel *kernel_of(const kr_motion *motion) { return motion->aux; }
@@ -21,10 +17,12 @@ const kr_isa *kr_taylor_isa(int i)
     static const kr_isa isas[] = {
 #if defined KR_X86
         {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512,
-         kr_product_avx512},
-        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2, kr_product_avx2},
+         &kr_tangents_avx512, &kr_tangents_dd_avx512, kr_product_avx512},
+        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2,
+         &kr_tangents_avx2, &kr_tangents_dd_avx2, kr_product_avx2},
 #endif
-        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base, kr_product_base},
+        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base,
+         &kr_tangents_base, &kr_tangents_dd_base, kr_product_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -241,10 +239,9 @@ static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
-/* Returns the instruction set that a kernel belongs to; NULL for one that is none of the
- * tables'. */
-static const kr_isa *isa_of(const kr_kernel *k)
+const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 {
+    const kr_kernel *k = kernel_of(motion);
     const kr_isa *isa = kr_taylor_isa(0);
     for (int i = 1; isa; isa = kr_taylor_isa(i++))
         if (is_in(isa->plain, KR_ORDERS, k) || is_in(isa->headless, KR_ORDERS, k) ||
@@ -254,7 +251,7 @@ static const kr_isa *isa_of(const kr_kernel *k)
 }
 static const char *kernel(const kr_motion *motion, int *order)
 {
-    const kr_isa *isa = isa_of(kernel_of(motion));
+    const kr_isa *isa = kr_taylor_isa_of(motion);
     *order = kernel_of(motion)->order;
     return isa ? isa->name : "other";
 }
@@ -262,7 +259,7 @@ static kr_piece piece(const kr_motion *motion)
 {
     const path *p = path_of(motion);
     const kr_series *s = p->series;
-    const kr_isa *isa = isa_of(kernel_of(motion));
+    const kr_isa *isa = kr_taylor_isa_of(motion);
     kr_piece piece = {.order = kernel_of(motion)->order,
                       .x = s->x,
                       .w = s->w,
@@ -283,7 +280,7 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED,
+    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED | KR_TANGENTS,
     .work = sizeof(path) / sizeof(double),
     .reset = reset,
     .step = step,
@@ -291,4 +288,5 @@ const kr_method kr_method_taylor = {
     .at = at,
     .kernel = kernel,
     .piece = piece,
+    .tangents = &kr_taylor_tangents,
 };

@@ -48,6 +48,13 @@ typedef struct kr_series {
     double unused[7];
 } kr_series;
 
+/* The work of a motion. */
+typedef struct kr_taylor {
+    kr_series series[2]; /* high and low words */
+    double log2_tol;
+    double rate; /* the series' unit of time is 1 / rate of the motion's */
+} kr_taylor;
+
 /* One order on one instruction set. */
 typedef struct kr_kernel {
     int order;
@@ -57,6 +64,15 @@ typedef struct kr_kernel {
     /* Sums the series at the time `at` inside the piece, into at_x and at_w. */
     void (*look)(kr_series *s);
 } kr_kernel;
+
+/* What moves tangents (tangents.h) on one instruction set. */
+struct kr_tangent;
+typedef struct kr_tangents_kernel {
+    /* Computes the coefficients of n tangents that follow on those at t. */
+    void (*expand)(const kr_series *s, struct kr_tangent *tangents, size_t n, int order);
+    /* Sums those of one at a time. */
+    void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
+} kr_tangents_kernel;
 
 /* The terms behind a head in double-double, which are doubles. */
 typedef struct kr_tail {
@@ -71,6 +87,7 @@ enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
     extern const kr_kernel kr_kernel_##isa[KR_ORDERS], kr_headless_##isa[KR_ORDERS];               \
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
     extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
+    extern const kr_tangents_kernel kr_tangents_##isa, kr_tangents_dd_##isa;                       \
     void kr_product_##isa(const double *a, const double *b, int order, double *c);
 KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
@@ -83,11 +100,16 @@ typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_kernel *plain, *headless, *deep;
+    const kr_tangents_kernel *tangents, *deep_tangents;
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
+extern const kr_tangent_way kr_taylor_tangents;
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_isa *kr_taylor_isa(int i);
+/* Returns the instruction set that a motion's kernel belongs to; NULL for one that is none of the
+ * tables'. */
+const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
 /* Goes on with another kernel and tolerance than were chosen: this is for tests and
  * measurements. */
 void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol);

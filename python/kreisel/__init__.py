@@ -24,6 +24,7 @@ from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
+from ._recording.growing import Indicator
 from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._recording.paths import Paths
@@ -32,6 +33,7 @@ from ._recording.section import Section
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
 from ._showing.view import View, view
+from ._verbs.chaos import lyapunov, megno, oli
 from ._verbs.exact import Exact, ExactMap, exact
 from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
@@ -58,6 +60,7 @@ __all__ = [
     "ExactEnsemble",
     "ExactMap",
     "Frequencies",
+    "Indicator",
     "Interrupted",
     "ManyEvents",
     "ManyPlan",
@@ -89,7 +92,10 @@ __all__ = [
     "from_rotation",
     "h_eps",
     "load",
+    "lyapunov",
+    "megno",
     "methods",
+    "oli",
     "plan",
     "plot",
     "quaternion",

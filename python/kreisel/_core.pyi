@@ -41,6 +41,7 @@ quantities: list[_Quantity]
 components: dict[str, int]
 kinds: list[str]
 flags: dict[str, int]
+tangents: dict[str, tuple[int, int]]  # the bit of each, and its columns
 reductions: list[str]
 courses: list[str]
 INPUT_RTOL: float
@@ -159,6 +160,18 @@ def alone(
     low: _Array | None,
     columns: dict[str, _Array],
 ) -> tuple[_Array, _Array, npt.NDArray[np.int64], npt.NDArray[np.int64], _Met]: ...
+def growth(
+    tops: Tops,
+    begin: int,
+    end: int,
+    t: _Array,
+    tol: float,
+    max_steps: int,
+    direction: Sequence[float],
+    status: npt.NDArray[np.int8],
+    out: _Array,
+    work: Work | None = ...,
+) -> None: ...
 def values_of_tops(
     name: str, tops: Tops, states: _Array, done: npt.NDArray[np.int64], out: _Array
 ) -> None: ...
@@ -170,6 +183,9 @@ _Progress = Callable[[float], object] | None
 
 class Run:
     def record(self, t: _Array, low: bool, progress: _Progress = ...) -> _Recorded: ...
+    def record_tangents(
+        self, t: _Array, low: bool, progress: _Progress = ...
+    ) -> tuple[_Recorded, _Array, _Array, float]: ...
     def record_events(self, t: _Array, progress: _Progress = ...) -> tuple[_Recorded, _Met]: ...
     def save(self) -> bytes: ...
     def load(self, memory: bytes, found: list[int]) -> str: ...
@@ -192,6 +208,7 @@ def start(
     leave_heading: bool = ...,
     back: bool = ...,
     events: list[_Event] = ...,
+    tangents: int = ...,
 ) -> tuple[str, Run | None]: ...
 def record(
     scene: bytes,

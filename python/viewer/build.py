@@ -31,12 +31,14 @@ SHADERS = re.compile(
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
+LEFT_OUT = re.compile(r"kernel_(dd|tangents)")
+
 
 def core(wasm: Path) -> None:
     """Compile what core.js calls, compressed, for it travels as text.
 
     The operations and their order are those of every other build: nothing is fused. Small goes
-    before fast. The kernels for 20 and 30 digits are left out, as wasm.c explains.
+    before fast. The kernels for 20 and 30 digits and for tangents are left out, as wasm.c explains.
     """
     target = [
         "-target",
@@ -57,7 +59,7 @@ def core(wasm: Path) -> None:
     files = (
         file
         for file in (ROOT / "csrc").rglob("*.c")
-        if file.parent.name not in ("gsl", "ensemble") and file.name != "kernel_dd.c"
+        if file.parent.name not in ("gsl", "ensemble") and not LEFT_OUT.match(file.name)
     )
     compile = [
         sys.executable,

@@ -125,6 +125,14 @@ def test_every_kind_of_top_has_sections(scene):
     assert len(kr.section(scene, LOW, n=2, digits=20, wait=100).t) == 2
 
 
+@pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
+def test_one_component_alone_is_looked_for(name):
+    """The size of a spin needs the apex, which a top has before it first watches for anything."""
+    turning = kr.events.extremum(name)
+    met = kr.solve(TOPS[0], 40, events=[turning]).events
+    assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9
+
+
 def test_progress_and_interruption():
     heard = []
     kr.section(scattered(40), n=5, progress=heard.append)

@@ -70,7 +70,7 @@ def tree(tmp_path_factory):
     (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
     contents = copy / "validation/report/contents.py"
     text = contents.read_text()
-    text = text.replace("import atlas, ensemble, ", "import atlas, ensemble, headcount, ")
+    text = text.replace("chaos, ensemble, ", "chaos, ensemble, headcount, ")
     contents.write_text(
         text.replace("    left_out.PART,\n", "    headcount.PART,\n    left_out.PART,\n")
     )

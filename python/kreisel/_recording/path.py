@@ -21,6 +21,7 @@ from .._model.scene import Scene
 from .._request.methods import EXACT, methods
 from .._request.plan import Choice, Plan, plan_of
 from .._request.request import Request, wanted
+from .carried import Carried
 from .places import Which, inside, places
 from .reference import (
     CLOSED_FORM,
@@ -75,6 +76,7 @@ class Path(Tables):
     _columns: dict[str, Array] | None = None  # in place of states: t, and what is wanted
     _asked: str = ""  # the method in the user's words
     _choice: Choice | None = None  # of method="geometric"
+    _carried: Carried | None = None  # the tangents
 
     def __init__(
         self,
@@ -91,12 +93,14 @@ class Path(Tables):
         _columns: dict[str, Array] | None = None,
         _asked: str = "",
         _choice: Choice | None = None,
+        _carried: Carried | None = None,
     ) -> None:
         kept = self.__dict__  # past the guard of a frozen value, and in no time
         kept["scene"], kept["method"], kept["stats"] = scene, method, stats
         kept["step"], kept["tol"], kept["digits"] = step, tol, digits
         kept["want"], kept["events"], kept["_low"] = want, events, _low
         kept["_columns"], kept["_asked"], kept["_choice"] = _columns, _asked, _choice
+        kept["_carried"] = _carried
         if _low is not None:
             _low.flags.writeable = False
         if _columns is None:
@@ -174,7 +178,7 @@ class Path(Tables):
         Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
         at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is made
         again, from the start to the last of these times; by the closed form at once. It keeps what
-        `want` names, and no events.
+        `want` names, no events and no tangents.
         """
         if self._asked == EXACT != self.method:
             raise ValueError(
@@ -200,7 +204,8 @@ class Path(Tables):
             columns = {name: column[at] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, events=None)
         low = None if self._low is None else self._low[at]
-        return replace(self, states=self.states[at], _low=low, events=None)
+        carried = self._carried and self._carried.at(at)
+        return replace(self, states=self.states[at], _low=low, events=None, _carried=carried)
 
     def __iter__(self) -> Iterator[Path]:
         """The states one by one, each a path."""
@@ -226,7 +231,9 @@ class Path(Tables):
         names = wanted(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
-        return replace(self, states=NO_STATES, _low=None, want=names, _columns=columns)
+        return replace(
+            self, states=NO_STATES, _low=None, want=names, _columns=columns, _carried=None
+        )
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the path, for kreisel.load; a file of that name is replaced once all is on the
@@ -235,7 +242,7 @@ class Path(Tables):
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
-        events_direction.
+        events_direction. Tangents are not kept.
         """
         met = self.events
         write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))

@@ -12,9 +12,10 @@ import numpy.typing as npt
 from .._ground.arguments import Array, Numbers, array, shown
 
 Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
+Place = slice | npt.NDArray[np.intp]
 
 
-def places(n: int, which: Which) -> slice | npt.NDArray[np.intp]:
+def places(n: int, which: Which) -> Place:
     """The numbers of the states that are meant, of n: as a slice where they are one or a slice."""
     if isinstance(which, slice):
         return which

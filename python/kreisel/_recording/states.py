@@ -14,6 +14,7 @@ from .._ground.refusals import nearest
 from .._model.scene import Scene
 from .._request.plan import Choice
 from .._request.quantities import QUANTITIES, WANTED, Quantity
+from .carried import CARRIED, Carried
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -60,6 +61,7 @@ class States(Quantities):
     _columns: dict[str, Array] | None  # in place of states: t, and what is wanted
     _asked: str  # the method in the user's words
     _choice: Choice | None  # of method="geometric"
+    _carried: Carried | None  # the tangents
 
     def __len__(self) -> int:
         return len(self.t)
@@ -67,6 +69,7 @@ class States(Quantities):
     def __dir__(self) -> list[str]:
         """What this path has: where something was wanted, none of what was left out."""
         names = {"states", *super().__dir__()}
+        names -= set() if self._carried else set(CARRIED)
         if self.want is not None:
             left_out = {"states", *WANTED} - set(self.want)
             names -= left_out
@@ -87,6 +90,8 @@ class States(Quantities):
                 raise AttributeError(
                     f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
                 )
+            if name in CARRIED:
+                raise AttributeError(f"this path has no {name!r}: {CARRIED[name]}")
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {shown(name)}; {nearest(name, known)}")
 
@@ -134,6 +139,39 @@ class States(Quantities):
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
         return frozen(np.zeros_like(getattr(self, name)))
+
+    @property
+    def tangents(self) -> Array:
+        """(n, 6, c) derivatives of the states, where solve was asked for tangents: the first three
+        rows are the rotation vector by which the attitude is turned, seen from the body [rad], the
+        others the momentum, in space [M L^2 T^-1]. With "start" the first six columns are the same
+        of the start, hence the first matrix is the unit matrix; then come, as far as they were
+        asked for, the moments (3) and the centre of mass (3) along the principal axes, gravity and
+        mass, each in its own unit. The momentum at the start stays what it is, whatever else
+        changes."""
+        return self._tangents().high
+
+    @property
+    def tangents_low(self) -> Array:
+        """(n, 6, c) what the doubles of the tangents leave out; below rounding up to 16 digits."""
+        return self._tangents().low
+
+    @property
+    def tangents_rest(self) -> float:
+        """How far the tangents may be trusted: the largest last term of their series on the way,
+        over the size of the tangent. The steps are those that the path alone takes."""
+        return self._tangents().rest
+
+    @property
+    def conditioning(self) -> Array:
+        """(n,) how far one rounding of each datum of the scene, 2^-53 of it, moves the attitude at
+        most [rad], of a path with tangents by all of them."""
+        return self._tangents().conditioning(self.scene)
+
+    def _tangents(self) -> Carried:
+        if self._carried is None:
+            raise AttributeError("tangents")
+        return self._carried
 
     @property
     def rotation(self) -> Rotation:

@@ -85,6 +85,11 @@ class Method:
         return bool(self.flags & FLAGS["damped"])
 
     @property
+    def tangents(self) -> bool:
+        """Carries derivatives of the state along."""
+        return bool(self.flags & FLAGS["tangents"])
+
+    @property
     def tops(self) -> str:
         """Those that it is for, in words."""
         lagrange = "two equal moments and the centre of mass on the third axis"

@@ -23,6 +23,7 @@ from .geometric import best, checked_error, no_error
 from .many import Words, refuse_words_of_many, solve_all
 from .run import Run
 from .start import Looked, asked_for
+from .tangents import Tangents, solve_with_tangents
 
 
 @overload
@@ -44,6 +45,7 @@ def solve(
     executor: None = None,
     reduce: None = None,
     out: None = None,
+    tangents: Tangents | None = None,
 ) -> Path: ...
 @overload
 def solve(
@@ -123,6 +125,7 @@ def solve(
     executor: Executor | None = None,
     reduce: Reductions | None = None,
     out: Array | None = None,
+    tangents: Tangents | None = None,
 ) -> Path | Paths | Reduced:
     """The motion of a scene, which starts at t = 0; or of many, as a kreisel.Ensemble.
 
@@ -149,6 +152,10 @@ def solve(
                raises stops the run
     events     taylor only: what kreisel.events makes, one or a list, for path.events to tell; a
                terminal one ends the path
+
+    tangents   of a path of taylor's with all its states, and of one scene: "start", "moments",
+               "com", "gravity", "mass", or several of these: the derivatives by them ride along,
+               for path.tangents; the path is the same to the last bit
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -185,6 +192,12 @@ def solve(
     with `.path` up to the last good state. Of an ensemble a run that fails is told by
     paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
     """
+    if tangents is not None:
+        names = "error", "want", "events", "threads", "executor", "reduce", "out"
+        given = error, want, events, threads, executor, reduce, out
+        left_out = dict[str, object](zip(names, given, strict=True))
+        one, steering = instance("scene", scene, Scene), (step, tol, digits, max_steps)
+        return solve_with_tangents(one, t, method, tangents, steering, every, left_out, progress)
     if isinstance(scene, Ensemble):
         steered = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
         return solve_all(scene, t, method, steered, progress, threads, executor, out)

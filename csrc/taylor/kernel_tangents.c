@@ -1,0 +1,13 @@
+/* Tangents in doubles. This file is compiled once per instruction set. */
+#include "lanes.h"
+#include "deviation.h"
+
+static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+{
+    expand_deviations(s, tangents, 1, n, order);
+}
+static void sum_one(const kr_tangent *tangent, int order, const double *to, double *sum)
+{
+    sum_deviation(tangent, order, to, sum);
+}
+const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, sum_one};

@@ -1,0 +1,252 @@
+/* Tangents beside taylor's path: what they begin with, how they follow its steps, and what they are
+ * between two of them. Where their last terms are too large at the end of a step, they take it in
+ * parts, about which the path is expanded anew in a series of their own: the path itself does not
+ * know of them. */
+#include "tangents.h"
+
+enum { PARTS = 64 /* of a step, at most */ };
+/* How far above the path's tolerance their last terms may lie, over the size of a deviation. Those
+ * of most paths do by less. */
+static const double allowed = 0x1p9;
+
+/* The memory: the path about a part of a step, in so many words, and behind it the tangents. */
+typedef struct {
+    kr_series path[2];
+    double parts;    /* of the last step */
+    double from, to; /* the times of its ends */
+    double unused[5];
+} carrier;
+static carrier *carrier_of(double *memory) { return (carrier *)memory; }
+
+static const kr_taylor *path_of(const kr_motion *motion) { return (const kr_taylor *)motion->work; }
+static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
+static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
+{
+    return (kr_tangent *)(carrier_of(memory) + 1) + i * words_of(motion->digits);
+}
+static const kr_tangents_kernel *kernel_of(const kr_motion *motion)
+{
+    const kr_isa *isa = kr_taylor_isa_of(motion);
+    if (motion->digits > 16) return isa ? isa->deep_tangents : &kr_tangents_dd_base;
+    return isa ? isa->tangents : &kr_tangents_base;
+}
+static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion->aux)->order; }
+
+static size_t doubles(int digits, size_t n)
+{
+    return (sizeof(carrier) + n * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
+}
+
+/* Where the low words of what a tangent has at `high` are; those of one in doubles are nowhere. */
+static double *low_of(const kr_motion *motion, double *high)
+{
+    return motion->digits > 16 ? high + sizeof(kr_tangent) / sizeof(double) : NULL;
+}
+/* Writes a vector into the lanes 1 to 3 of four. */
+static void put_four(const kr_motion *motion, double *high, vec_dd v)
+{
+    double *low = low_of(motion, high);
+    v_put(high + 1, vdd_high(v));
+    if (low) v_put(low + 1, vdd_low(v));
+}
+static vec_dd get_four(const kr_motion *motion, double *high)
+{
+    const double *low = low_of(motion, high);
+    return v_dd(v_of(high + 1), low ? v_of(low + 1) : v3(0.0, 0.0, 0.0));
+}
+static vec_dd over(vec_dd a, kr_vec3 A)
+{
+    const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
+    return v;
+}
+static vec_dd times(double power, vec_dd a)
+{
+    const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
+    return v;
+}
+static void set_constants(kr_tangent *g, const kr_motion *motion)
+{
+    const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
+    const double rate = path_of(motion)->rate;
+    const vec_dd ahead = {two_sum(A.x, -A.z), two_sum(A.y, -A.x), two_sum(A.z, -A.y)},
+                 behind = {ahead.y, ahead.z, ahead.x},
+                 c = times(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
+                 up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
+    put_four(motion, g->ahead, over(ahead, A));
+    put_four(motion, g->behind, over(behind, A));
+    put_four(motion, g->per, over(v_dd(one, none), A));
+    put_four(motion, g->drag, times(1.0 / rate, v_dd(motion->damping, none)));
+    put_four(motion, g->up, up);
+    put_four(motion, g->down, down);
+    g->damped = v_largest(motion->damping);
+}
+/* Sets what a parameter changes. */
+static void set_changes(kr_tangent *g, const kr_motion *motion, const kr_seed *seed)
+{
+    const double rate = path_of(motion)->rate, *B = seed->moments;
+    put_four(motion, g->lever, times(1.0 / (rate * rate), seed->lever));
+    v_put(g->moments[0] + 1, v3(B[0], B[1], B[2]));
+    v_put(g->moments[1] + 1, v3(B[5], B[3], B[4]));
+    v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
+    g->changes = fmax(v_largest(v_of(B)), v_largest(vdd_high(seed->lever)));
+}
+/* The attitude where the path stands. */
+static quat_dd attitude(const kr_motion *motion)
+{
+    const kr_series *s = path_of(motion)->series;
+    const double *high = s[0].end_x, *low = s[1].end_x;
+    return qdd_unit(
+        q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
+}
+static void begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
+{
+    const size_t words = words_of(motion->digits);
+    const quat_dd to_body = qdd_conj(attitude(motion));
+    memset(memory, 0, doubles(motion->digits, n) * sizeof(double));
+    carrier_of(memory)->from = carrier_of(memory)->to = path_of(motion)->series->end;
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = tangent(motion, memory, i);
+        const kr_deviation *start = &seeds[i].at_start;
+        set_constants(g, motion);
+        set_changes(g, motion, &seeds[i]);
+        put_four(motion, g->end, start->turn);
+        put_four(motion, g->end + 4,
+                 times(1.0 / path_of(motion)->rate, qdd_turn(to_body, start->push)));
+        for (size_t word = 0; word < words; word++) {
+            g[word].t = path_of(motion)->series[word].end;
+            memcpy(g[word].x[0], g[word].end, sizeof g->end);
+            memcpy(g[word].begin, g[word].end, sizeof g->end);
+        }
+    }
+}
+
+static double square_of(const double x[8])
+{
+    double sum = 0.0;
+    for (int i = 0; i < 8; i++) sum += x[i] * x[i];
+    return sum;
+}
+/* Sums all series at the time `at` of the path about the part. Returns the largest last term there,
+ * over the size of its deviation; infinity where one is not finite. */
+static double sum_all(const kr_motion *motion, double *memory, size_t n)
+{
+    const int order = order_of(motion);
+    const double *to = &carrier_of(memory)->path->at;
+    double worst = 0.0, power = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = tangent(motion, memory, i);
+        if (i == 0) power = pow(*to - g->t, order);
+        kernel_of(motion)->sum(g, order, to, g->end);
+        const double size = square_of(g->end), last = power * power * square_of(g->x[order]);
+        if (!isfinite(size)) return INFINITY;
+        if (last > worst * worst * size) worst = sqrt(last / size);
+    }
+    return worst;
+}
+/* Expands the path anew about the time `at`, and lets the tangents begin there. */
+static void go_on_from_there(const kr_motion *motion, double *memory, size_t n)
+{
+    const kr_kernel *kernel = motion->aux;
+    kr_series *part = carrier_of(memory)->path;
+    const size_t words = words_of(motion->digits);
+    kernel->look(part);
+    for (size_t word = 0; word < words; word++) {
+        memcpy(part[word].end_x, part[word].at_x, sizeof part->end_x);
+        memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
+        part[word].end = part[word].at;
+    }
+    kernel->advance(part, path_of(motion)->log2_tol, 1.0);
+    for (size_t i = 0; i < n * words; i++) {
+        kr_tangent *g = tangent(motion, memory, 0) + i;
+        g->t = part[i % words].t;
+        memcpy(g->x[0], g->end, sizeof g->end);
+    }
+}
+/* Takes all tangents from where the last step of the path begins to a time inside it, which is
+ * given in two words. Returns the largest last term. */
+static double carry(const kr_motion *motion, double *memory, size_t n, double to, double to_low)
+{
+    const size_t words = words_of(motion->digits);
+    const int order = order_of(motion);
+    const double most = allowed * exp2(path_of(motion)->log2_tol);
+    carrier *c = carrier_of(memory);
+    double worst;
+    for (size_t i = 0; i < n * words; i++) {
+        kr_tangent *g = tangent(motion, memory, 0) + i;
+        g->t = i % words ? 0.0 : c->from;
+        memcpy(g->x[0], g->begin, sizeof g->begin);
+    }
+    memcpy(c->path, path_of(motion)->series, words * sizeof(kr_series));
+    for (int parts = 1;; parts++) {
+        kr_tangent *g = tangent(motion, memory, 0);
+        kernel_of(motion)->expand(c->path, g, n, order);
+        c->path[0].at = to;
+        c->path[1].at = to_low;
+        worst = sum_all(motion, memory, n);
+        c->parts = parts;
+        if (!(worst > most && worst < INFINITY) || parts == PARTS) return worst;
+        c->path[0].at = g->t + (to - g->t) * 0.9 * pow(most / worst, 1.0 / order);
+        c->path[1].at = 0.0;
+        sum_all(motion, memory, n);
+        go_on_from_there(motion, memory, n);
+    }
+}
+static kr_status follow(const kr_motion *motion, double *memory, size_t n)
+{
+    const kr_series *s = path_of(motion)->series;
+    const size_t words = words_of(motion->digits);
+    carrier *c = carrier_of(memory);
+    kr_tangent *first = tangent(motion, memory, 0);
+    for (size_t i = 0; i < n * words; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
+    c->from = s->t;
+    c->to = s->end;
+    const double last = carry(motion, memory, n, s->end, 0.0);
+    if (last > first->rest) first->rest = last;
+    return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
+}
+
+/* Sums all tangents at the time `at` of the path, inside its last step, into `at`. */
+static void look(const kr_motion *motion, double *memory, size_t n)
+{
+    const kr_series *s = path_of(motion)->series;
+    const size_t words = words_of(motion->digits);
+    carrier *c = carrier_of(memory);
+    kr_tangent *first = tangent(motion, memory, 0);
+    const int at_end = s->at == c->to && (words == 1 || s[1].at == 0.0);
+    if (c->parts < 2.0 && !at_end) {
+        for (size_t i = 0; i < n; i++)
+            kernel_of(motion)->sum(first + i * words, order_of(motion), &s->at,
+                                   first[i * words].at);
+        return;
+    }
+    for (size_t i = 0; i < n * words; i++) memcpy(first[i].at, first[i].end, sizeof first->end);
+    if (at_end) return;
+    const double parts = c->parts;
+    carry(motion, memory, n, s->at, s[1].at);
+    for (size_t i = 0; i < n * words; i++)
+        for (int k = 0; k < 8; k++) {
+            const double end = first[i].at[k];
+            first[i].at[k] = first[i].end[k];
+            first[i].end[k] = end;
+        }
+    c->parts = parts;
+}
+static void at(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[])
+{
+    kr_state state;
+    motion->low.q = q4(0.0, v3(0.0, 0.0, 0.0));
+    kr_method_taylor.at(motion, clock, &state);
+    const quat_dd q = q_dd(state.q, motion->low.q);
+    look(motion, memory, n);
+    for (size_t i = 0; i < n; i++) {
+        kr_tangent *g = tangent(motion, memory, i);
+        out[i].turn = get_four(motion, g->at);
+        out[i].push = times(path_of(motion)->rate, qdd_turn(q, get_four(motion, g->at + 4)));
+    }
+}
+static double rest(const kr_motion *motion, double *memory)
+{
+    return tangent(motion, memory, 0)->rest;
+}
+
+const kr_tangent_way kr_taylor_tangents = {doubles, begin, follow, at, rest};

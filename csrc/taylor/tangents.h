@@ -1,0 +1,31 @@
+/* Tangents of the heavy top as Taylor series, beside the path's. Private to taylor/. A deviation of
+ * the state, or its derivative by a parameter, is a rotation vector theta in the body, by which the
+ * attitude q goes on as q theta / 2, and N, the change of the momentum seen from the body:
+ *     theta' = 1/A (AW x theta + N - B W) + theta x W
+ *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W)
+ * with the words of taylor.h, B the change of the moments and b that of c where a parameter
+ * changes. It is linear in theta and N, hence 18 products of coefficients a term. What it conserves
+ * are the changes of the energy and of <m, e3>, as far as its tolerance keeps them. */
+#ifndef KR_TANGENTS_H
+#define KR_TANGENTS_H
+#include "taylor.h"
+
+/* One deviation, on a piece of path from t on: a step of the path, or the last part of one, where
+ * the deviation's series asks for shorter ones. For 20 and 30 digits it is an array of two: the high
+ * words, then the low words, as far behind as those of a series are. A vector is (0, x, y, z). */
+typedef struct kr_tangent {
+    double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (theta | N) */
+    double end[8], at[8];           /* sums where the step ends, and where it was looked at */
+    double begin[8];                /* the deviation where the step begins */
+    double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
+    double per[4], drag[4];         /* 1 / A, D */
+    double up[4], down[4];          /* next(c), -prev(c) */
+    double lever[4];                /* b */
+    double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
+    double t;                       /* where the piece begins */
+    double damped, changes;         /* whether D is not zero; whether b and B are not */
+    double rest;                    /* the largest last term so far, over the deviation's size */
+    double unused[132];
+} kr_tangent;
+typedef char kr_tangent_is_as_long_as_a_series[sizeof(kr_tangent) == sizeof(kr_series) ? 1 : -1];
+#endif

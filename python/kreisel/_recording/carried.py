@@ -1,0 +1,57 @@
+"""What rides along with a path: its tangents, and what they tell of its conditioning."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .._core import tangents as TANGENTS
+from .._ground.arguments import Array, frozen
+from .._model.scene import Scene
+from .places import Place
+
+_ALL = "solve with tangents=" + repr(tuple(TANGENTS))
+CARRIED = {  # what only a path with tangents has, and how to get it
+    "tangents": "solve with tangents='start' to have it",
+    "tangents_low": "solve with tangents='start' to have it",
+    "tangents_rest": "solve with tangents='start' to have it",
+    "conditioning": f"{_ALL} to have it",
+}
+_ROUNDING = 2.0**-53
+
+
+class Carried(NamedTuple):
+    """(n, 6, columns) tangents, what their doubles leave out, the largest last term of their
+    series, and what they are the derivatives by, in the order of the core's table."""
+
+    high: Array
+    low: Array
+    rest: float
+    by: tuple[str, ...]
+
+    @classmethod
+    def of(cls, high: Array, low: Array, rest: float, by: tuple[str, ...]) -> Carried:
+        """What the core gave, row after row."""
+        columns = sum(TANGENTS[name][1] for name in by)
+        shape = (len(high), 6, columns)
+        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), rest, by)
+
+    def at(self, which: Place) -> Carried:
+        """Those of some of the states."""
+        return self._replace(high=frozen(self.high[which]), low=frozen(self.low[which]))
+
+    def conditioning(self, scene: Scene) -> Array:
+        """(n,) how far one rounding of each datum moves the attitude at most [rad]."""
+        if self.by != tuple(TANGENTS):
+            raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
+        data = [
+            *(2.0, 2.0, 2.0),  # of a quaternion of length 1, which counts half an angle
+            *scene.momentum,
+            *scene.body.moments,
+            *scene.body.principal_com,
+            scene.gravity,
+            scene.body.mass,
+        ]
+        moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
+        return frozen(_ROUNDING * (moved * np.abs(data)).sum(axis=1))

@@ -1,0 +1,109 @@
+/* The tangent of a worker's tops: it leaves the states as they are, belongs to its top alone, and is
+ * the same on every instruction set that fuses products and sums. */
+#include <stdlib.h>
+#include "ensemble/worker.h"
+#include "tops.h"
+
+enum { TOPS = 19, TIMES = 5 };
+static const double times[TIMES] = {0.0, 0.3, 4.0, 4.1, 25.0};
+typedef struct {
+    kr_state states[TOPS * TIMES];
+    kr_outcome outcomes[TOPS];
+    double rows[TOPS * TIMES][KR_GROWTH_COUNT];
+} came;
+
+static kr_worker *worker_with(uint64_t tangents, int64_t max_steps)
+{
+    const kr_config config = {.tangents = tangents, .leave_heading = 1, .max_steps = max_steps};
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK && worker);
+    return worker;
+}
+static void run(kr_worker *worker, const kr_scene *scenes, size_t n, came *to)
+{
+    const kr_tops tops = {.n = n,
+                          .scenes = scenes,
+                          .times = TIMES,
+                          .t = times,
+                          .states = to->states,
+                          .outcomes = to->outcomes,
+                          .growth = to->rows[0]};
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+}
+static void some(kr_scene scenes[TOPS])
+{
+    for (int i = 0; i < TOPS; i++) {
+        scenes[i] = asymmetric();
+        scenes[i].gravity = 0.2 + 0.07 * i;
+    }
+    /* Here the path's steps are too long for its tangent. */
+    IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &scenes[3].body) == KR_OK);
+    scenes[3].start.q = q_one();
+    scenes[3].start.m = v3(0.0, 0.0, 9.0);
+}
+static void states_and_neighbours(void)
+{
+    static came with, without, alone;
+    kr_scene scenes[TOPS];
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0), *plain = worker_with(0, 0);
+    some(scenes);
+    run(worker, scenes, TOPS, &with);
+    run(plain, scenes, TOPS, &without);
+    for (int i = 0; i < TOPS * TIMES; i++) IS(same(with.states[i], without.states[i]));
+    for (size_t i = 0; i < TOPS; i++) {
+        run(worker, &scenes[i], 1, &alone);
+        IS(memcmp(alone.rows, with.rows[i * TIMES], sizeof alone.rows[0] * TIMES) == 0);
+        IS(with.outcomes[i].status == KR_OK && with.rows[i * TIMES][KR_GROWTH_LOG] == 0.0);
+        for (size_t k = i * TIMES; k < (i + 1) * TIMES; k++)
+            IS(with.rows[k][KR_GROWTH_ENERGY] < 1e-13 && with.rows[k][KR_GROWTH_MOMENTUM] < 1e-13);
+    }
+    kr_worker_free(worker);
+    kr_worker_free(plain);
+}
+static void instruction_sets(void)
+{
+    static came first, other;
+    kr_scene scenes[TOPS];
+    const kr_lanes_isa *isa;
+    some(scenes);
+    for (int i = 0; (isa = kr_lanes_isa_at(i)) != NULL; i++) {
+        kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+        if (isa->runs_here()) {
+            kr_fleet_use(worker, isa, 20, -53.0);
+            run(worker, scenes, TOPS, i == 0 ? &first : &other);
+            if (i > 0 && strcmp(isa->name, "base") != 0)
+                IS(memcmp(first.rows, other.rows, sizeof first.rows) == 0);
+            if (i > 0)
+                for (int k = 0; k < TOPS * TIMES; k++)
+                    NEAR(other.rows[k][KR_GROWTH_LOG], first.rows[k][KR_GROWTH_LOG], 1e-11);
+        }
+        kr_worker_free(worker);
+    }
+}
+static void failures(void)
+{
+    static came got;
+    kr_scene scenes[TOPS];
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 9), *none = NULL;
+    some(scenes);
+    scenes[1].damping.x = 0.1;
+    scenes[2].body.mass = -1.0;
+    run(worker, scenes, 3, &got);
+    IS(got.outcomes[0].status == KR_ERR_LIMIT && got.outcomes[1].status == KR_ERR_METHOD);
+    IS(got.outcomes[2].status != KR_OK);
+    for (int i = 0; i < 3; i++) IS(isnan(got.rows[i * TIMES + TIMES - 1][KR_GROWTH_LOG]));
+    kr_worker_free(worker);
+    kr_config config = {.tangents = KR_TANGENT_START};
+    IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_ARGUMENT);
+    config.tangents = KR_TANGENT_GROWTH;
+    IS(kr_worker_create(NULL, config, 0, NULL, &none) == KR_ERR_ARGUMENT);
+    config.digits = 20;
+    IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_ARGUMENT && !none);
+}
+int main(void)
+{
+    states_and_neighbours();
+    instruction_sets();
+    failures();
+    return check_result();
+}

@@ -1,0 +1,179 @@
+/* Tangents leave the path as it is to the last bit, whatever they are taken by; they are the
+ * differences of neighbours, keep the symplectic form, and do not depend on where one looks. */
+#include <stdlib.h>
+#include "tops.h"
+
+enum { ALL = 31 };
+
+static kr_scene general(void)
+{
+    kr_scene s = tilted();
+    s.body = general_body();
+    s.start.m = v3(0.6, -0.8, 2.2);
+    return s;
+}
+/* A symmetric top that stands upright and turns about its axis. */
+static kr_scene upright(double spin)
+{
+    kr_scene s = general();
+    IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &s.body) == KR_OK);
+    s.start.q = q_one();
+    s.start.m = v3(0.0, 0.0, spin);
+    return s;
+}
+static kr_top *top_with(const kr_scene *s, uint64_t tangents, int digits, double step)
+{
+    const kr_config config = {.step = step, .digits = digits, .tangents = tangents};
+    return make(s, taylor(), config);
+}
+static void same_bits(const kr_scene *s, int digits, double t)
+{
+    for (uint64_t by = 1; by <= ALL; by++) {
+        kr_top *plain = top_with(s, 0, digits, t < 0.0 ? -0.1 : 0.0),
+               *top = top_with(s, by, digits, t < 0.0 ? -0.1 : 0.0);
+        IS(kr_top_advance(plain, t) == KR_OK && kr_top_advance(top, t) == KR_OK);
+        const kr_state a = kr_top_state(plain), b = kr_top_state(top);
+        const kr_state low = kr_top_low(plain), its = kr_top_low(top);
+        IS(memcmp(&a, &b, sizeof a) == 0 && memcmp(&low, &its, sizeof low) == 0);
+        IS(kr_top_stats(plain).steps == kr_top_stats(top).steps);
+        kr_top_free(plain);
+        kr_top_free(top);
+    }
+}
+/* Each column is the same whichever ride beside it. */
+static void columns_alone(const kr_scene *s)
+{
+    static const uint64_t bits[] = {1, 2, 4, 8, 16};
+    double all[6 * KR_TANGENT_MOST], own[6 * KR_TANGENT_MOST];
+    kr_top *every = top_with(s, ALL, 16, 0.0);
+    size_t first = 0;
+    IS(kr_tangent_columns(ALL) == KR_TANGENT_MOST && kr_tangent_columns(0) == 0);
+    IS(kr_top_advance(every, 7.3) == KR_OK && kr_top_tangents(every, all, NULL) == KR_OK);
+    for (int i = 0; i < 5; i++) {
+        const size_t n = kr_tangent_columns(bits[i]);
+        kr_top *top = top_with(s, bits[i], 16, 0.0);
+        IS(kr_top_advance(top, 7.3) == KR_OK && kr_top_tangents(top, own, NULL) == KR_OK);
+        for (size_t row = 0; row < 6; row++)
+            IS(memcmp(own + row * n, all + row * KR_TANGENT_MOST + first, n * sizeof *own) == 0);
+        first += n;
+        kr_top_free(top);
+    }
+    kr_top_free(every);
+}
+/* Returns the state of a neighbour whose datum number k, from the first moment on, differs. */
+static kr_state beside(kr_scene s, size_t k, double by, double t)
+{
+    double *const data[] = {&s.start.m.x,      &s.start.m.y,      &s.start.m.z,  &s.body.inertia.x,
+                            &s.body.inertia.y, &s.body.inertia.z, &s.body.com.x, &s.body.com.y,
+                            &s.body.com.z,     &s.gravity,        &s.body.mass};
+    *data[k] += by;
+    const kr_config config = {.step = t < 0.0 ? -0.1 : 0.0, .digits = 16};
+    return state_at(t, &s, taylor(), config);
+}
+static void differences(const kr_scene *s, double t)
+{
+    const double h = 0x1p-17;
+    double phi[6][KR_TANGENT_MOST];
+    kr_top *top = top_with(s, ALL, 16, t < 0.0 ? -0.1 : 0.0);
+    IS(kr_top_advance(top, t) == KR_OK && kr_top_tangents(top, phi[0], NULL) == KR_OK);
+    for (size_t k = 0; k < 11; k++) {
+        const kr_state a = beside(*s, k, h, t), b = beside(*s, k, -h, t);
+        const double x = b.q.w * a.q.x - a.q.w * b.q.x - b.q.y * a.q.z + b.q.z * a.q.y,
+                     y = b.q.w * a.q.y - a.q.w * b.q.y - b.q.z * a.q.x + b.q.x * a.q.z,
+                     z = b.q.w * a.q.z - a.q.w * b.q.z - b.q.x * a.q.y + b.q.y * a.q.x;
+        const double moved[6] = {2 * x, 2 * y, 2 * z, a.m.x - b.m.x, a.m.y - b.m.y, a.m.z - b.m.z};
+        for (int i = 0; i < 6; i++)
+            NEAR(moved[i] / (2.0 * h), phi[i][3 + k], 1e-7 * (1.0 + fabs(phi[i][3 + k])));
+    }
+    kr_top_free(top);
+}
+/* Where one looks on the way, and in how many calls, changes nothing; nor does a checkpoint. */
+static void looks(const kr_scene *s, int digits)
+{
+    double once[6 * KR_TANGENT_MOST], often[6 * KR_TANGENT_MOST];
+    kr_top *one = top_with(s, ALL, digits, 0.0), *other = top_with(s, ALL, digits, 0.0);
+    IS(kr_top_advance(one, 9.0) == KR_OK && kr_top_tangents(one, once, NULL) == KR_OK);
+    for (int i = 1; i <= 64; i++) {
+        IS(kr_top_advance(other, 9.0 * i / 64.0) == KR_OK);
+        if (i % 3 == 0) IS(kr_top_tangents(other, often, NULL) == KR_OK);
+        if (i != 40) continue;
+        const size_t size = kr_top_save_size(other);
+        void *saved = malloc(size);
+        IS(kr_top_save(other, size, saved) == KR_OK);
+        kr_top_free(other);
+        other = top_with(s, ALL, digits, 0.0);
+        IS(kr_top_load(other, size, saved) == KR_OK);
+        free(saved);
+    }
+    IS(kr_top_tangents(other, often, NULL) == KR_OK);
+    IS(memcmp(once, often, sizeof once) == 0);
+    kr_top_free(one);
+    kr_top_free(other);
+}
+/* Where the path's own series all but ends, its steps are far too long for the tangents. */
+static void long_steps(void)
+{
+    const kr_scene s = upright(9.0);
+    double doubles[36], digits[36];
+    kr_top *top = top_with(&s, KR_TANGENT_START, 16, 0.0),
+           *fine = top_with(&s, KR_TANGENT_START, 30, 0.0);
+    for (double t = 0.4; t < 12.0; t += 0.7) {
+        IS(kr_top_advance(top, t) == KR_OK && kr_top_advance(fine, t) == KR_OK);
+        IS(kr_top_tangents(top, doubles, NULL) == KR_OK);
+        IS(kr_top_tangents(fine, digits, NULL) == KR_OK);
+        for (int i = 0; i < 36; i++) NEAR(doubles[i], digits[i], 2e-14 * (1.0 + fabs(digits[i])));
+    }
+    IS(kr_top_tangent_rest(top) < 1e-12);
+    kr_top_free(top);
+    kr_top_free(fine);
+}
+/* The start's tangents are the unit matrix, again after a reset; what cannot be is refused. */
+static void begins_and_refuses(const kr_scene *s)
+{
+    double phi[36], low[36];
+    kr_top *top = top_with(s, KR_TANGENT_START, 16, 0.0), *none = top_with(s, 0, 16, 0.0);
+    for (int turn = 0; turn < 2; turn++) {
+        IS(kr_top_tangents(top, phi, low) == KR_OK);
+        for (int i = 0; i < 36; i++) NEAR(phi[i], i % 7 == 0 ? 1.0 : 0.0, 4e-16);
+        IS(kr_top_advance(top, 3.0) == KR_OK && kr_top_reset(top, &s->start) == KR_OK);
+    }
+    IS(kr_top_tangents(none, phi, low) == KR_ERR_ARGUMENT && kr_top_tangent_rest(none) == 0.0);
+    IS(kr_top_tangents(top, NULL, low) == KR_ERR_ARGUMENT);
+    kr_top_free(top);
+    kr_top_free(none);
+    top = NULL;
+    kr_config config = {.step = 0.1, .tangents = KR_TANGENT_START};
+    IS(kr_top_create(s, kr_method_find("strang"), config, &top) == KR_ERR_ARGUMENT);
+    config.leave_heading = 1;
+    IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT);
+    config.leave_heading = 0;
+    config.tangents = ALL + 1;
+    IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);
+}
+/* A tangent that grows beyond all doubles ends the run, by name. */
+static void overflows(void)
+{
+    const kr_scene s = upright(0.0);
+    kr_top *top = top_with(&s, KR_TANGENT_START, 16, 0.0);
+    IS(kr_top_advance(top, 2000.0) == KR_ERR_TANGENT);
+    IS(kr_top_time(top) > 300.0 && kr_top_time(top) < 2000.0);
+    kr_top_free(top);
+}
+int main(void)
+{
+    kr_scene s = general();
+    for (int damped = 0; damped < 2; damped++) {
+        s.damping.x = s.damping.z = 0.01 * damped;
+        same_bits(&s, 16, 5.0);
+        same_bits(&s, 30, damped ? 0.5 : -0.5);
+        columns_alone(&s);
+        differences(&s, 3.0);
+        if (!damped) differences(&s, -3.0);
+        looks(&s, 16);
+    }
+    looks(&s, 20);
+    begins_and_refuses(&s);
+    long_steps();
+    overflows();
+    return check_result();
+}

@@ -1,0 +1,147 @@
+"""Exponents against those that formulas give, order told from chaos, and what is refused."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+UP = (1.0, 0.0, 0.0, 0.0)
+
+
+def slope(scene, rate, period=None):
+    """The rate at which the tangent grows, once what grows less has gone, from one whole number of
+    periods to another."""
+    t = np.array([200.0, 300.0]) / rate
+    if period:
+        t = period * np.round(t / period)
+    told = kr.lyapunov(scene, t)
+    assert told.certificate < 1e-13
+    first, last = told.curve * t
+    return (last - first) / (t[1] - t[0])
+
+
+def test_a_sleeping_top_that_is_too_slow_falls_at_the_rate_of_the_formula():
+    body = kr.Body(mass=1.3, inertia=(2.0, 2.0, 0.7), com=(0.0, 0.0, 0.8))
+    for spin in (0.0, 1.1, 3.9):
+        scene = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, 0.7 * spin), gravity=1.7)
+        rate = np.sqrt(1.3 * 1.7 * 0.8 / 2.0 - (0.7 * spin / (2.0 * 2.0)) ** 2)
+        assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
+    fast = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, 9.0), gravity=1.7)
+    assert abs(kr.lyapunov(fast, 1e4).value) < 2e-3
+
+
+def test_a_free_body_leaves_its_middle_axis_at_the_rate_of_the_formula():
+    for one, two, three in ((1.0, 1.6, 2.1), (0.9, 1.0, 1.8)):
+        body = kr.Body(mass=1.0, inertia=(one, two, three), com=(0.0, 0.0, 0.0))
+        scene = kr.Scene(body, attitude=UP, momentum=(0.0, 1.3 * two, 0.0))
+        rate = 1.3 * np.sqrt((three - two) * (two - one) / (one * three))
+        assert abs(slope(scene, rate, 2.0 * np.pi / 1.3) - rate) <= 1e-10 * rate
+
+
+def test_staude_rotations_are_left_at_the_rate_of_their_biquadratic():
+    one, two, three, height = 1.0, 1.6, 2.1, 0.5
+    body = kr.Body(mass=1.0, inertia=(one, two, three), com=(0.0, 0.0, height))
+    for spin in (0.4, 0.9):
+        matrix = [
+            [0.0, (two - three) * spin / one, 0.0, height / one],
+            [(three - one) * spin / two, 0.0, -height / two, 0.0],
+            [0.0, -1.0, 0.0, spin],
+            [1.0, 0.0, -spin, 0.0],
+        ]
+        _, _, square, _, constant = np.poly(np.array(matrix))
+        rate = np.sqrt(max(np.roots([1.0, square, constant]).real))
+        scene = kr.Scene(body, attitude=UP, momentum=(0.0, 0.0, three * spin), gravity=1.0)
+        assert abs(slope(scene, rate) - rate) <= 1e-10 * rate
+
+
+def test_the_exponent_is_that_of_the_tangents_of_a_path():
+    scene, t = kr.scenes.asymmetric, [20.0, 60.0]
+    path = kr.solve(scene, t, tangents="start", digits=20)
+    size = np.log(np.abs(path.tangents).max(axis=(1, 2)))
+    told = kr.lyapunov(scene, t)
+    assert np.all(np.abs(told.curve * t - size) < 4.0) and np.all(told.curve > 0.1)
+    back = kr.lyapunov(scene, [-20.0, -60.0])
+    assert np.all(back.curve > 0.1) and back.certificate < 1e-12
+
+
+def test_order_is_told_from_chaos():
+    rng = np.random.default_rng(5)
+    q = rng.standard_normal((24, 4))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    m = rng.standard_normal((24, 3))
+    bodies = {
+        "kowalewski": kr.scenes.kowalewski.body,
+        "lagrange": kr.scenes.thesis.body,
+        "euler": kr.Body(mass=1.0, inertia=(1.0, 1.6, 2.1), com=(0.0, 0.0, 0.0)),
+    }
+    for body in bodies.values():
+        told = kr.megno(kr.Ensemble(body, momentum=m, attitude=q), [1000.0])
+        assert told.value.max() < 8.0 and told.failed.size == 0
+    level = m.copy()
+    level[:, 2] = 0.0
+    of = kr.Ensemble(kr.scenes.goryachev_chaplygin.body, momentum=level, attitude=q)
+    assert kr.megno(of, [1000.0]).value.max() < 8.0
+    assert kr.megno(kr.scenes.asymmetric, [1000.0]).value > 70.0
+
+
+def test_megno_of_ordered_tops_is_two_up_to_one_over_the_time():
+    for scene in (kr.scenes.thesis, kr.scenes.asymmetric_regular):
+        told = kr.megno(scene, [300.0, 1e3, 3e3])
+        away = np.abs(told.curve - 2.0) * told.t
+        assert np.all(away < 100.0 * np.log(told.t)), away
+
+
+def test_a_top_has_its_own_numbers_whatever_goes_beside_it():
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.1, 1.0, 37))
+    together = kr.lyapunov(tops, [5.0, 50.0], threads=2)
+    for i in (0, 17, 36):
+        alone = kr.lyapunov(tops[i], [5.0, 50.0])
+        assert np.array_equal(alone.curve, together.curve[i])
+        assert alone.certificate == together.certificate[i] and alone.value == together.value[i]
+    looked = kr.oli(tops[3], [1.0, 2.0, 3.0, 50.0])
+    assert looked.value == kr.oli(tops[3], [50.0]).value
+    doubled = kr.scenes.asymmetric.replace(
+        gravity=4.0, momentum=2.0 * np.array((0.172, -1.862, 1.46))
+    )
+    single = kr.scenes.asymmetric.replace(gravity=1.0, momentum=(0.172, -1.862, 1.46))
+    assert kr.lyapunov(doubled, [25.0]).value == 2.0 * kr.lyapunov(single, [50.0]).value
+
+
+def test_directions_are_taken_as_they_are_given():
+    scene = kr.scenes.asymmetric
+    one = kr.lyapunov(scene, [10.0], direction=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    same = kr.lyapunov(scene, [10.0], direction=[0.2, 0.4, 0.6, 0.8, 1.0, 1.2])
+    other = kr.lyapunov(scene, [10.0], direction=[-0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    assert abs(one.value - same.value) < 1e-12 < abs(one.value - other.value)
+    start = kr.solve(scene, [0.0])
+    flow = [*start.body_velocity[0].tolist(), *start.torque[0].tolist()]
+    turn = [*start.body_vertical[0].tolist(), *np.cross((0, 0, 1), start.m[0]).tolist()]
+    for known in (flow, turn):
+        with pytest.raises(ValueError, match="no tangent in the direction"):
+            kr.lyapunov(scene, 5.0, direction=known)
+
+
+def test_what_cannot_be_is_refused():
+    scene = kr.scenes.asymmetric
+    for wrong, said in (
+        ({"t": 0.0}, "not 0"),
+        ({"t": [0.0, 1.0]}, "not 0"),
+        ({"t": []}, "not 0"),
+        ({"t": float("nan")}, "finite"),
+        ({"t": 1e300}, "double precision"),
+        ({"t": 1.0, "tol": 2.0}, "below 1"),
+        ({"t": 1.0, "direction": [1.0, 2.0]}, "six numbers"),
+        ({"t": 1.0, "direction": [0.0] * 6}, "six numbers"),
+        ({"t": 1.0, "threads": 0}, "threads"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            kr.lyapunov(scene, **wrong)
+    with pytest.raises(TypeError, match=r"kreisel\.Scene or a kreisel\.Ensemble"):
+        kr.megno(3, 1.0)
+    with pytest.raises(ValueError, match="damped"):
+        kr.oli(scene.replace(damping=0.1), 1.0)
+    with pytest.raises(kr.Error, match="largest number of steps") as caught:
+        kr.megno(scene, 100.0, max_steps=3)
+    assert caught.value.status == "ERR_LIMIT" and np.isnan(caught.value.paths.curve).all()
+    tops = scene.vary(gravity=np.array([1.0, 1e30]))
+    told = kr.megno(tops, [10.0], max_steps=2000)
+    assert told.failed.tolist() == [1] and told.status[1] != "OK" and np.isfinite(told.value[0])

@@ -1,0 +1,132 @@
+"""Tangents of paths: those of every scene are the differences of runs with 30 digits; what goes
+along with a path, and what is refused."""
+
+import pickle
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel.quaternion import turn as turned
+
+ALL = ("start", "moments", "com", "gravity", "mass")
+SCENES = [name for name in vars(kr.scenes) if isinstance(getattr(kr.scenes, name), kr.Scene)]
+T = 10.0
+
+
+def change(one, other):
+    """The rotation vector in the body and the change of momentum between the ends of two paths."""
+    q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
+    turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
+    return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
+
+
+def neighbours(scene, word, value, axis):
+    """The derivative by a datum, from runs with 30 digits: Richardson's, of fourth order."""
+    step = 2.0 ** (np.ceil(np.log2(max(1.0, abs(value)))) - 26.0)
+
+    def at(k):
+        if axis is None:
+            return kr.solve(scene.replace(**{word: value + k * step}), [T], digits=30)
+        data = np.array(getattr(scene, word))
+        data[axis] += k * step
+        return kr.solve(scene.replace(**{word: data}), [T], digits=30)
+
+    return (8.0 * change(at(1), at(-1)) - change(at(2), at(-2))) / (12.0 * step)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_tangents_are_the_differences_of_runs_with_30_digits(name):
+    scene = getattr(kr.scenes, name)
+    fine = kr.solve(scene, [0.0, T], digits=30, tangents=ALL).tangents[1]
+    columns = [(3 + i, "momentum", m, i) for i, m in enumerate(scene.momentum)]
+    for column, word, value, axis in [*columns, (12, "gravity", scene.gravity, None)]:
+        told = neighbours(scene, word, value, axis)
+        assert np.abs(told - fine[:, column]).max() <= 1e-14 * max(
+            1.0, np.abs(fine[:, column]).max()
+        )
+    # In doubles the path itself errs: by the tangents times its roundings.
+    plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
+    within = 1e-12 if name != "dzhanibekov" else 3e-11
+    assert np.abs(plain.tangents[1] - fine).max() <= within * np.abs(fine).max()
+    assert plain.tangents_rest < 1e-12
+
+
+def matrix(q):
+    return np.array([turned(q, axis) for axis in np.eye(3)]).T
+
+
+def form(path, i):
+    """The symplectic form at a state, for rotation vectors in the body and momenta in space."""
+    turn = matrix(path.q[i])
+    x, y, z = turn.T @ path.m[i]
+    return np.block(
+        [[np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), turn.T], [-turn, np.zeros((3, 3))]]
+    )
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_tangents_keep_the_symplectic_form(name):
+    path = kr.solve(getattr(kr.scenes, name), [0.0, T], digits=20, tangents="start")
+    phi = path.tangents[1]
+    size = np.abs(phi.T) @ np.abs(form(path, 1)) @ np.abs(phi)
+    assert np.all(np.abs(phi.T @ form(path, 1) @ phi - form(path, 0)) <= 1e-13 * (1.0 + size))
+
+
+def test_the_path_keeps_its_bits_and_carries_its_tangents():
+    scene, t = kr.scenes.asymmetric, [-1.0, -2.0, -4.0]
+    path = kr.solve(scene, t, tangents=["gravity", "start"])
+    assert np.array_equal(path.states, kr.solve(scene, t, "taylor").states)
+    assert path.tangents.shape == (3, 6, 7) == path.tangents_low.shape
+    assert np.array_equal(path[::2].tangents, path.tangents[::2])
+    assert np.array_equal(pickle.loads(pickle.dumps(path)).tangents, path.tangents)
+    alone = kr.solve(scene, [-4.0], tangents="gravity")
+    assert np.array_equal(alone.tangents[0, :, 0], path.tangents[2, :, 6])
+    assert not path.tangents.flags.writeable
+    for name in ("tangents", "tangents_low", "tangents_rest", "conditioning"):
+        assert not hasattr(path.only(["q"]), name) and not hasattr(path([-3.0]), name)
+    back = kr.solve(path.end, [4.0], tangents="start").tangents[0]
+    assert np.abs(back @ path.tangents[2, :, :6] - np.eye(6)).max() < 1e-12
+
+
+def test_conditioning_is_how_far_roundings_move_the_attitude():
+    scene, t = kr.scenes.asymmetric, [10.0, 40.0]
+    path = kr.solve(scene, t, tangents=ALL)
+    up = np.nextafter(scene.momentum, np.inf).tolist()
+    moved = kr.solve(scene.replace(momentum=up), t, digits=20)
+    still = kr.solve(scene, t, digits=20)
+    away = kr.attitude_error(moved.q, still.q)
+    assert np.all(away <= 2.0 * path.conditioning) and np.all(away >= 0.005 * path.conditioning)
+
+
+def test_what_has_no_tangents_says_so():
+    scene, every = kr.scenes.thesis, {"tangents": "start"}
+    with pytest.raises(ValueError, match="'strang' carries no tangents"):
+        kr.solve(scene, 1.0, "strang", step=0.1, **every)
+    with pytest.raises(ValueError, match="'exact' carries no tangents"):
+        kr.solve(scene, 1.0, "exact", **every)
+    with pytest.raises(ValueError, match="did you mean 'moments'"):
+        kr.solve(scene, 1.0, tangents="moment")
+    with pytest.raises(ValueError, match="leave want out"):
+        kr.solve(scene, 1.0, want=["q"], **every)
+    with pytest.raises(ValueError, match="leave events out"):
+        kr.solve(scene, 1.0, events=[kr.events.nutation()], **every)
+    with pytest.raises(TypeError, match="of many: take one"):
+        kr.solve(scene.vary(gravity=np.linspace(1.0, 2.0, 3)), 1.0, **every)
+    with pytest.raises(TypeError, match="tangents must be names"):
+        kr.solve(scene, 1.0, tangents=3)
+    with pytest.raises(ValueError, match="names nothing"):
+        kr.solve(scene, 1.0, tangents=[])
+    with pytest.raises(AttributeError, match="solve with tangents='start'"):
+        _ = kr.solve(scene, 1.0).tangents
+    with pytest.raises(AttributeError, match="conditioning"):
+        _ = kr.solve(scene, 1.0, **every).conditioning
+    assert kr.methods["taylor"].tangents and not kr.methods["exact"].tangents
+
+
+def test_a_tangent_beyond_doubles_ends_the_run_with_its_path():
+    top = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0))
+    with pytest.raises(kr.Error, match="a tangent grew") as caught:
+        kr.solve(top, np.arange(0.0, 4000.0, 10.0), tangents="start")
+    assert caught.value.status == "ERR_TANGENT"
+    path = caught.value.path
+    assert len(path) > 10 and np.isfinite(path.tangents).all() and len(path.tangents) == len(path)

@@ -1,0 +1,113 @@
+"""The chapter on chaos: that theory and sections are of the same tops."""
+
+import csv
+import io
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.drawing import cuts as drawing
+from validation.parts import chaos as part
+from validation.parts import cuts
+from validation.truth import kowalewski, melnikov
+
+SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60}
+
+
+def test_the_ten_regions_differ():
+    """In the order of their critical values; two that agree in it are parted at g = 1."""
+    kinds = [tuple(kind for _, kind in kowalewski.critical(g, h)) for g, h in kowalewski.REGIONS]
+    assert len(set(kinds)) == 9 and kinds[3] == kinds[6]
+    assert kowalewski.REGIONS[3][0] < 1.0 < kowalewski.REGIONS[6][0]
+
+
+def test_the_borders_are_where_critical_values_change_places():
+    for g, h in kowalewski.borders(1.3):
+        changes = 0
+        inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
+        for at, high in zip(g[inside][::20], h[inside][::20], strict=True):
+            below, above = (
+                [kind for _, kind in kowalewski.critical(at, high + step)] for step in (-1e-4, 1e-4)
+            )
+            changes += below != above
+        assert changes > 0.9 * len(g[inside][::20])
+
+
+@pytest.mark.parametrize("region", range(10))
+def test_the_least_and_greatest_K_are_critical(region):
+    g, h = kowalewski.REGIONS[region]
+    words = {"energy": h, "vertical": kowalewski.vertical(g)}
+    tops = kr.starts(kowalewski.BODY, n=20000, **words)
+    K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0]
+    values = [value for value, _ in kowalewski.critical(g, h)]
+    assert values[0] <= K.min() < values[0] + 0.01 * values[-1]
+    assert 0.98 * values[-1] < K.max() <= values[-1]
+
+
+def test_swings_change_the_momentum_as_melnikov_says():
+    assert melnikov.lowest().body.kind == "lagrange"
+    assert kr.exact(melnikov.lowest()).period > 30.0 / melnikov.ESCAPE
+    for row in part.layer(60):
+        assert row["kick"] == pytest.approx(melnikov.amplitude(), rel=2.0 * row["e"] + 2e-5)
+        assert 0.2 < row["half_width"] / row["predicted"] < 4.0
+
+
+def test_the_integral_is_that_of_finer_points(monkeypatch):
+    coarse = melnikov.amplitude()
+    melnikov.amplitude.cache_clear()
+    monkeypatch.setattr(melnikov, "POINTS", 12001)
+    assert melnikov.amplitude() == pytest.approx(coarse, rel=1e-9)
+    melnikov.amplitude.cache_clear()
+
+
+def test_a_section_of_kowalewskis_top_has_every_K():
+    section = cuts.of_kowalewski(4, 30, 5)
+    K = section.kowalewski.reshape(30, 5)
+    assert np.ptp(K, axis=1).max() < 1e-11 * K.max()
+    assert np.diff(K[:, 0] ** 0.25).max() < 0.15 * K.max() ** 0.25
+
+
+def test_frequencies_tell_regular_motions():
+    """At 2 % the most are regular, and a chain of islands has one number of turns."""
+    axial, turns, change = cuts.rotation(16, "moments 2 % apart")
+    assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16
+    assert cuts.off_closed_form(4) < 1e-12
+
+
+@pytest.fixture(scope="module")
+def findings():
+    return {
+        "order": part.order(SIZE),
+        "kowalewski": list(part.integrable(SIZE)),
+        "layer": list(part.layer(SIZE["swings"])),
+        "frequencies": part.turning(SIZE["turning"]),
+    }
+
+
+def test_what_is_shown_and_concluded(findings):
+    shown = part.shown(findings)
+    pictures = [
+        shown["order"],
+        shown["regions"],
+        shown["plane"],
+        *shown["layer"],
+        shown["rotation"],
+    ]
+    assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
+    said = part.concluded(findings)
+    for word in ("keep their energy to", "on 10 of 10", "Melnikov's integral", "Lagrange tops are"):
+        assert word in said
+    assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
+    files = dict(part.files(findings, None))
+    assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][
+        -1
+    ] == "10"
+    assert len(list(csv.DictReader(io.StringIO(files["layer.csv"])))) == len(part.SMALL)
+
+
+def test_what_is_not_found_yet_is_left_out(findings):
+    few = {"order": findings["order"]}
+    shown = part.shown(few)
+    assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None
+    assert part.files(few, None) == [] and "Melnikov" not in part.concluded(few)

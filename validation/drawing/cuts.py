@@ -1,0 +1,110 @@
+"""Sections: a dot for each crossing, some panels of one picture; and curves beside measured points.
+Dots are a picture within the picture: they are many."""
+
+import numpy as np
+
+from .look import COLOURS, FAINT, INK, STYLE, as_svg, plt
+
+FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 140}
+TURN = (
+    [-np.pi, 0.0, np.pi],
+    ["\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "0", "\N{GREEK SMALL LETTER PI}"],
+)
+
+
+def panels_of(rows, columns, height, **more):
+    """Makes panels as wide as the page."""
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
+    )
+    return figure, axes.flat
+
+
+def dots(axes, across, up, colour, title, size=0.45):
+    axes.scatter(
+        across, up, c=colour, s=size, cmap="turbo", linewidths=0, rasterized=True, alpha=0.9
+    )
+    axes.set_title(title, fontsize=9)
+    axes.set_xticks(*TURN)
+    axes.set_xlim(-np.pi, np.pi)
+    axes.tick_params(labelsize=8, color=FAINT)
+
+
+def cuts(panels, columns, height):
+    """Draws panels, by title: spin angle, axial momentum and colour of each dot."""
+    with plt.rc_context(FRAMED):
+        rows = -(-len(panels) // columns)
+        figure, all_axes = panels_of(rows, columns, height)
+        for axes, (title, panel) in zip(all_axes, panels.items(), strict=True):
+            dots(axes, *panel, title)
+        figure.supxlabel("spin angle", fontsize=9)
+        figure.supylabel("axial momentum", fontsize=9)
+        return as_svg(figure)
+
+
+def beside_rotation(panel, title, rotation):
+    """Draws a section, and at the same height how far the body spins between two crossings."""
+    axial, turns, change = rotation
+    with plt.rc_context(FRAMED):
+        figure, (left, right) = panels_of(1, 2, 4.6, sharey=True)
+        dots(left, *panel, title)
+        left.set(xlabel="spin angle", ylabel="axial momentum")
+        points = right.scatter(
+            turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="turbo", linewidths=0
+        )
+        right.set(xlabel="turns about the vertical from lowest to lowest point, less whole ones")
+        bar = figure.colorbar(
+            points, ax=right, label="change from one half of the time to the other, log10"
+        )
+        bar.outline.set_edgecolor(INK)
+        return as_svg(figure)
+
+
+def map_of_regions(borders, points, greatest, highest, close):
+    """Draws where in the plane of vertical momentum and energy each numbered section is, and again,
+    near by, the part of it that is close: from g, h to g, h."""
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
+        near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
+        for g, h in borders:
+            axes.plot(g, h, color=INK, linewidth=0.8)
+            near.plot(g, h, color=INK, linewidth=0.8)
+        (left, low), (right, high) = close
+        for number, (g, h) in enumerate(points, 1):
+            where = near if left < g < right and low < h < high else axes
+            where.plot(g, h, ".", color=COLOURS[1], markersize=4)
+            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points", size=8)
+        near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
+        axes.indicate_inset_zoom(near, edgecolor=FAINT)
+        axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
+        axes.set(xlabel="vertical momentum g", ylabel="energy h")
+        return as_svg(figure)
+
+
+def kicks(angles, changes, amplitude):
+    """Draws what swings change the axial momentum by, beside what theory says. `changes`: by name,
+    for each unit of what perturbs."""
+    turn = np.linspace(-np.pi, np.pi, 400)
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
+        for colour, (name, change) in zip(COLOURS[:2], changes.items(), strict=True):
+            axes.plot(
+                angles[name], change, ".", color=colour, markersize=1.5, rasterized=True, label=name
+            )
+        axes.plot(turn, amplitude * np.sin(2.0 * turn), color=INK, linewidth=1, label="Melnikov")
+        axes.set_xticks(*TURN)
+        axes.set(xlabel="spin angle at the lowest point", ylabel="change in a swing, over e")
+        axes.legend(fontsize=8, markerscale=4, loc="upper right")
+        return as_svg(figure)
+
+
+def widths(e, measured, predicted):
+    """Draws how wide the layer is."""
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
+        axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")
+        axes.loglog(e, measured, "o", color=COLOURS[0], label="measured")
+        axes.set(xlabel="e, by which the equal moments differ", ylabel="half width of the layer")
+        axes.legend(fontsize=8, loc="upper left")
+        axes.grid(True)
+        return as_svg(figure)
