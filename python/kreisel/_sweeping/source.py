@@ -296,7 +296,9 @@ def _held(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Given
 
 def _taken(one: Given, shape: Shape, at: Places) -> Array:
     """The values of some members."""
-    where = np.unravel_index(at, shape) if shape else ()
+    if not shape:
+        return np.broadcast_to(one.values, (at.size, *one.value))
+    where = np.unravel_index(at, shape)
     places = zip(where, one.lead, strict=True)
     return one.values[tuple(place if n > 1 else 0 * place for place, n in places)]
 
