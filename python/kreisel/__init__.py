@@ -30,6 +30,9 @@ from ._recording.reduced import Reduced
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
 from ._showing.view import View, view
+from ._sweeping.source import Source
+from ._sweeping.sweep import SweepInterrupted, sweep
+from ._sweeping.swept import Swept, read_sweep
 from ._verbs.exact import Exact, ExactMap, exact
 from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
@@ -69,7 +72,10 @@ __all__ = [
     "Row",
     "Run",
     "Scene",
+    "Source",
     "Stats",
+    "SweepInterrupted",
+    "Swept",
     "Table",
     "Units",
     "View",
@@ -87,6 +93,7 @@ __all__ = [
     "plan",
     "plot",
     "quaternion",
+    "read_sweep",
     "resume",
     "rod",
     "scaled_units",
@@ -95,5 +102,6 @@ __all__ = [
     "start",
     "starts",
     "stream",
+    "sweep",
     "view",
 ]

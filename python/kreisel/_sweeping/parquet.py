@@ -93,9 +93,8 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
     """The rows of a part, or some columns of them; ValueError where bits of these have changed."""
     wanted = None if names is None else list(names)
     try:
-        table = parquet.read_table(
-            file, columns=wanted, page_checksum_verification=True, partitioning=None
-        )
+        with parquet.ParquetFile(file, page_checksum_verification=True) as source:
+            table = source.read(columns=wanted)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"{file} is damaged: {error}") from None
     rows = Rows()

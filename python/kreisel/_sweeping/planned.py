@@ -51,7 +51,12 @@ class SweepPlan:
     solved: Solved
     part: int
     order: Order
-    states: int
+    times: Array
+
+    @property
+    def states(self) -> int:
+        """How many there are of each top."""
+        return int(self.times.size)
 
     @property
     def parts(self) -> int:
@@ -182,7 +187,7 @@ def planned(
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
     asked = Solved(np.asarray(t, dtype=np.float64).tolist(), method, _plain(words, order))
-    return SweepPlan(source, asked, size, order, states)
+    return SweepPlan(source, asked, size, order, times)
 
 
 def _row(order: Order, states: int) -> int:

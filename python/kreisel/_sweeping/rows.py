@@ -23,6 +23,7 @@ from .start_words import Given, components, unit
 Column = npt.NDArray[Any]
 COUNT = "events"  # the column that tells how many a top met
 _STATES = {"t": TIME, "q": WANTED["q"], "m": WANTED["m"]}
+MET = [name for quantity in _STATES.values() for name in quantity.components]
 
 
 @dataclass

@@ -1,0 +1,152 @@
+"""Parts are made: here, one after the other by some threads, or by an executor, one on each of its
+workers. A worker gives back counts; what it made is on the disk."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from typing import NamedTuple
+
+import numpy as np
+
+from .._recording.path import Interrupted
+from .._request.request import Progress
+from .folder import Folder
+from .rows import rows_of
+
+_AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
+_LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between calls of progress
+
+
+class Made(NamedTuple):
+    """What is told of a part that was made."""
+
+    part: int
+    tops: int
+    failed: int
+    bytes: int
+    seconds: float
+
+
+def make(folder: Folder, i: int, threads: int = 1, progress: Progress | None = None) -> Made:
+    """Makes a part and puts it in its place: the same bits wherever that is. A top that fails is a
+    row as any other."""
+    begun = time.monotonic()
+    plan, numbers = folder.plan, folder.plan.tops_of(i)
+    try:
+        tops = plan.source[numbers.start : numbers.stop]
+        outcome = plan.solve(tops, threads, progress)
+    except (TypeError, ValueError) as error:
+        where = f"part {i}, of the tops {numbers.start} to {numbers.stop - 1}"
+        raise type(error)(f"{where}: {error}") from None
+    size = folder.put(i, rows_of(plan, numbers, outcome))
+    failed = int(np.count_nonzero(outcome.status))
+    return Made(i, len(numbers), failed, size, time.monotonic() - begun)
+
+
+class Lost(RuntimeError):
+    """Parts that an executor did not bring back."""
+
+
+class Shift:
+    """The making of some parts of a folder, and how far it has come."""
+
+    def __init__(self, folder: Folder, parts: Sequence[int], progress: Progress | None) -> None:
+        self.folder, self.progress = folder, progress
+        self.left = list(parts)
+        self.made: list[Made] = []
+        self.tops = sum(len(folder.plan.tops_of(i)) for i in parts)
+        self.done, self._told = 0, 0.0
+        self._ended = threading.Event()
+
+    def here(self, threads: int) -> None:
+        """All parts, one after the other."""
+        while self.left:
+            within = self._within if self.progress is not None else None
+            self._take(make(self.folder, self.left[0], threads, within))
+            del self.left[0]
+
+    def _within(self, share: float) -> None:
+        self._tell(self.done + share * len(self.folder.plan.tops_of(self.left[0])))
+
+    def _take(self, made: Made) -> None:
+        self.made.append(made)
+        self.done += made.tops
+        self._tell(self.done, made.tops == 0 or self.done == self.tops)
+
+    def _tell(self, tops: float, last: bool = False) -> None:
+        now = time.monotonic()
+        if self.progress is not None and (last or now - self._told >= _TELL):
+            self._told = now
+            self.progress(tops / self.tops)
+
+    def by(self, executor: Executor) -> None:
+        """All parts, by the workers of an executor. What is lost on the way is tried once more."""
+        for _ in range(2):
+            self._once(executor)
+            if not self.left:
+                return
+        raise Lost(
+            f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
+            "all others are kept, and the same call makes what is missing"
+        )
+
+    def _once(self, executor: Executor) -> None:
+        inside = isinstance(executor, ThreadPoolExecutor)
+        watch = (1, self._watch) if inside else ()
+        waiting, under_way = list(self.left), dict[Future[Made], int]()
+        try:
+            while waiting or under_way:
+                while waiting and len(under_way) < _AHEAD:
+                    i = waiting.pop(0)
+                    under_way[executor.submit(make, self.folder, i, *watch)] = i
+                ended, _ = wait(under_way, timeout=_LOOK, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    self._end(future, under_way.pop(future))
+                self._tell(self.done)
+        except BrokenExecutor as error:
+            raise Lost(self._broken(error)) from None
+        finally:
+            self._call_off(list(under_way), inside)
+
+    def _watch(self, _: float) -> None:
+        """Ends a part that a thread is making, once the others have been called off."""
+        if self._ended.is_set():
+            raise KeyboardInterrupt
+
+    def _end(self, future: Future[Made], i: int) -> None:
+        """Takes a part that is there; one that was called off, or is not there, stays left."""
+        if future.cancelled():
+            return
+        made = future.result()
+        if isinstance(made, Made) and self.folder.file(i).exists():
+            self._take(made)
+            self.left.remove(i)
+
+    def _call_off(self, running: list[Future[Made]], inside: bool) -> None:
+        """Ends what waits, and what threads are making. Another process is not waited for."""
+        self._ended.set()
+        left = [future for future in running if not future.cancel()]
+        if inside:
+            wait(left)
+        self._ended.clear()
+
+    def _broken(self, error: BrokenExecutor) -> str:
+        return (
+            f"the executor has broken, with {len(self.left)} parts left, the first of them part "
+            f"{self.left[0]}: {error}; what is done is kept, and the same call makes the rest"
+        )
+
+
+def interrupted(error: BaseException) -> bool:
+    """Whether it is Ctrl-C that ended the making."""
+    return isinstance(error, (KeyboardInterrupt, Interrupted))
