@@ -121,7 +121,10 @@ def opened(place: str | os.PathLike[str], expected: str | None = None) -> Folder
     return Folder(where, plan, told["form"])
 
 
-_opened_once = lru_cache(maxsize=4)(opened)  # a worker gets one task after the other
+@lru_cache(maxsize=4)
+def _opened_once(place: str, expected: str) -> Folder:
+    """The same, for a worker that gets one task after the other."""
+    return opened(place, expected)
 
 
 def _told(where: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -90,8 +91,9 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
     """Who makes the parts; none: threads of this process."""
     if dask is not None:
         with installed("'kreisel[dask]'"):
-            from distributed import Client
-        with Client(dask) as client:
+            import distributed
+        connect: Callable[..., Any] = distributed.Client
+        with connect(dask) as client:
             yield client.get_executor()
     elif workers is not None:
         context = multiprocessing.get_context("spawn")
