@@ -68,8 +68,8 @@ class Folder:
         """The rows of a part, or some columns of them; ValueError for a part that is damaged, or of
         another plan."""
         about = self.form.about(str(self.file(i)))
-        if about["plan"] != self.plan.hash:
-            raise ValueError(f"{self.file(i)} is of another plan, {about['plan'][:16]}")
+        if about.get("plan") != self.plan.hash:
+            raise ValueError(f"{self.file(i)} is damaged, or no part of this plan")
         return self.form.decoded(str(self.file(i)), names, self.plan.states)
 
     def look(self, i: int) -> str:
@@ -100,8 +100,9 @@ class Folder:
         magic = self.form.MAGIC
         if is_marked(data) or not data:
             return False
-        ours = data.startswith(magic) and not (self.ending == "parquet" and data.endswith(magic))
-        return not ours
+        is_begun = data[: len(magic)] == magic[: len(data)]
+        has_end = self.ending == "parquet" and data[len(magic) :].endswith(magic)
+        return has_end or not is_begun
 
     def _foreign(self, file: Path) -> FileExistsError:
         return FileExistsError(f"{file} is none of this sweep's files: it is not overwritten")

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._recording.path import Interrupted
 from .._request.request import Progress
 from .folder import Folder
 from .rows import rows_of
@@ -72,8 +71,9 @@ class Shift:
         """All parts, one after the other."""
         while self.left:
             within = self._within if self.progress is not None else None
-            self._take(make(self.folder, self.left[0], threads, within))
+            made = make(self.folder, self.left[0], threads, within)
             del self.left[0]
+            self._take(made)
 
     def _within(self, share: float) -> None:
         self._tell(self.done + share * len(self.folder.plan.tops_of(self.left[0])))
@@ -129,8 +129,8 @@ class Shift:
             return
         made = future.result()
         if isinstance(made, Made) and self.folder.file(i).exists():
-            self._take(made)
             self.left.remove(i)
+            self._take(made)
 
     def _call_off(self, running: list[Future[Made]], inside: bool) -> None:
         """Ends what waits, and what threads are making. Another process is not waited for."""
@@ -145,8 +145,3 @@ class Shift:
             f"the executor has broken, with {len(self.left)} parts left, the first of them part "
             f"{self.left[0]}: {error}; what is done is kept, and the same call makes the rest"
         )
-
-
-def interrupted(error: BaseException) -> bool:
-    """Whether it is Ctrl-C that ended the making."""
-    return isinstance(error, (KeyboardInterrupt, Interrupted))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .rows import Column, Rows
-from .seal import OPEN
+from .seal import OPEN, is_whole
 
 MAGIC = b"\x93NUMPY"
 _ABOUT = b"\nkreisel: "
@@ -39,28 +39,27 @@ def _fields(columns: Mapping[str, Column]) -> Column:
 
 
 def about(file: str) -> dict[str, Any]:
-    """What a part tells of itself; ValueError where it tells nothing."""
-    return _told(file, Path(file).read_bytes())
+    """What a part tells of itself; ValueError where it is damaged."""
+    return _told(file)[0]
 
 
-def _told(file: str, data: bytes) -> dict[str, Any]:
-    at = data.rfind(_ABOUT)
-    if at < 0:
-        raise ValueError(f"{file} is no part of a sweep: it tells nothing of itself")
+def _told(file: str) -> tuple[dict[str, Any], bytes]:
+    """What a whole part tells, and all of it."""
+    data = Path(file).read_bytes()
+    if not is_whole(data):
+        raise ValueError(f"{file} is damaged, or no part of a sweep")
+    at = data.rindex(_ABOUT)
     line, _, _ = data[at + len(_ABOUT) :].partition(b"\n")
     told: dict[str, Any] = json.loads(line)
-    return told
+    return told, data
 
 
 def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
-    """The rows of a part, or some columns of them; ValueError where it cannot be read."""
-    data = Path(file).read_bytes()
-    about, source = _told(file, data), io.BytesIO(data)
-    try:
-        rows = np.lib.format.read_array(source, allow_pickle=False)
-        met = np.lib.format.read_array(source, allow_pickle=False) if about["ragged"] else None
-    except (ValueError, EOFError) as error:
-        raise ValueError(f"{file} is damaged: {error}") from None
+    """The rows of a part, or some columns of them; ValueError where it is damaged."""
+    about, data = _told(file)
+    source = io.BytesIO(data)
+    rows = np.lib.format.read_array(source, allow_pickle=False)
+    met = np.lib.format.read_array(source, allow_pickle=False) if about["ragged"] else None
     wanted = None if names is None else set(names)
     columns, ragged = (
         {}

@@ -84,8 +84,8 @@ def about(file: str) -> dict[str, Any]:
     try:
         found = parquet.read_metadata(file).metadata or {}
         told: dict[str, Any] = json.loads(found[_ABOUT.encode()])
-    except (pa.ArrowException, OSError, KeyError) as error:
-        raise ValueError(f"{file} is no part of a sweep: {error}") from None
+    except (pa.ArrowException, OSError, KeyError, ValueError) as error:
+        raise ValueError(f"{file} is damaged, or no part of a sweep: {error}") from None
     return told
 
 
@@ -97,6 +97,8 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
             table = source.read(columns=wanted)
     except (pa.ArrowException, OSError) as error:
         raise ValueError(f"{file} is damaged: {error}") from None
+    if wanted is not None and not {*wanted} <= {*table.column_names}:
+        raise ValueError(f"{file} is damaged: it has no {wanted}")
     rows = Rows()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole = column.combine_chunks()

@@ -105,9 +105,10 @@ def sweep(
         else:
             shift.by(executor)
     except KeyboardInterrupt:
-        left = f"{len(shift.left)} of {len(chosen)} parts are left"
+        found = read_sweep(folder.place)
+        left = f"{len({*chosen} - {*found.done})} of {len(chosen)} parts are left"
         said = f"interrupted: {left}; the same call goes on in {folder.place}"
-        raise SweepInterrupted(said, read_sweep(folder.place)) from None
+        raise SweepInterrupted(said, found) from None
     return read_sweep(folder.place)
 
 
