@@ -110,5 +110,5 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
             rows.ragged[field.name] = whole.flatten().to_numpy(zero_copy_only=False)
         else:
             flat = whole.flatten().to_numpy(zero_copy_only=False)
-            rows.columns[field.name] = flat.reshape(-1, states)
+            rows.columns[field.name] = flat.reshape(len(whole), states)
     return rows

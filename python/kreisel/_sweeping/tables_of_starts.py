@@ -21,7 +21,9 @@ def read_columns(file: str) -> dict[str, Array]:
     """The words in a table, (n, *value) each; ValueError for columns that are none."""
     ending = Path(file).suffix.lower()
     if ending == ".npz":
-        return {name: np.asarray(column) for name, column in _of_npz(file).items()}
+        columns = _of_npz(file)
+        known = {name: np.asarray(columns.pop(name)) for name in WORDS if name in columns}
+        return known | {name: np.asarray(column) for name, column in columns.items()}
     if ending not in (".parquet", ".csv"):
         raise ValueError(f"{file}: a table of starts ends in .parquet, .csv or .npz")
     return _words(file, _of_arrow(file, ending))
