@@ -83,7 +83,7 @@ class SweepPlan:
             "shape": list(source.shape),
             "axes": list(source.axes),
             "made_of": _words(source._words),
-            "varied": _words(source._told),
+            "varied": _varied(source),
             "flags": dict(source._flags),
             "t": solved.t,
             "method": solved.method,
@@ -152,6 +152,14 @@ def _words(words: Mapping[str, Given]) -> list[list[Any]]:
             name_of(one.values) if one.values.size > _INLINE else one.values.tolist(),
         ]
         for name, one in words.items()
+    ]
+
+
+def _varied(source: Source) -> list[str | list[Any]]:
+    """The words that vary: the names of those of which the tops are made, and others whole."""
+    return [
+        name if source._words.get(name) is one else _words({name: one})[0]
+        for name, one in source._told.items()
     ]
 
 
@@ -256,7 +264,10 @@ def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
     if "random" in told:
         random = told["random"]
         drawn = Drawn(random["seed"], words(random["ranges"]), random["widths"])
-    made_of, varied = words(told["made_of"]), words(told["varied"])
+    made_of = words(told["made_of"])
+    varied: dict[str, Given] = {}
+    for row in told["varied"]:
+        varied |= {row: made_of[row]} if isinstance(row, str) else words([row])
     scene, shape = Scene.from_toml(told["scene"]), tuple(told["shape"])
     return Source(scene, shape, tuple(told["axes"]), made_of, varied, told["flags"], drawn)
 

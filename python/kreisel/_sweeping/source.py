@@ -103,7 +103,7 @@ class Source:
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
         >>> tops[123456789:123456791].coords["spin"].round(3).tolist()
-        [6.083, 18.018]
+        [15.105, 16.434]
         """
         count, key = whole("n", n, 1), whole("seed", seed, 0)
         numbers, flags = _split(scene, words)
