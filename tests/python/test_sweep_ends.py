@@ -5,6 +5,7 @@ import os
 import random
 import re
 import signal
+from concurrent.futures import ThreadPoolExecutor
 
 import kreisel as kr
 import numpy as np
@@ -202,6 +203,13 @@ def test_two_sweeps_of_one_folder_do_not_meet(tmp_path, expected):
     for run in runs:
         assert run.communicate()[1] == "" and run.returncode == 0
     assert rows_hash(tmp_path) == expected and sorted(os.listdir(tmp_path))[-1] == "plan.json"
+
+
+def test_two_threads_may_begin_one_sweep(tmp_path, expected):
+    with ThreadPoolExecutor(4) as pool:
+        for done in pool.map(lambda _: swept(tmp_path, threads=1), range(4)):
+            assert done.missing == []
+    assert rows_hash(tmp_path) == expected and not list(tmp_path.glob(".*"))
 
 
 def test_the_words_of_a_plan_in_other_forms_are_the_same_plan(tmp_path):

@@ -11,6 +11,7 @@ import importlib
 import io
 import json
 import os
+import secrets
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +21,7 @@ import numpy as np
 
 from .._core import version
 from .._ground.arguments import Array
-from .._ground.files import refuse_no_place, write
+from .._ground.files import refuse_no_place, sync, write
 from .planned import SweepPlan, hash_of, name_of, read
 from .rows import Rows
 from .seal import is_marked, is_whole, sealed
@@ -52,17 +53,20 @@ class Folder:
         """The name of a part."""
         return self.place / f"part-{i:06}.{self.ending}"
 
-    def put(self, i: int, rows: Rows) -> int:
-        """Writes a part; gives its bytes."""
+    def put(self, i: int, rows: Rows) -> None:
+        """Writes a part."""
         about = {
             "plan": self.plan.hash,
             "part": i,
             "version": version,
             "kernel": self.plan.kernel,
         }
-        data = sealed(self.form.encoded(rows, about))
-        write(self.file(i), bytes(data))
-        return len(data)
+        write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
+
+    def found(self) -> list[int]:
+        """The parts that have a file."""
+        names = {entry.name for entry in os.scandir(self.place)}
+        return [i for i in range(self.plan.parts) if self.file(i).name in names]
 
     def get(self, i: int, names: Iterable[str] | None = None) -> Rows:
         """The rows of a part, or some columns of them; ValueError for a part that is damaged, or of
@@ -177,6 +181,7 @@ def prepared(place: str | os.PathLike[str], plan: SweepPlan) -> Folder:
     if told["hash"] != plan.hash:
         raise ValueError(_two_plans(where, told, plan))
     refuse_no_place(where / PLAN)
+    _put_starts(where, plan)
     return Folder(where, plan, told["form"])
 
 
@@ -191,10 +196,8 @@ def _begin(where: Path, plan: SweepPlan) -> None:
             )
     else:
         where.mkdir()
-    for values in plan.arrays:
-        out = io.BytesIO()
-        np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
-        write(where / name_of(values), out.getvalue())
+        sync(where.parent)
+    _put_starts(where, plan)
     told = {
         "kreisel": _OURS,
         "version": version,
@@ -206,6 +209,16 @@ def _begin(where: Path, plan: SweepPlan) -> None:
     plan_lines = _in_lines(plan.told, 1)
     told_lines = _in_lines(told, 0)[:-2]
     _put_first(where / PLAN, f'{told_lines},\n"plan": {plan_lines}\n}}\n'.encode())
+
+
+def _put_starts(where: Path, plan: SweepPlan) -> None:
+    """Writes what is too long for the plan itself, and is not there."""
+    for values in plan.arrays:
+        file = where / name_of(values)
+        if not file.exists():
+            out = io.BytesIO()
+            np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
+            write(file, out.getvalue())
 
 
 def _in_lines(told: Mapping[str, Any], deep: int) -> str:
@@ -225,7 +238,7 @@ def _best_form() -> str:
 
 def _put_first(file: Path, data: bytes) -> None:
     """Writes a file unless another was quicker, whose file then stands."""
-    new = file.with_name(f".{os.getpid()}-{file.name}")
+    new = file.with_name(f".{secrets.token_hex(8)}.plan.new")
     write(new, data)
     try:
         os.link(new, file)

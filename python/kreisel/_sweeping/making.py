@@ -27,19 +27,15 @@ _LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between ca
 
 
 class Made(NamedTuple):
-    """What is told of a part that was made."""
+    """What is told of a part that was made: how many tops it has, and how many of these failed."""
 
-    part: int
     tops: int
     failed: int
-    bytes: int
-    seconds: float
 
 
 def make(folder: Folder, i: int, threads: int = 1, progress: Progress | None = None) -> Made:
     """Makes a part and puts it in its place: the same bits wherever that is. A top that fails is a
     row as any other."""
-    begun = time.monotonic()
     plan, numbers = folder.plan, folder.plan.tops_of(i)
     try:
         tops = plan.source[numbers.start : numbers.stop]
@@ -47,9 +43,8 @@ def make(folder: Folder, i: int, threads: int = 1, progress: Progress | None = N
     except (TypeError, ValueError) as error:
         where = f"part {i}, of the tops {numbers.start} to {numbers.stop - 1}"
         raise type(error)(f"{where}: {error}") from None
-    size = folder.put(i, rows_of(plan, numbers, outcome))
-    failed = int(np.count_nonzero(outcome.status))
-    return Made(i, len(numbers), failed, size, time.monotonic() - begun)
+    folder.put(i, rows_of(plan, numbers, outcome))
+    return Made(len(numbers), int(np.count_nonzero(outcome.status)))
 
 
 class Lost(RuntimeError):
@@ -62,7 +57,6 @@ class Shift:
     def __init__(self, folder: Folder, parts: Sequence[int], progress: Progress | None) -> None:
         self.folder, self.progress = folder, progress
         self.left = list(parts)
-        self.made: list[Made] = []
         self.tops = sum(len(folder.plan.tops_of(i)) for i in parts)
         self.done, self._told = 0, 0.0
         self._ended = threading.Event()
@@ -79,9 +73,8 @@ class Shift:
         self._tell(self.done + share * len(self.folder.plan.tops_of(self.left[0])))
 
     def _take(self, made: Made) -> None:
-        self.made.append(made)
         self.done += made.tops
-        self._tell(self.done, made.tops == 0 or self.done == self.tops)
+        self._tell(self.done, self.done == self.tops)
 
     def _tell(self, tops: float, last: bool = False) -> None:
         now = time.monotonic()

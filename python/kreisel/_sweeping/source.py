@@ -141,15 +141,28 @@ class Source:
         return cls(scene, (count,), ("top",), _drawn=Drawn(key, {}, widths))
 
     @classmethod
-    def columns(cls, scene: Scene, file: str | os.PathLike[str]) -> Source:
+    def columns(
+        cls,
+        scene: Scene,
+        file: str | os.PathLike[str],
+        *,
+        degrees: bool = False,
+        steady: bool = False,
+        fast: bool = False,
+    ) -> Source:
         """The tops in the rows of a table: each column is a word of Scene.vary, as gravity, or a
         component of one, as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
 
         file  .parquet or .csv (which need pyarrow), or .npz with an array for each word
 
-        Raises ValueError for other columns, OSError where the file cannot be read.
+        degrees, steady and fast are those of Scene.vary, and hold for all.
+
+        Raises TypeError and ValueError for other columns, OSError where the file cannot be read.
         """
-        numbers, flags = _split(scene, read_columns(os.fspath(file)))
+        words = read_columns(os.fspath(file))
+        numbers, flags = _split(
+            scene, {**words, "degrees": degrees, "steady": steady, "fast": fast}
+        )
         lengths = {name: one.lead for name, one in numbers.items()}
         if len(set(lengths.values())) != 1 or not all(map(_is_row, lengths.values())):
             raise ValueError(
@@ -252,7 +265,8 @@ def _split(scene: Scene, words: Mapping[str, object]) -> tuple[dict[str, Given],
     instance("scene", scene, Scene)
     told = {name: value for name, value in words.items() if value is not None}
     numbers = {name: given(name, value) for name, value in told.items() if name not in FLAGS}
-    return numbers, {name: boolean(name, told[name]) for name in FLAGS if name in told}
+    flags = {name: boolean(name, told[name]) for name in FLAGS if name in told}
+    return numbers, {name: True for name, is_so in flags.items() if is_so}
 
 
 def _is_row(lead: Shape) -> bool:

@@ -46,7 +46,7 @@ class Swept:
 
     def __init__(self, folder: Folder, partial: bool = False) -> None:
         self._folder, self._partial = folder, partial
-        self.done = [i for i in range(folder.plan.parts) if folder.file(i).exists()]
+        self.done = folder.found()
 
     def __repr__(self) -> str:
         there = f"{len(self.done)} of {self.parts} parts"
