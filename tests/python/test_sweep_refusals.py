@@ -139,7 +139,7 @@ def test_there_must_be_a_place_for_the_folder(tmp_path):
         (ValueError, "lead away from 0", {"t": [2, 1]}),
         (TypeError, "method must be the name", {"method": 3}),
         (ValueError, "unknown method", {"method": "bobenko-suris"}),
-        (ValueError, r"top\[\d+\].*bobenko_suris", {"method": "bobenko_suris", "step": 0.1}),
+        (ValueError, r"top\[0, 0\].*bobenko_suris", {"method": "bobenko_suris", "step": 0.1}),
         (ValueError, "fixed step", {"method": "strang"}),
         (ValueError, "unknown quantity", {"reduce": {"nutatoin": "min"}}),
         (ValueError, "either want", {"want": ["energy"]}),
@@ -202,14 +202,19 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
     masses = np.ones(4000)
     masses[2501] = -1.0
     source = kr.Source.grid(TOP, mass=masses)
-    with pytest.raises(
-        ValueError, match=r"part 2, of the tops 2000 to 2999: body\[501\]: mass must be"
-    ):
+    with pytest.raises(ValueError, match=r"^top\[2501\]: body: mass must be positive, not -1"):
         swept(tmp_path, REDUCED | {"part": 1000}, source)
     assert kr.read_sweep(tmp_path).done == [0, 1]
     masses[0] = -1.0
-    with pytest.raises(ValueError, match=r"body\[0\]: mass must be"):
+    with pytest.raises(ValueError, match=r"^top\[0\]: body: mass must be"):
         swept(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
+    grid = kr.Source.grid(TOP, spin=np.arange(50.0), damping=[(0, 0, 0), (1, 1, 1)])
+    for words in ({"method": "strang", "step": 0.1}, {"method": "exact"}):
+        with pytest.raises(
+            ValueError, match=r"^top\[0, [01]\]: the method '\w+' does not apply to"
+        ):
+            kr.sweep(grid, 1, **words, to=tmp_path / "none")
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize(

@@ -37,12 +37,7 @@ def make(folder: Folder, i: int, threads: int = 1, progress: Progress | None = N
     """Makes a part and puts it in its place: the same bits wherever that is. A top that fails is a
     row as any other."""
     plan, numbers = folder.plan, folder.plan.tops_of(i)
-    try:
-        tops = plan.source[numbers.start : numbers.stop]
-        outcome = plan.solve(tops, threads, progress)
-    except (TypeError, ValueError) as error:
-        where = f"part {i}, of the tops {numbers.start} to {numbers.stop - 1}"
-        raise type(error)(f"{where}: {error}") from None
+    outcome = plan.solve(numbers, threads, progress)
     folder.put(i, rows_of(plan, numbers, outcome))
     return Made(len(numbers), int(np.count_nonzero(outcome.status)))
 

@@ -120,10 +120,18 @@ class SweepPlan:
         """What becomes of a part."""
         return Reduced if self.order.kept else Paths
 
-    def solve(self, tops: Ensemble, threads: int, progress: Progress | None) -> Paths | Reduced:
-        """What becomes of some tops."""
+    def solve(self, tops: range, threads: int, progress: Progress | None) -> Paths | Reduced:
+        """What becomes of the tops of these numbers. TypeError or ValueError for the first that
+        cannot be, with its number."""
         t, method, words = self.solved
-        return solve_all(tops, t, method, words, progress, threads)
+        try:
+            some = self.source[tops.start : tops.stop]
+            return solve_all(some, t, method, words, progress, threads)
+        except (TypeError, ValueError):
+            at = np.arange(tops.start, tops.stop, dtype=np.int64)
+            raise self.source._refusal(
+                lambda some: _looked_at(some, t, method, words), at
+            ) from None
 
 
 def hash_of(told: Mapping[str, Any]) -> str:
@@ -182,10 +190,16 @@ def planned(
         raise ValueError("t must be a number or a list of times, which all tops of a sweep share")
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of one, not {shown(method)}")
-    some, words = source._sample(), words._replace(reduce=_listed(words.reduce))
-    order = by_trial(words) if method == BY_TRIAL else order_of(some, method, words)
-    number = None if order.chooses else checked_every(order.request.method, words.every)
-    times = times_of(some, t, order, number)
+    words = words._replace(reduce=_listed(words.reduce))
+
+    def look(some: Ensemble) -> tuple[Order, Array]:
+        return _looked_at(some, t, method, words)
+
+    sample = source._sample()
+    try:
+        order, times = look(source._made(sample))
+    except (TypeError, ValueError):
+        raise source._refusal(look, sample) from None
     states = times.shape[-1]
     size = _default(order, states) if part is None else whole("part", part, 1)
     kept = min(size, source.size) * _row(order, states)
@@ -196,6 +210,13 @@ def planned(
         )
     asked = Solved(np.asarray(t, dtype=np.float64).tolist(), method, _plain(words, order))
     return SweepPlan(source, asked, size, order, times)
+
+
+def _looked_at(some: Ensemble, t: Numbers, method: str, words: Words) -> tuple[Order, Array]:
+    """The order of some tops, and their times."""
+    order = by_trial(words) if method == BY_TRIAL else order_of(some, method, words)
+    number = None if order.chooses else checked_every(order.request.method, words.every)
+    return order, times_of(some, t, order, number)
 
 
 def _row(order: Order, states: int) -> int:

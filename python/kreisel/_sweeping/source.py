@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Unpack, overload
 
@@ -21,11 +22,13 @@ from .._model.columns import compact
 from .._model.scene import Ensemble, Scene
 from .._model.typed import Varied
 from .._model.varied import scattered
+from .._request.many import index_of, place
 from .start_words import FLAGS, Given, Shape, given
 from .tables_of_starts import read_columns
 
 _DRAWS = 4  # random numbers of a top for a word, of which none that is drawn has more components
 _BODY = "mass", "inertia", "com", "rounded", "made_up"
+_FIRST = re.compile(r"(\w+)\[0\](: | = )")  # the word of the first top in a refusal
 _SAMPLED = 1 << 10  # tops by which a source is looked at
 _SCATTERED = "momentum", "attitude", "gravity"
 _NOT_DRAWN = "attitude", "attitude_xyzw", "inertia"
@@ -214,14 +217,36 @@ class Source:
         told = [*self._told, *drawn.ranges, *drawn.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(told) or 'all alike'}>"
 
-    def _sample(self) -> Ensemble:
-        """Some tops by which a request is looked at: all over the source, with the first and the
-        last; of random ones any tell as much."""
+    def _sample(self) -> Places:
+        """The numbers of some tops by which a request is looked at: all over the source, with the
+        first and the last; of random ones any tell as much."""
         if self._drawn is not None:
-            return self[:_SAMPLED]
+            return np.arange(min(self.size, _SAMPLED), dtype=np.int64)
         step = max(1, self.size // _SAMPLED)
         at = np.arange(0, self.size, step, dtype=np.int64)
-        return self._made(np.append(at, self.size - 1))
+        return np.unique(np.append(at, self.size - 1))
+
+    def _refusal(self, look: Callable[[Ensemble], object], at: Places) -> Exception:
+        """What a look at the first of some tops that is refused raises, with its number here; or a
+        look at any, where it is for none of them."""
+        while at.size > 1:
+            middle = at.size // 2
+            try:
+                look(self._made(at[:middle]))
+            except (TypeError, ValueError):
+                at = at[:middle]
+            else:
+                at = at[middle:]
+        try:
+            look(self._made(at))
+        except (TypeError, ValueError) as error:
+            own = _FIRST.match(str(error))
+            if own is None:
+                return error
+            where = place(index_of(int(at[0]), self.shape))
+            word = "" if own[1] == "top" else f"{own[1]}{own[2]}"
+            return type(error)(f"top{where}: {word}{str(error)[own.end() :]}")
+        return ValueError("these tops are refused together, and none of them alone")
 
     def _made(self, at: Places) -> Ensemble:
         """The tops of these numbers; of random ones they follow each other."""
