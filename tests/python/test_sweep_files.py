@@ -1,5 +1,7 @@
 """The parts of a sweep, as others read them and as kreisel does; and whence their tops come."""
 
+import copy
+import pickle
 import sys
 
 import duckdb
@@ -250,6 +252,20 @@ def test_scattered_tops_are_those_of_the_scene(tmp_path):
     found = swept(tmp_path, {"t": [1.0], "part": 99}, source)
     assert np.array_equal(found["gravity"], TOP.scatter(500, **words).gravity)
     assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
+
+
+def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
+    found = swept(tmp_path, parts=range(2))
+    for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
+        again = pickle.loads(pickle.dumps(source))
+        assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
+        with pytest.raises(AttributeError, match=r"make another kreisel\.Source"):
+            source.scene = TOP
+    assert pickle.loads(pickle.dumps(found)).done == [0, 1]
+    assert repr(SOURCE) == "<kreisel.Source of shape (12, 25): spin, gravity>"
+    assert repr(found) == "<kreisel.Swept of shape (12, 25): 2 of 5 parts>"
+    with pytest.raises(IndexError, match="there is no top 300 among 300"):
+        SOURCE[300]
 
 
 def test_columns_of_files_are_words(tmp_path):

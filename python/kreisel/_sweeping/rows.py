@@ -39,7 +39,7 @@ class Rows:
     units: dict[str, str] = field(default_factory=dict)
 
     def add(self, name: str, values: Column, unit: str = "") -> None:
-        """A column; a name that is taken by the result of a run has been that of a start."""
+        """A column with its unit."""
         self.columns[name], self.units[name] = values, unit
 
 
@@ -51,7 +51,7 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Paths | Reduced) -> Rows:
     starts = plan.source._coords(tops.start, tops.stop, outcome.tops)
     for name, one in starts.items():
         for column, values in _components(name, one):
-            given = f"{column}_given" if column in taken else column
+            given = f"{column}_given" if column in taken else column  # as spin with want=("spin",)
             rows.add(given, values, unit(name, plan.source._flags.get("degrees", False)))
     for name, values, dimension in results:
         rows.add(name, values, dimension)

@@ -63,12 +63,16 @@ def sweep(
     a crash, on another machine.
 
     A part is a file with a row for each of its tops: number, start, how it went, and what solve was
-    asked for, under units; in Parquet, or where pyarrow is not installed as numpy's. It depends on
-    the plan and its own number alone, not on who makes it, when, or beside what. What stands in the
-    folder already is looked at, bit by bit; what is missing or damaged is made.
+    asked for, with units [M L T]; in Parquet, or where pyarrow is not installed numpy's. It depends
+    on the plan and its own number alone, not on who makes it, when, or beside what. A top that
+    fails is a row as others are, whose status is not 0. What stands in the folder already is looked
+    at, bit by bit; what is missing or damaged is made.
 
-    tops      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file that has the whole
-              plan, in the words of kreisel.SweepPlan's example in the README
+    tops      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file that has all: t and
+              the words to `part`, scene (a name, a file or a table), and one of the tables [grid],
+              [random], [scatter], [columns] with the words of that maker of Source, where values
+              may be { from = 0, to = 20, n = 1000 }; events are tables [[events]], each with the
+              `event` of kreisel.events and its words
     t         a number or a list of times, for all tops; this and the words to `reduce` are those of
               kreisel.solve
     to        the folder: one that is not there yet, or empty, or has parts of the same plan
