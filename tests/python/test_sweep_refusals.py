@@ -5,6 +5,7 @@ import os
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._sweeping import folder as folder_of
 from many import MIXED
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
 
@@ -118,6 +119,15 @@ def test_a_folder_that_must_not_be_written_is_told(tmp_path):
     os.chmod(place, 0o755)
     assert said.count("PermissionError") == 2, said + wrong
     assert listed(place) == ["part-000000.parquet", "plan.json"]
+
+
+def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
+    def none(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(folder_of.os, "link", none)
+    swept(tmp_path / "runs", parts=range(1))
+    assert listed(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
 
 
 def test_there_must_be_a_place_for_the_folder(tmp_path):

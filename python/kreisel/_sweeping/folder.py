@@ -244,8 +244,11 @@ def _put_first(file: Path, data: bytes) -> None:
         os.link(new, file)
     except FileExistsError:
         pass
+    except OSError:  # a disk that has no links
+        if not file.exists():
+            os.replace(new, file)
     finally:
-        new.unlink()
+        new.unlink(missing_ok=True)
 
 
 def _two_plans(where: Path, told: dict[str, Any], plan: SweepPlan) -> str:

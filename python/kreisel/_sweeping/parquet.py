@@ -49,20 +49,26 @@ def parquet_paths(table: Table) -> list[tuple[str, Any]]:
     """The columns by the names that the file has for their numbers, with their kinds."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
-        if pa.types.is_list(field.type)
+        if pa.types.is_large_list(field.type)
         else (field.name, field.type)
         for field in table.schema
     ]
 
 
 def as_table(rows: Rows) -> Table:
-    """The rows as a table of Arrow, whose fields have their units."""
+    """The rows as a table of Arrow, whose fields have their units, and say of what there are many:
+    a top has one value, or one per time or per event."""
     columns = {name: _array(values) for name, values in rows.columns.items()}
+    per = {name: "top" if rows.columns[name].ndim == 1 else "time" for name in columns}
     if rows.ragged:
-        offsets = np.concatenate([[0], np.cumsum(rows.columns[COUNT])]).astype(np.int32)
+        offsets = np.concatenate([[0], np.cumsum(rows.columns[COUNT])]).astype(np.int64)
         columns |= {name: _list(offsets, values) for name, values in rows.ragged.items()}
     fields = [
-        pa.field(name, column.type, metadata={"units": rows.units.get(name, "")})
+        pa.field(
+            name,
+            column.type,
+            metadata={"units": rows.units.get(name, ""), "per": per.get(name, "event")},
+        )
         for name, column in columns.items()
     ]
     return pa.Table.from_arrays(list(columns.values()), schema=pa.schema(fields))
@@ -72,11 +78,11 @@ def _array(values: Column) -> Any:
     if values.ndim == 1:
         return pa.array(values)
     n, k = values.shape
-    return _list(np.arange(n + 1, dtype=np.int32) * k, values.reshape(-1))
+    return _list(np.arange(n + 1, dtype=np.int64) * k, values.reshape(-1))
 
 
 def _list(offsets: Column, values: Column) -> Any:
-    return pa.ListArray.from_arrays(pa.array(offsets), pa.array(values))
+    return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
 
 
 def about(file: str) -> dict[str, Any]:
@@ -101,14 +107,14 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
         raise ValueError(f"{file} is damaged: it has no {wanted}")
     rows = Rows()
     for field, column in zip(table.schema, table.columns, strict=True):
-        whole = column.combine_chunks()
-        units = (field.metadata or {}).get(b"units", b"").decode()
-        rows.units[field.name] = units
-        if not pa.types.is_list(field.type):
-            rows.columns[field.name] = whole.to_numpy(zero_copy_only=False)
-        elif field.name.startswith("event_"):
-            rows.ragged[field.name] = whole.flatten().to_numpy(zero_copy_only=False)
+        whole, told = column.combine_chunks(), field.metadata or {}
+        rows.units[field.name] = told.get(b"units", b"").decode()
+        per = told.get(b"per", b"top")
+        flat = whole if per == b"top" else whole.flatten()
+        values = flat.to_numpy(zero_copy_only=False)
+        if per == b"event":
+            rows.ragged[field.name] = values
         else:
-            flat = whole.flatten().to_numpy(zero_copy_only=False)
-            rows.columns[field.name] = flat.reshape(len(whole), states)
+            shape = (len(whole),) if per == b"top" else (len(whole), states)
+            rows.columns[field.name] = values.reshape(shape)
     return rows

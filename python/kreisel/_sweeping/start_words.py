@@ -19,7 +19,10 @@ _ENDINGS = {  # of components, by the word
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {
+_UNITS = {  # of the words of bodies, too
+    **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
+    **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
+    "density": "M L^-3",
     "mass": "M",
     "inertia": "M L^2",
     "com": "L",
