@@ -15,7 +15,6 @@ import numpy as np
 from .._core import Worker
 from .._ground.arguments import Array, Numbers, shown, whole
 from .._model.scene import Ensemble, Scene
-from .._recording.outcomes import Outcomes
 from .._recording.paths import Paths
 from .._recording.reduced import Reduced
 from .._request.many import Order, times_of
@@ -67,11 +66,6 @@ class SweepPlan:
         """The numbers of the tops of a part."""
         return range(i * self.part, min((i + 1) * self.part, self.source.size))
 
-    @property
-    def row(self) -> int:
-        """About how many bytes are kept of a top."""
-        return _row(self.order, self.states)
-
     @cached_property
     def told(self) -> dict[str, Any]:
         """The plan as JSON has it."""
@@ -106,19 +100,13 @@ class SweepPlan:
     @property
     def arrays(self) -> Iterator[Array]:
         """The numbers that are too many for the plan itself."""
-        drawn = self.source._drawn
-        for words in (self.source._words, self.source._told, drawn.ranges if drawn else {}):
+        for words in (self.source._words, self.source._told):
             yield from (one.values for one in words.values() if one.values.size > _INLINE)
 
     @cached_property
     def kernel(self) -> str:
         """The instruction set of the series here; the bits are the same on all that have fma."""
         return "" if self.order.chooses else Worker(*self.order.core, []).kernel[0]
-
-    @property
-    def kind(self) -> type[Outcomes]:
-        """What becomes of a part."""
-        return Reduced if self.order.kept else Paths
 
     def solve(self, tops: range, threads: int, progress: Progress | None) -> Paths | Reduced:
         """What becomes of the tops of these numbers. TypeError or ValueError for the first that

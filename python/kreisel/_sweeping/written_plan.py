@@ -21,13 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import events
 from .._ground.arguments import number, shown, whole
 from .._ground.refusals import unknown
 from .._model.scene import Scene, parsed
 from .._model.toml import a_table, read, tables
 from .._verbs.many import Words
-from ..events import Event
+from ..events import MAKERS, Event
 from ..scenes import about, named
 from .planned import SweepPlan, planned
 from .source import Source
@@ -39,11 +38,6 @@ _MAKERS: dict[str, Callable[..., Source]] = {
     "columns": Source.columns,
 }
 _WORDS = ["t", "method", *Words._fields, "part"]
-_EVENTS: dict[str, Callable[..., Event]] = {
-    name: getattr(events, name)
-    for name in events.__all__
-    if name.islower() and callable(getattr(events, name))
-}
 
 
 def from_file(file: Path) -> SweepPlan:
@@ -121,10 +115,10 @@ def _rows(told: object) -> list[dict[str, Any]]:
 
 def _event(row: dict[str, Any]) -> Event:
     name = row.pop("event", None)
-    if name not in _EVENTS:
-        raise ValueError(unknown("event", str(name), _EVENTS))
+    if name not in MAKERS:
+        raise ValueError(unknown("event", str(name), MAKERS))
     try:
-        return _EVENTS[name](**row)
+        return MAKERS[name](**row)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
         raise ValueError(f"event {name}: {said}") from None
