@@ -20,7 +20,7 @@ import numpy as np
 
 from .._request.request import Progress
 from .folder import Folder
-from .rows import rows_of
+from .rows import Rows, rows_of
 
 _AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
 _LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between calls of progress
@@ -33,13 +33,19 @@ class Made(NamedTuple):
     failed: int
 
 
-def make(folder: Folder, i: int, threads: int = 1, progress: Progress | None = None) -> Made:
-    """Makes a part and puts it in its place: the same bits wherever that is. A top that fails is a
-    row as any other."""
-    plan, numbers = folder.plan, folder.plan.tops_of(i)
-    outcome = plan.solve(numbers, threads, progress)
-    folder.put(i, rows_of(plan, numbers, outcome))
-    return Made(len(numbers), int(np.count_nonzero(outcome.status)))
+def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> tuple[Rows, Made]:
+    """The rows of a part. A top that fails is one as any other."""
+    numbers = folder.plan.tops_of(i)
+    outcome = folder.plan.solve(numbers, threads, progress)
+    failed = int(np.count_nonzero(outcome.status))
+    return rows_of(folder.plan, numbers, outcome), Made(len(numbers), failed)
+
+
+def make(folder: Folder, i: int, progress: Progress | None = None) -> Made:
+    """Makes a part on one thread and puts it in its place: the same bits wherever that is."""
+    rows, made = moved(folder, i, 1, progress)
+    folder.put(i, rows)
+    return made
 
 
 class Lost(RuntimeError):
@@ -57,15 +63,23 @@ class Shift:
         self._ended = threading.Event()
 
     def here(self, threads: int) -> None:
-        """All parts, one after the other."""
-        while self.left:
-            within = self._within if self.progress is not None else None
-            made = make(self.folder, self.left[0], threads, within)
-            del self.left[0]
-            self._take(made)
+        """All parts, one after the other; while one is written the next is under way."""
+        with ThreadPoolExecutor(1) as writer:
+            written: Future[None] | None = None
+            for i in tuple(self.left):
+                rows, made = moved(self.folder, i, threads, self._within(i))
+                if written is not None:
+                    written.result()
+                written = writer.submit(self.folder.put, i, rows)
+                self.done += made.tops
+        if written is not None:
+            written.result()
+            self._tell(self.done, last=True)
 
-    def _within(self, share: float) -> None:
-        self._tell(self.done + share * len(self.folder.plan.tops_of(self.left[0])))
+    def _within(self, i: int) -> Progress | None:
+        """To be told how far a part has come."""
+        tops = len(self.folder.plan.tops_of(i))
+        return self.progress and (lambda share: self._tell(self.done + share * tops))
 
     def _take(self, made: Made) -> None:
         self.done += made.tops
@@ -90,7 +104,7 @@ class Shift:
 
     def _once(self, executor: Executor) -> None:
         inside = isinstance(executor, ThreadPoolExecutor)
-        watch = (1, self._watch) if inside else ()
+        watch = (self._watch,) if inside else ()
         waiting, under_way = list(self.left), dict[Future[Made], int]()
         try:
             while waiting or under_way:
