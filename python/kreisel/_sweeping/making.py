@@ -1,5 +1,5 @@
 """Parts are made: here, one after the other by some threads, or by an executor, one on each of its
-workers. A worker gives back counts; what it made is on the disk."""
+workers. A worker gives back a count; what it made is on the disk."""
 
 from __future__ import annotations
 
@@ -14,9 +14,6 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from typing import NamedTuple
-
-import numpy as np
 
 from .._request.request import Progress
 from .folder import Folder
@@ -26,26 +23,17 @@ _AHEAD = 256  # parts that an executor has at once: more than it has workers, fe
 _LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between calls of progress
 
 
-class Made(NamedTuple):
-    """What is told of a part that was made: how many tops it has, and how many of these failed."""
-
-    tops: int
-    failed: int
-
-
-def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> tuple[Rows, Made]:
+def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> Rows:
     """The rows of a part. A top that fails is one as any other."""
     numbers = folder.plan.tops_of(i)
-    outcome = folder.plan.solve(numbers, threads, progress)
-    failed = int(np.count_nonzero(outcome.status))
-    return rows_of(folder.plan, numbers, outcome), Made(len(numbers), failed)
+    return rows_of(folder.plan, numbers, folder.plan.solve(numbers, threads, progress))
 
 
-def make(folder: Folder, i: int, progress: Progress | None = None) -> Made:
-    """Makes a part on one thread and puts it in its place: the same bits wherever that is."""
-    rows, made = moved(folder, i, 1, progress)
-    folder.put(i, rows)
-    return made
+def make(folder: Folder, i: int, progress: Progress | None = None) -> int:
+    """Makes a part on one thread and puts it in its place: the same bits wherever that is. Gives
+    back how many tops it has."""
+    folder.put(i, moved(folder, i, 1, progress))
+    return len(folder.plan.tops_of(i))
 
 
 class Lost(RuntimeError):
@@ -67,11 +55,11 @@ class Shift:
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
-                rows, made = moved(self.folder, i, threads, self._within(i))
+                rows = moved(self.folder, i, threads, self._within(i))
                 if written is not None:
                     written.result()
                 written = writer.submit(self.folder.put, i, rows)
-                self.done += made.tops
+                self.done += len(self.folder.plan.tops_of(i))
         if written is not None:
             written.result()
             self._tell(self.done, last=True)
@@ -80,10 +68,6 @@ class Shift:
         """To be told how far a part has come."""
         tops = len(self.folder.plan.tops_of(i))
         return self.progress and (lambda share: self._tell(self.done + share * tops))
-
-    def _take(self, made: Made) -> None:
-        self.done += made.tops
-        self._tell(self.done, self.done == self.tops)
 
     def _tell(self, tops: float, last: bool = False) -> None:
         now = time.monotonic()
@@ -105,7 +89,7 @@ class Shift:
     def _once(self, executor: Executor) -> None:
         inside = isinstance(executor, ThreadPoolExecutor)
         watch = (self._watch,) if inside else ()
-        waiting, under_way = list(self.left), dict[Future[Made], int]()
+        waiting, under_way = list(self.left), dict[Future[int], int]()
         try:
             while waiting or under_way:
                 while waiting and len(under_way) < _AHEAD:
@@ -125,16 +109,17 @@ class Shift:
         if self._ended.is_set():
             raise KeyboardInterrupt
 
-    def _end(self, future: Future[Made], i: int) -> None:
+    def _end(self, future: Future[int], i: int) -> None:
         """Takes a part that is there; one that was called off, or is not there, stays left."""
         if future.cancelled():
             return
-        made = future.result()
-        if isinstance(made, Made) and self.folder.file(i).exists():
+        tops = len(self.folder.plan.tops_of(i))
+        if future.result() == tops and self.folder.file(i).exists():
             self.left.remove(i)
-            self._take(made)
+            self.done += tops
+            self._tell(self.done, self.done == self.tops)
 
-    def _call_off(self, running: list[Future[Made]], inside: bool) -> None:
+    def _call_off(self, running: list[Future[int]], inside: bool) -> None:
         """Ends what waits, and what threads are making. Another process is not waited for."""
         self._ended.set()
         left = [future for future in running if not future.cancel()]
