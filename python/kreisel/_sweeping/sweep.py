@@ -20,7 +20,7 @@ from .folder import DAMAGED, DONE, OLD, Folder, prepared
 from .making import Shift
 from .planned import SweepPlan, planned
 from .source import Source
-from .swept import Swept, read_sweep
+from .swept import Swept
 from .written_plan import from_file
 
 
@@ -109,11 +109,11 @@ def sweep(
         else:
             shift.by(executor)
     except KeyboardInterrupt:
-        found = read_sweep(folder.place)
+        found = Swept(folder)
         left = f"{len({*chosen} - {*found.done})} of {len(chosen)} parts are left"
         said = f"interrupted: {left}; the same call goes on in {folder.place}"
         raise SweepInterrupted(said, found) from None
-    return read_sweep(folder.place)
+    return Swept(folder)
 
 
 def _plan(tops: Any, t: Any, method: object, words: Words, part: int | None) -> SweepPlan:
