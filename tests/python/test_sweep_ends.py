@@ -216,3 +216,5 @@ def test_the_words_of_a_plan_in_other_forms_are_the_same_plan(tmp_path):
     swept(tmp_path, parts=range(1))
     words = {**REDUCED, "t": (1, 4), "reduce": {"nutation": iter(["min", "max"]), "apex": ["mean"]}}
     assert swept(tmp_path, words).missing == []
+    words = {"t": [1.0], "want": iter(["energy"])}
+    assert swept(tmp_path / "want", words, parts=range(0)).plan["solve"]["want"] == ["energy"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -115,10 +115,10 @@ class SweepPlan:
         try:
             some = self.source[tops.start : tops.stop]
             return solve_all(some, t, method, words, progress, threads)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._refusal(
-                lambda some: _looked_at(some, t, method, words), at
+                lambda some: _looked_at(some, t, method, words), at, error
             ) from None
 
 
@@ -164,6 +164,8 @@ def _solve(words: Words) -> dict[str, Any]:
     told = {name: value for name, value in words._asdict().items() if value is not None}
     if words.events is not None:
         told["events"] = [written(event) for event in checked_events(ELSE, words.events)]
+    if words.want is not None:
+        told["want"] = list(words.want)
     if words.reduce is not None:
         told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
     return told
@@ -178,7 +180,7 @@ def planned(
         raise ValueError("t must be a number or a list of times, which all tops of a sweep share")
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of one, not {shown(method)}")
-    words = words._replace(reduce=_listed(words.reduce))
+    words = words._replace(want=_read_once(words.want), reduce=_listed(words.reduce))
 
     def look(some: Ensemble) -> tuple[Order, Array]:
         return _looked_at(some, t, method, words)
@@ -186,8 +188,8 @@ def planned(
     sample = source._sample()
     try:
         order, times = look(source._made(sample))
-    except (TypeError, ValueError):
-        raise source._refusal(look, sample) from None
+    except (TypeError, ValueError) as error:
+        raise source._refusal(look, sample, error) from None
     states = times.shape[-1]
     size = _default(order, states) if part is None else whole("part", part, 1)
     kept = min(size, source.size) * _row(order, states)
@@ -220,10 +222,12 @@ def _listed(reduce: Any) -> Any:
     """What is to be reduced, in lists that can be read more than once."""
     if not isinstance(reduce, Mapping):
         return reduce
-    return {
-        name: list(kinds) if isinstance(kinds, Iterable) and not isinstance(kinds, str) else kinds
-        for name, kinds in reduce.items()
-    }
+    return {name: _read_once(kinds) for name, kinds in reduce.items()}
+
+
+def _read_once(names: Any) -> Any:
+    """Names in a list that can be read more than once."""
+    return list(names) if isinstance(names, Iterator) else names
 
 
 def _plain(words: Words, order: Order) -> Words:

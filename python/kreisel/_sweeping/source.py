@@ -226,9 +226,11 @@ class Source:
         at = np.arange(0, self.size, step, dtype=np.int64)
         return np.unique(np.append(at, self.size - 1))
 
-    def _refusal(self, look: Callable[[Ensemble], object], at: Places) -> Exception:
+    def _refusal(
+        self, look: Callable[[Ensemble], object], at: Places, of_all: Exception
+    ) -> Exception:
         """What a look at the first of some tops that is refused raises, with its number here; or a
-        look at any, where it is for none of them."""
+        look at any, where it is for none of them. `of_all` is what all together were refused by."""
         while at.size > 1:
             middle = at.size // 2
             try:
@@ -246,7 +248,7 @@ class Source:
             where = place(index_of(int(at[0]), self.shape))
             word = "" if own[1] == "top" else f"{own[1]}{own[2]}"
             return type(error)(f"top{where}: {word}{str(error)[own.end() :]}")
-        return ValueError("these tops are refused together, and none of them alone")
+        return of_all
 
     def _made(self, at: Places) -> Ensemble:
         """The tops of these numbers; of random ones they follow each other."""
