@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import signal
+import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
@@ -101,12 +102,20 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
             try:
                 yield pool
             except BaseException:
+                threading.excepthook = _told_but_what_was_called_off
                 pool.shutdown(wait=False, cancel_futures=True)
                 for child in multiprocessing.active_children():
                     child.terminate()
                 raise
     else:
         yield None
+
+
+def _told_but_what_was_called_off(failure: threading.ExceptHookArgs) -> None:
+    """What fails in a thread is told; but not that of Python's pool, which may fail at the end of a
+    command, where a worker ends whose task has been called off."""
+    if failure.exc_type is not InvalidStateError:
+        threading.__excepthook__(failure)
 
 
 def _unheeding() -> None:
