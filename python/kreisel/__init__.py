@@ -33,6 +33,9 @@ from ._recording.section import Section
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
 from ._showing.view import View, view
+from ._sweeping.source import Source
+from ._sweeping.sweep import SweepInterrupted, sweep
+from ._sweeping.swept import Swept, read_sweep
 from ._verbs.chaos import lyapunov, megno, oli
 from ._verbs.exact import Exact, ExactMap, exact
 from ._verbs.exact_many import ExactEnsemble
@@ -77,7 +80,10 @@ __all__ = [
     "Run",
     "Scene",
     "Section",
+    "Source",
     "Stats",
+    "SweepInterrupted",
+    "Swept",
     "Table",
     "Units",
     "View",
@@ -99,6 +105,7 @@ __all__ = [
     "plan",
     "plot",
     "quaternion",
+    "read_sweep",
     "resume",
     "rod",
     "scaled_units",
@@ -108,5 +115,6 @@ __all__ = [
     "start",
     "starts",
     "stream",
+    "sweep",
     "view",
 ]

@@ -28,7 +28,7 @@ their digits. Growing and falling are meant in time, also where the path runs ba
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypedDict, Unpack
 
@@ -294,6 +294,11 @@ def _event(
             raise TypeError(f"{name} must be True or False, not {shown(value)}")
     limit = None if most is None else whole("most", most, 1)
     return Event(terms, where, extremum, int(direction), limit, terminal)
+
+
+MAKERS: dict[str, Callable[..., Event]] = {  # by the names that a shell and files have for them
+    name: globals()[name] for name in __all__ if name.islower() and callable(globals()[name])
+}
 
 
 def checked_events(method: str, events: object) -> tuple[Event, ...]:

@@ -9,7 +9,7 @@ from kreisel import quaternion
 from words import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
-FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted
+FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.SweepInterrupted
 NAMES = "MethodName", "QuantityName"  # types of texts, which nobody calls
 NAMESPACES = kr, kr.events, quaternion, kr.scenes
 
@@ -20,6 +20,11 @@ def always(thing):
 
 def table():
     return kr.compare(TOP, 0.5, ["rk4"], [0.1], repeats=1)
+
+
+def swept(folder):
+    """The sweep of two parts that stands in a folder."""
+    return lambda: kr.read_sweep(folder, partial=folder == "half")
 
 
 def run(scene, method="auto", **more):
@@ -57,6 +62,8 @@ SELVES = {  # things of each class that has methods
     ],
     kr.Scene: [always(scene) for scene in words.SCENES],
     kr.Section: [always(section) for section in words.SECTIONS],
+    kr.Source: [always(source) for source in words.SOURCES],
+    kr.Swept: [swept("swept"), swept("half")],
     kr.Stats: [always(PATHS[0].stats)],
     kr.Table: [always(table())],
     kr.Units: [always(kr.scaled_units(LAGRANGE.body))],

@@ -20,7 +20,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from public import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
-from words import HOSTILE, MOST, PARTICULAR, RIGHT, WORDS
+from words import HOSTILE, MOST, PARTICULAR, RIGHT, SOURCES, WORDS
 
 ASKED = os.environ.get("KREISEL_CALLS")
 EXAMPLES = settings(
@@ -35,8 +35,8 @@ LETTERS = 1000  # of the longest refusal: some tell all the names there are
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
 LEFT_OUT = "it keeps what want="  # says a path of an array that was not wanted
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
-IDIOMS |= {"end": IndexError, "named": KeyError, "why": IndexError}
-PLACES = {"file", "source", "path", "checkpoint", "open"}  # words of files
+IDIOMS |= {"end": IndexError, "named": KeyError, "why": IndexError, "part": IndexError}
+PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}  # words of files
 LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours
 LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in their refusals
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}  # and so may these
@@ -64,6 +64,10 @@ def place(tmp_path_factory):
         kr.solve(kr.scenes.asymmetric, [1, 2]).save("top.npz")
         kr.scenes.thesis.to_toml("top.toml")
         kr.start(kr.scenes.asymmetric).save("top.run")
+        for name, parts in {"swept": None, "half": range(1)}.items():
+            kr.sweep(SOURCES[0], [1.0], to=name, part=3, parts=parts, reduce={"nutation": "min"})
+        np.savez("tops.npz", gravity=[1.0, 2.0])
+        kr.read_sweep("swept").to_pandas()[["spin", "tilt"]].to_parquet("tops.parquet")
         before = signal.signal(signal.SIGALRM, end)
         yield
         signal.signal(signal.SIGALRM, before)
@@ -182,7 +186,10 @@ def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
         field = data.draw(st.sampled_from(dataclasses.fields(cls))).name
         name, (_, parameters) = data.draw(st.sampled_from(list(of_class(cls).items())))
         odd = data.draw(HOSTILE)
-        words = {p.name: right(name, p.name)[0] for p in parameters if p.default is p.empty}
+        needed = [
+            p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD
+        ]
+        words = {word: right(name, word)[0] for word in needed}
         signal.alarm(SECONDS)
         with contextlib.suppress(Exception):
             bent = dataclasses.replace(thing, **{field: odd})

@@ -50,6 +50,12 @@ SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, wait=20) for i in (0, 2, 3, 4)]
 SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
 KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
 REDUCED = [kr.solve(tops, [0.5, 1.0], reduce=KEEPING) for tops in ENSEMBLES]
+SOURCES = [
+    kr.Source.grid(LAGRANGE, spin=[1.0, 2.0, 3.0], tilt=[0.0, 0.5]),
+    kr.Source.random(TOP, 5, seed=1, gravity=(0.5, 1)),
+    kr.Source.scatter(TOP, 5, attitude=0.1),
+    *(kr.Source.of(tops) for tops in ENSEMBLES if tops.size),
+]
 MOST = 300  # steps of a run: a call that asks for more ends there
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 TOML = TOP.to_toml()
@@ -125,6 +131,13 @@ RIGHT = {
     "paths": MANY,
     "scenes": [[TOP, LAGRANGE], [[TOP], [FREE]]],
     "shape": [-1, 1, (1, -1)],
+    "tops": [*SOURCES, *ENSEMBLES],
+    "to": [f"runs{i}" for i in range(40)],
+    "part": [None, 1, 7],
+    "parts": [None, range(1), range(0)],
+    "folder": ["swept", "half", "runs1"],
+    "partial": FLAGS,
+    "sweep": [None],
 }
 WORDS = {  # what a function's **words are
     "more": ["direction", "where", "most", "terminal"],
@@ -157,6 +170,13 @@ PARTICULAR = {  # where a word means something else than elsewhere
     "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
     "Scene.scatter.momentum": [0.1, (0.1, 0, 0)],
     "Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
+    "Source.scatter.momentum": [0.1, (0.1, 0, 0)],
+    "Source.scatter.attitude": [0.1, (0.1, 0, 0)],
+    "Source.columns.file": ["tops.npz", "tops.parquet"],
+    "Source.of.tops": ENSEMBLES,
+    "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
+    "Swept.__getitem__.name": ["status", "nutation_min", "top"],
+    "Swept.part.i": [0, 1],
     "quaternion.unit.name": ["attitude"],
     "quaternion.from_xyzw.name": ["attitude"],
     "quaternion.from_xyzw.value": ATTITUDES,

@@ -59,7 +59,7 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     except BaseException:
         new.unlink(missing_ok=True)
         raise
-    _sync(file.parent)
+    sync(file.parent)
 
 
 def write(path: str | os.PathLike[str], data: bytes) -> None:
@@ -67,6 +67,20 @@ def write(path: str | os.PathLike[str], data: bytes) -> None:
     stays and nothing else is left behind. OSError where it cannot be written."""
     with growing(path) as file:
         file.add(data)
+
+
+def sync(folder: Path) -> None:
+    """A name is on the disk once its folder is; not every system can open one."""
+    try:
+        there = os.open(folder, os.O_RDONLY)
+    except OSError:
+        return
+    try:
+        os.fsync(there)
+    except OSError:
+        pass
+    finally:
+        os.close(there)
 
 
 def refuse_no_place(path: str | os.PathLike[str]) -> None:
@@ -103,17 +117,3 @@ def _begun(new: Path, file: Path, name: str) -> int:
 
 def _mode(file: Path) -> int:
     return file.stat().st_mode & 0o777 if file.exists() else 0o666
-
-
-def _sync(folder: Path) -> None:
-    """A name is on the disk once its folder is; not every system can open one."""
-    try:
-        there = os.open(folder, os.O_RDONLY)
-    except OSError:
-        return
-    try:
-        os.fsync(there)
-    except OSError:
-        pass
-    finally:
-        os.close(there)

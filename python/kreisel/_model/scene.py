@@ -355,7 +355,11 @@ _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS
 
 def parse(text: str) -> Scene:
     """The scene in a text of TOML."""
-    table = tables(text)
+    return parsed(tables(text))
+
+
+def parsed(table: dict[str, object]) -> Scene:
+    """The scene in a table of TOML, which this empties."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_of(table.pop("body"), _ABOVE)

@@ -170,12 +170,14 @@ def scattered(
     momentum: ArrayLike | None,
     attitude: ArrayLike | None,
     gravity: float | None,
+    begin: int = 0,
 ) -> E:
-    """The ensemble of a scene with words that are off by normal deviations of these widths."""
+    """The ensemble of a scene with words that are off by normal deviations of these widths; its n
+    members are those of a larger one from `begin` on."""
     count, key = whole("n", n, 0), whole("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
-    normal = _normal(key, count)
+    normal = _normal(key, begin, count)
     words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
     with np.errstate(all="ignore"):
         if momentum is not None:
@@ -201,13 +203,14 @@ def _width(name: str, given: ArrayLike, numbers: int) -> Array:
     return made.values
 
 
-def _normal(seed: int, n: int) -> Array:
-    """(n, 8) normal numbers: row i has those of the member i, whatever n is.
+def _normal(seed: int, first: int, n: int) -> Array:
+    """(n, 8) normal numbers: row i has those of the member first + i, whatever n is.
 
     Each member takes as many random words, of which Box and Muller's transform makes as many
     normal numbers; Philox counts them, and has no other state.
     """
-    drawn, philox = np.empty((n, _DRAWS)), np.random.Philox(key=seed)
+    drawn = np.empty((n, _DRAWS))
+    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # it counts by fours
     for begin in range(0, n, _ROWS):
         rows = drawn[begin : begin + _ROWS]
         raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)

@@ -60,15 +60,21 @@ def kept_frame(reduced: Outcomes, kept: Kept) -> DataFrame:
     for name, (dims, values, about) in _of_tops(reduced).items():
         columns[name] = _over(reduced, dims, values)
         units[name] = str(about["units"])
+    for column, values, unit in kept_columns(reduced, kept):
+        columns[column], units[column] = values, unit
+    frame = pd.DataFrame(columns)
+    frame.attrs = _told(reduced) | {"units": units}
+    return frame
+
+
+def kept_columns(reduced: Outcomes, kept: Kept) -> Iterator[tuple[str, Array, str]]:
+    """Each number that is kept, as a column with its name and unit."""
     for name, quantity, values in _kept(kept):
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(reduced.size, -1)
         for i in range(parts.shape[1]):
             column = quantity.components[i] + kind if parts.shape[1] > 1 else name
-            columns[column], units[column] = parts[:, i], quantity.dimension
-    frame = pd.DataFrame(columns)
-    frame.attrs = _told(reduced) | {"units": units}
-    return frame
+            yield column, parts[:, i], quantity.dimension
 
 
 def _kept(kept: Kept) -> Iterator[tuple[str, Quantity, Array]]:

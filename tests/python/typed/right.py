@@ -1,6 +1,7 @@
 """A script in which nothing is wrong."""
 
 import itertools
+import tempfile
 
 import kreisel as kr
 import numpy as np
@@ -50,6 +51,16 @@ print(paths.nutation.max(), paths.failed, paths.check().status_names, paths.why(
 kept = kr.solve(tops, 10, reduce={"nutation": ("min", "max"), "apex_z": "mean"})
 print(kept["nutation"]["max"].shape, kept.steps.sum(), kr.plan(tops, 10).seconds)
 print([piece.q.shape for piece in kr.stream(tops, [1, 2], chunk=2)], kr.exact(tops[:0]).period)
+source = kr.Source.grid(scene, spin=np.linspace(0, 5, 3), tilt=[0.1, 0.2])
+print(
+    source[1:3].gravity,
+    source[0].body,
+    len(kr.Source.of(tops)),
+    kr.Source.random(scene, 5, spin=(0, 1)),
+)
+with tempfile.TemporaryDirectory() as folder:
+    swept = kr.sweep(source, 10, to=folder, reduce={"nutation": "max"}, parts=range(1))
+    print(swept["nutation_max"].max(), kr.read_sweep(folder, partial=True).done, swept.units)
 try:
     kr.solve(tops, 10).check()
 except kr.Error as error:

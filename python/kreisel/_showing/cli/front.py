@@ -14,7 +14,7 @@ import click
 
 from ..._core import version
 from ..._recording.path import Error
-from . import compare, lists, pages, solve
+from . import compare, lists, pages, solve, sweep
 
 _CODES = """\b
 Exit codes
@@ -119,6 +119,7 @@ for _command in (
     solve.solve,
     solve.resume,
     compare.compare,
+    sweep.sweep,
     lists.methods,
     lists.scenes,
     lists.quantities,

@@ -6,17 +6,11 @@ import inspect
 import re
 from collections.abc import Callable
 
-from ... import events
 from ..._ground.refusals import nearest
 from ..._model.scene import Scene
-from ...events import Event
+from ...events import MAKERS, Event
 from .words import Refused, numbers
 
-MAKERS: dict[str, Callable[..., Event]] = {
-    name: getattr(events, name)
-    for name in events.__all__
-    if name.islower() and callable(getattr(events, name))
-}
 _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 

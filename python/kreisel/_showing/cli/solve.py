@@ -18,9 +18,10 @@ from ..._verbs.run import Run
 from ..._verbs.run import resume as resumed
 from ..._verbs.solve import solve as solved
 from ..._verbs.start import start
+from ...events import MAKERS
 from . import times
 from .left import Left, To, to
-from .looked_for import MAKERS, looked_for
+from .looked_for import looked_for
 from .running import Stops, fed
 from .words import A_METHOD, A_SCENE, QUANTITIES, Refused, method, names, one_of, refusals
 from .words import scene as a_scene

@@ -1,0 +1,273 @@
+"""The folder of a sweep: plan.json, what its tops start from where that is long, and the parts.
+
+A name stands for a file that is whole and on the disk: it is written beside its place and renamed.
+What is there already counts where it is a part of this plan, made by this version, with each bit as
+it was sealed. What is not ours stays.
+"""
+
+from __future__ import annotations
+
+import importlib
+import io
+import json
+import os
+import secrets
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from .._core import version
+from .._ground.arguments import Array
+from .._ground.files import refuse_no_place, sync, write
+from .planned import SweepPlan, hash_of, name_of, read
+from .rows import Rows
+from .seal import is_marked, is_whole, sealed
+
+PLAN = "plan.json"
+_OURS = "sweep"
+_LONGEST = 1 << 30  # bytes of a plan: none comes near
+DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
+
+
+class Form(Protocol):
+    """How parts are written; both modules are of this form."""
+
+    MAGIC: bytes
+
+    def encoded(self, rows: Rows, about: dict[str, Any]) -> bytearray: ...
+    def about(self, file: str) -> dict[str, Any]: ...
+    def decoded(self, file: str, names: Iterable[str] | None, states: int) -> Rows: ...
+
+
+class Folder:
+    """The folder of a plan."""
+
+    def __init__(self, place: Path, plan: SweepPlan, form: str) -> None:
+        self.place, self.plan, self.ending = place, plan, form
+        self.form = cast(Form, importlib.import_module(f"{__package__}.{form}"))
+
+    def file(self, i: int) -> Path:
+        """The name of a part."""
+        return self.place / f"part-{i:06}.{self.ending}"
+
+    def put(self, i: int, rows: Rows) -> None:
+        """Writes a part."""
+        about = {
+            "plan": self.plan.hash,
+            "part": i,
+            "version": version,
+            "kernel": self.plan.kernel,
+        }
+        write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
+
+    def found(self) -> list[int]:
+        """The parts that have a file."""
+        names = {entry.name for entry in os.scandir(self.place)}
+        return [i for i in range(self.plan.parts) if self.file(i).name in names]
+
+    def get(self, i: int, names: Iterable[str] | None = None) -> Rows:
+        """The rows of a part, or some columns of them; ValueError for a part that is damaged, or of
+        another plan."""
+        about = self.form.about(str(self.file(i)))
+        if about.get("plan") != self.plan.hash:
+            raise ValueError(f"{self.file(i)} is damaged, or no part of this plan")
+        return self.form.decoded(str(self.file(i)), names, self.plan.states)
+
+    def look(self, i: int) -> str:
+        """How a part stands: done, missing, damaged, or of another version. FileExistsError for a
+        file that is none of ours."""
+        file = self.file(i)
+        try:
+            data = file.read_bytes()
+        except FileNotFoundError:
+            return MISSING
+        except IsADirectoryError:
+            raise self._foreign(file) from None
+        if not is_whole(data):
+            if self._is_foreign(data):
+                raise self._foreign(file)
+            return DAMAGED
+        about = self.form.about(str(file))
+        if (about["plan"], about["part"]) != (self.plan.hash, i):
+            raise FileExistsError(
+                f"{file} is part {about['part']} of the plan {about['plan'][:16]}, and part {i} of "
+                f"the plan {self.plan.hash[:16]} should stand there: it is not overwritten"
+            )
+        return DONE if about["version"] == version else OLD
+
+    def _is_foreign(self, data: bytes) -> bool:
+        """Whether a file is whole in its own way, and has no seal: a truncated part has no end, and
+        a part with a few wrong bits has its mark."""
+        magic = self.form.MAGIC
+        if is_marked(data) or not data:
+            return False
+        is_begun = data[: len(magic)] == magic[: len(data)]
+        has_end = self.ending == "parquet" and data[len(magic) :].endswith(magic)
+        return has_end or not is_begun
+
+    def _foreign(self, file: Path) -> FileExistsError:
+        return FileExistsError(f"{file} is none of this sweep's files: it is not overwritten")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _opened_once, (str(self.place), self.plan.hash)
+
+
+def opened(place: str | os.PathLike[str], expected: str | None = None) -> Folder:
+    """The folder of a sweep as it stands there; ValueError where it is none, or of another plan
+    than expected."""
+    where = Path(os.path.abspath(place))
+    told = _told(where)
+    plan = _worded(where, told)
+    if expected is not None and plan.hash != expected:
+        raise ValueError(f"{where} has the plan {plan.hash[:16]} now, not {expected[:16]}")
+    return Folder(where, plan, told["form"])
+
+
+@lru_cache(maxsize=4)
+def _opened_once(place: str, expected: str) -> Folder:
+    """The same, for a worker that gets one task after the other."""
+    return opened(place, expected)
+
+
+def _told(where: Path) -> dict[str, Any]:
+    """plan.json; ValueError for what is none."""
+    file = where / PLAN
+    if not where.is_dir():
+        raise FileNotFoundError(f"there is no folder {where}")
+    if not file.is_file():
+        raise ValueError(f"{where} is no folder of a sweep: it has no {PLAN}")
+    try:
+        with open(file, "rb") as plan:
+            told = json.loads(plan.read(_LONGEST))
+    except (ValueError, RecursionError):
+        told = None
+    if not isinstance(told, dict) or told.get("kreisel") != _OURS:
+        raise ValueError(f"{file} is no plan of a sweep")
+    if told.get("hash") != hash_of(told.get("plan", {})):
+        raise ValueError(f"{file} is damaged: its plan has not the hash that it says")
+    if told.get("form") not in ("parquet", "npy"):
+        raise ValueError(f"{file}: parts are written as parquet or npy, not {told.get('form')!r}")
+    return told
+
+
+def _worded(where: Path, told: dict[str, Any]) -> SweepPlan:
+    try:
+        return read(told["plan"], lambda name: _starts(where / name))
+    except ValueError as error:
+        raise ValueError(f"{where / PLAN}: {error}") from None
+
+
+def _starts(file: Path) -> Array:
+    """Numbers that are too many for the plan itself; they are what their name says."""
+    values: Array = np.load(file, allow_pickle=False)
+    if name_of(values) != file.name:
+        raise ValueError(f"{file} is damaged: its numbers are not those of its name")
+    return values
+
+
+def prepared(place: str | os.PathLike[str], plan: SweepPlan) -> Folder:
+    """The folder for this plan: made where there is none, or as it stands there from before.
+    ValueError where it is of another plan, FileExistsError where it is of something else, OSError
+    where nothing can be written."""
+    where = Path(os.path.abspath(place))
+    if where.exists() and not where.is_dir():
+        raise FileExistsError(f"{where} is no folder")
+    if not (where / PLAN).exists():
+        _begin(where, plan)
+    told = _told(where)
+    if told["hash"] != plan.hash:
+        raise ValueError(_two_plans(where, told, plan))
+    refuse_no_place(where / PLAN)
+    _put_starts(where, plan)
+    return Folder(where, plan, told["form"])
+
+
+def _begin(where: Path, plan: SweepPlan) -> None:
+    """Puts the plan into an empty folder, or a new one."""
+    if where.is_dir():
+        names = sorted(each.name for each in where.iterdir() if not each.name.startswith("."))
+        strange = [name for name in names if name != PLAN and not name.startswith("starts-")]
+        if strange:
+            raise FileExistsError(
+                f"{where} is no folder of a sweep, and it is not empty: it has {strange[0]!r}"
+            )
+    else:
+        where.mkdir()
+        sync(where.parent)
+    _put_starts(where, plan)
+    told = {
+        "kreisel": _OURS,
+        "version": version,
+        "hash": plan.hash,
+        "form": _best_form(),
+        "tops": plan.source.size,
+        "parts": plan.parts,
+    }
+    plan_lines = _in_lines(plan.told, 1)
+    told_lines = _in_lines(told, 0)[:-2]
+    _put_first(where / PLAN, f'{told_lines},\n"plan": {plan_lines}\n}}\n'.encode())
+
+
+def _put_starts(where: Path, plan: SweepPlan) -> None:
+    """Writes what is too long for the plan itself, and is not there."""
+    for values in plan.arrays:
+        file = where / name_of(values)
+        if not file.exists():
+            out = io.BytesIO()
+            np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
+            write(file, out.getvalue())
+
+
+def _in_lines(told: Mapping[str, Any], deep: int) -> str:
+    """JSON with a line for each name."""
+    space = " " * deep
+    lines = (f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in told.items())
+    return "{\n" + ",\n".join(lines) + "\n}"
+
+
+def _best_form() -> str:
+    try:
+        import pyarrow  # noqa: F401  whether it is there is all that counts
+    except ModuleNotFoundError:
+        return "npy"
+    return "parquet"
+
+
+def _put_first(file: Path, data: bytes) -> None:
+    """Writes a file unless another was quicker, whose file then stands."""
+    new = file.with_name(f".{secrets.token_hex(8)}.plan.new")
+    write(new, data)
+    try:
+        os.link(new, file)
+    except FileExistsError:
+        pass
+    except OSError:  # a disk that has no links
+        if not file.exists():
+            os.replace(new, file)
+    finally:
+        new.unlink(missing_ok=True)
+
+
+def _two_plans(where: Path, told: dict[str, Any], plan: SweepPlan) -> str:
+    """What is said of another plan: both, where they differ."""
+    there, here = told["plan"], plan.told
+    names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
+    lines = [
+        f"  {name}: {_short(there.get(name))} there, {_short(here.get(name))} here"
+        for name in names
+    ]
+    return "\n".join(
+        [
+            f"{where} is of another plan: {told['hash'][:16]} there, {plan.hash[:16]} here; in",
+            *lines,
+            "give another folder, or the plan that is there",
+        ]
+    )
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 120 else f"{text[:100]} ... {text[-16:]}"

@@ -1,0 +1,134 @@
+"""Parts are made: here, one after the other by some threads, or by an executor, one on each of its
+workers. A worker gives back a count; what it made is on the disk."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Sequence
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+
+from .._request.request import Progress
+from .folder import Folder
+from .rows import Rows, rows_of
+
+_AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
+_LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between calls of progress
+
+
+def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> Rows:
+    """The rows of a part. A top that fails is one as any other."""
+    numbers = folder.plan.tops_of(i)
+    return rows_of(folder.plan, numbers, folder.plan.solve(numbers, threads, progress))
+
+
+def make(folder: Folder, i: int, progress: Progress | None = None) -> int:
+    """Makes a part on one thread and puts it in its place: the same bits wherever that is. Gives
+    back how many tops it has."""
+    folder.put(i, moved(folder, i, 1, progress))
+    return len(folder.plan.tops_of(i))
+
+
+class Lost(RuntimeError):
+    """Parts that an executor did not bring back."""
+
+
+class Shift:
+    """The making of some parts of a folder, and how far it has come."""
+
+    def __init__(self, folder: Folder, parts: Sequence[int], progress: Progress | None) -> None:
+        self.folder, self.progress = folder, progress
+        self.left = list(parts)
+        self.tops = sum(len(folder.plan.tops_of(i)) for i in parts)
+        self.done, self._told = 0, 0.0
+        self._ended = threading.Event()
+
+    def here(self, threads: int) -> None:
+        """All parts, one after the other; while one is written the next is under way."""
+        with ThreadPoolExecutor(1) as writer:
+            written: Future[None] | None = None
+            for i in tuple(self.left):
+                rows = moved(self.folder, i, threads, self._within(i))
+                if written is not None:
+                    written.result()
+                written = writer.submit(self.folder.put, i, rows)
+                self.done += len(self.folder.plan.tops_of(i))
+        if written is not None:
+            written.result()
+            self._tell(self.done, last=True)
+
+    def _within(self, i: int) -> Progress | None:
+        """To be told how far a part has come."""
+        tops = len(self.folder.plan.tops_of(i))
+        return self.progress and (lambda share: self._tell(self.done + share * tops))
+
+    def _tell(self, tops: float, last: bool = False) -> None:
+        now = time.monotonic()
+        if self.progress is not None and (last or now - self._told >= _TELL):
+            self._told = now
+            self.progress(tops / self.tops)
+
+    def by(self, executor: Executor) -> None:
+        """All parts, by the workers of an executor. What is lost on the way is tried once more."""
+        for _ in range(2):
+            self._once(executor)
+            if not self.left:
+                return
+        raise Lost(
+            f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
+            "all others are kept, and the same call makes what is missing"
+        )
+
+    def _once(self, executor: Executor) -> None:
+        inside = isinstance(executor, ThreadPoolExecutor)
+        watch = (self._watch,) if inside else ()
+        waiting, under_way = list(self.left), dict[Future[int], int]()
+        try:
+            while waiting or under_way:
+                while waiting and len(under_way) < _AHEAD:
+                    i = waiting.pop(0)
+                    under_way[executor.submit(make, self.folder, i, *watch)] = i
+                ended, _ = wait(under_way, timeout=_LOOK, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    self._end(future, under_way.pop(future))
+                self._tell(self.done)
+        except BrokenExecutor as error:
+            raise Lost(self._broken(error)) from None
+        finally:
+            self._call_off(list(under_way), inside)
+
+    def _watch(self, _: float) -> None:
+        """Ends a part that a thread is making, once the others have been called off."""
+        if self._ended.is_set():
+            raise KeyboardInterrupt
+
+    def _end(self, future: Future[int], i: int) -> None:
+        """Takes a part that is there; one that was called off, or is not there, stays left."""
+        if future.cancelled():
+            return
+        tops = len(self.folder.plan.tops_of(i))
+        if future.result() == tops and self.folder.file(i).exists():
+            self.left.remove(i)
+            self.done += tops
+            self._tell(self.done, self.done == self.tops)
+
+    def _call_off(self, running: list[Future[int]], inside: bool) -> None:
+        """Ends what waits, and what threads are making. Another process is not waited for."""
+        self._ended.set()
+        left = [future for future in running if not future.cancel()]
+        if inside:
+            wait(left)
+        self._ended.clear()
+
+    def _broken(self, error: BrokenExecutor) -> str:
+        return (
+            f"the executor has broken, with {len(self.left)} parts left, the first of them part "
+            f"{self.left[0]}: {error}; what is done is kept, and the same call makes the rest"
+        )

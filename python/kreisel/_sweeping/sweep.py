@@ -1,0 +1,150 @@
+"""kreisel.sweep: more tops than a machine's memory holds, in parts on the disk."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any, Literal
+
+from .._ground.arguments import Numbers, instance, shown
+from .._ground.names import MethodName, QuantityName
+from .._ground.refusals import warn
+from .._model.scene import Ensemble
+from .._request.many import Reductions, threads_of
+from .._request.request import Progress, checked_progress
+from .._verbs.many import Words
+from .._verbs.start import Looked
+from .folder import DAMAGED, DONE, OLD, Folder, prepared
+from .making import Shift
+from .planned import SweepPlan, planned
+from .source import Source
+from .swept import Swept
+from .written_plan import from_file
+
+
+class SweepInterrupted(KeyboardInterrupt):
+    """Ctrl-C during kreisel.sweep. `.sweep` is what kreisel.read_sweep reads: all parts that were
+    finished; the same call makes the others."""
+
+    __module__ = "kreisel"  # a traceback names what users catch
+
+    def __init__(self, message: str, sweep: Swept) -> None:
+        super().__init__(message)
+        self.sweep = sweep
+
+    def __reduce__(self) -> tuple[type[SweepInterrupted], tuple[str, Swept]]:
+        return type(self), (str(self), self.sweep)
+
+
+def sweep(
+    tops: Source | Ensemble | str | os.PathLike[str],
+    t: Numbers | None = None,
+    method: MethodName | Literal["geometric"] = "auto",
+    *,
+    to: str | os.PathLike[str],
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    error: float | None = None,
+    want: Iterable[QuantityName] | None = None,
+    events: Looked | None = None,
+    reduce: Reductions | None = None,
+    part: int | None = None,
+    parts: range | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> Swept:
+    """Moves tops part by part into files of a folder, and goes on where it was ended: by Ctrl-C, by
+    a crash, on another machine.
+
+    A part is a file with a row for each of its tops: number, start, how it went, and what solve was
+    asked for, with units [M L T]; in Parquet, or where pyarrow is not installed numpy's. It depends
+    on the plan and its own number alone, not on who makes it, when, or beside what. A top that
+    fails is a row as others are, whose status is not 0. What stands in the folder already is looked
+    at, bit by bit; what is missing or damaged is made.
+
+    tops      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file that has all: t and
+              the words to `part`, scene (a name, a file or a table), and one of the tables [grid],
+              [random], [scatter], [columns] with the words of that maker of Source, where values
+              may be { from = 0, to = 20, n = 1000 }; events are tables [[events]], each with the
+              `event` of kreisel.events and its words
+    t         a number or a list of times, for all tops; this and the words to `reduce` are those of
+              kreisel.solve
+    to        the folder: one that is not there yet, or empty, or has parts of the same plan
+    part      tops of a part; left out: 131072, or fewer so that a part takes about 64 MB
+    parts     which parts this call is to make, as range(0, 100); left out: all; range(0) plans only
+    threads   how many make a part, one part after the other; left out: all processors
+    executor  of concurrent.futures, in their place: each worker makes a part on one thread. Of a
+              Dask client: client.get_executor()
+    progress  called now and then with the part of this call's tops that is done, 0 .. 1
+
+        >>> import kreisel as kr, numpy as np, tempfile
+        >>> spin, tilt = np.linspace(0, 20, 100), np.linspace(0.1, 1, 100)
+        >>> source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     done = kr.sweep(source, 10, to=folder + "/runs", reduce={"nutation": "max"})
+        ...     done, done["nutation_max"].shape
+        (<kreisel.Swept of shape (100, 100): 1 of 1 parts>, (100, 100))
+
+    Raises before anything runs TypeError and ValueError for words, ValueError for a folder of
+    another plan, FileExistsError for one of something else, OSError where it cannot be written.
+    OSError too where the disk is full, RuntimeError where an executor loses parts,
+    kreisel.SweepInterrupted for Ctrl-C; what is done then stays.
+    """
+    words = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
+    plan = _plan(tops, t, method, words, part)
+    callback = checked_progress(progress)
+    number = threads_of(threads, executor)
+    chosen = _chosen(parts, plan.parts)
+    folder = prepared(to, plan)
+    shift = Shift(folder, _to_make(folder, chosen), callback)
+    try:
+        if executor is None:
+            shift.here(number)
+        else:
+            shift.by(executor)
+    except KeyboardInterrupt:
+        found = Swept(folder)
+        left = f"{len({*chosen} - {*found.done})} of {len(chosen)} parts are left"
+        said = f"interrupted: {left}; the same call goes on in {folder.place}"
+        raise SweepInterrupted(said, found) from None
+    return Swept(folder)
+
+
+def _plan(tops: Any, t: Any, method: object, words: Words, part: int | None) -> SweepPlan:
+    if isinstance(tops, (str, os.PathLike)):
+        if t is not None or method != "auto" or words != Words() or part is not None:
+            raise ValueError(f"{os.fspath(tops)} is a whole plan: give no more words than to")
+        return from_file(Path(tops))
+    source = Source.of(tops) if isinstance(tops, Ensemble) else instance("tops", tops, Source)
+    if t is None:
+        raise TypeError("t is missing: the time to reach, or a list of times")
+    return planned(source, t, method, words, part)
+
+
+def _chosen(parts: object, count: int) -> range:
+    """The parts that are asked for."""
+    if parts is None:
+        return range(count)
+    if not isinstance(parts, range) or parts.step != 1:
+        raise TypeError(f"parts must be a range of numbers, as range(0, 100), not {shown(parts)}")
+    if parts and not (parts.start >= 0 and parts.stop <= count):
+        raise ValueError(f"parts must be among 0 to {count}, not {parts.start} to {parts.stop}")
+    return parts
+
+
+def _to_make(folder: Folder, chosen: range) -> list[int]:
+    """The parts that are missing or damaged; of the latter this warns. FileExistsError for a file
+    in the place of a part that is not one."""
+    stand = {i: folder.look(i) for i in chosen}
+    for what in (DAMAGED, OLD):
+        found = [i for i, how in stand.items() if how == what]
+        if found:
+            first = f"part {found[0]}" + (f" and {len(found) - 1} more" if found[1:] else "")
+            warn(f"{folder.place}: {first} made anew, {what}")
+    return [i for i, how in stand.items() if how != DONE]

@@ -1,0 +1,278 @@
+"""What a sweep has left on the disk, read when it is asked for: a column, a part, or a table."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import boolean, whole
+from .._ground.optional import installed
+from .._ground.refusals import unknown
+from .._recording.many_events import ManyEvents, events_of
+from .._recording.tables import TABLES
+from .._recording.top_rows import Met
+from .folder import DAMAGED, DONE, Folder, opened
+from .rows import COUNT, MET, Rows
+from .tables_of_starts import PARQUET
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from pyarrow import Table
+    from xarray import Dataset
+
+Column = npt.NDArray[Any]
+_HOW = "status", "reached"
+
+
+class Swept:
+    """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
+    tops, and behind it k where a top has as many values, one for each time. Nothing is read before
+    it is asked for, and then no more than that.
+
+    shape, axes, size  of all tops, as of the source
+    parts    how many parts the plan has; done: the numbers of those that are there
+    plan     the plan, as plan.json has it; hash: its SHA-256
+    columns  the names, units the dimension [M L T] of each
+
+    Iteration gives the parts that are there, one after the other, each as a mapping from names to
+    arrays. A column of parts that are not all there is refused, unless read_sweep was asked for
+    what there is: then it has the rows of the tops that `swept["top"]` tells.
+    """
+
+    def __init__(self, folder: Folder, partial: bool = False) -> None:
+        self._folder, self._partial = folder, partial
+        self.done = folder.found()
+
+    def __repr__(self) -> str:
+        there = f"{len(self.done)} of {self.parts} parts"
+        return f"<kreisel.Swept of shape {self.shape}: {there}>"
+
+    @property
+    def folder(self) -> str:
+        """Where the parts are."""
+        return str(self._folder.place)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of all tops."""
+        return self._folder.plan.source.shape
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """A name for each dimension."""
+        return self._folder.plan.source.axes
+
+    @property
+    def size(self) -> int:
+        """How many tops there are in all parts."""
+        return self._folder.plan.source.size
+
+    @property
+    def parts(self) -> int:
+        """How many parts the plan has."""
+        return self._folder.plan.parts
+
+    @property
+    def missing(self) -> list[int]:
+        """The numbers of the parts that are not there."""
+        return sorted({*range(self.parts)} - {*self.done})
+
+    @property
+    def plan(self) -> dict[str, Any]:
+        """As plan.json has it."""
+        return dict(self._folder.plan.told)
+
+    @property
+    def hash(self) -> str:
+        """The SHA-256 of the plan, which each part has too."""
+        return self._folder.plan.hash
+
+    @cached_property
+    def _first(self) -> Rows:
+        """The names and units of all parts, by the first that is there."""
+        if not self.done:
+            raise ValueError(f"{self.folder} has no part yet")
+        return self._folder.get(self.done[0])
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of what there is of each top, and of the events that it met."""
+        return (*self._first.columns, *self._first.ragged)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The dimension [M L T] of each column; empty for a pure number."""
+        return {name: self._first.units.get(name, "") for name in self.columns}
+
+    def __getitem__(self, name: str) -> Column:
+        """A column over all tops; of events over all events, those of a top after those of
+        another."""
+        if name not in self.columns:
+            raise KeyError(unknown("column", str(name), self.columns))
+        pieces = [
+            (rows.ragged if name in rows.ragged else rows.columns)[name]
+            for rows in self._parts([name])
+        ]
+        return self._shaped(np.concatenate(pieces), name in self._first.ragged)
+
+    def _shaped(self, values: Column, ragged: bool = False) -> Column:
+        if not self.missing and not ragged:
+            values = values.reshape(*self.shape, *values.shape[1:])
+        values.flags.writeable = False
+        return values
+
+    def _parts(self, names: list[str] | None = None) -> Iterator[Rows]:
+        """The rows of all parts, or of those that are there; ValueError where that is not all."""
+        if self.missing and not self._partial:
+            some = ", ".join(map(str, self.missing[:8]))
+            raise ValueError(
+                f"{len(self.missing)} of {self.parts} parts are missing: {some}"
+                f"{', ...' if self.missing[8:] else ''}; make them, or read what there is by "
+                "read_sweep(folder, partial=True)"
+            )
+        return (self._folder.get(i, names) for i in self.done)
+
+    def __iter__(self) -> Iterator[dict[str, Column]]:
+        """The parts that are there, each as columns by their names."""
+        for i in self.done:
+            rows = self._folder.get(i)
+            yield {**rows.columns, **rows.ragged}
+
+    def part(self, i: int) -> dict[str, Column]:
+        """A part by its number, as columns by their names."""
+        number = whole("the number of a part", i, 0)
+        if number not in self.done:
+            raise IndexError(f"part {number} is not there: there are {len(self.done)} parts")
+        rows = self._folder.get(number)
+        return {**rows.columns, **rows.ragged}
+
+    def check(self) -> Swept:
+        """The same, after a look at each bit of each part that is there. Raises ValueError for the
+        first that is damaged; kreisel.sweep makes it anew."""
+        for i in self.done:
+            if self._folder.look(i) == DAMAGED:
+                raise ValueError(f"{self._folder.file(i)} is damaged")
+        return self
+
+    def look(self) -> dict[str, list[int]]:
+        """The numbers of the parts that are done, missing, damaged, or of another version, after a
+        look at each bit of them."""
+        stand: dict[str, list[int]] = {DONE: []}
+        for i in range(self.parts):
+            stand.setdefault(self._folder.look(i), []).append(i)
+        return stand
+
+    @property
+    def events(self) -> ManyEvents | None:
+        """The events that the tops met, where they were looked for; else None. Where parts are
+        missing their tops have met none."""
+        if COUNT not in self._first.columns:
+            return None
+        met = [_met(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
+        columns = [np.concatenate(column) for column in zip(*met, strict=True)]
+        return events_of(Met(*columns), self.shape)
+
+    def to_arrow(self) -> Table:
+        """A pyarrow.Table with a row for each top, whose fields have their `units` as metadata;
+        what has many numbers of a top is a list. ImportError without pyarrow."""
+        with installed(PARQUET):
+            import pyarrow as pa
+
+            from .parquet import as_table
+        return pa.concat_tables([as_table(rows) for rows in self._parts()])
+
+    def to_pandas(self) -> DataFrame:
+        """A pandas.DataFrame with a row for each top, or where states are kept for each of them;
+        `attrs` has the units. Of events there is how many: see `events`. ImportError without
+        pandas."""
+        with installed(TABLES):
+            import pandas as pd
+        many = self._many
+        each = self._folder.plan.states if many else 1
+        pieces = [
+            pd.DataFrame(
+                {
+                    name: values.reshape(-1) if values.ndim > 1 else np.repeat(values, each)
+                    for name, values in rows.columns.items()
+                }
+            )
+            for rows in self._parts()
+        ]
+        frame = pd.concat(pieces, ignore_index=True)
+        frame.attrs = {"units": {name: self.units[name] for name in frame.columns}}
+        return frame
+
+    @property
+    def _many(self) -> list[str]:
+        """The columns that have many numbers of a top."""
+        return [name for name, values in self._first.columns.items() if values.ndim > 1]
+
+    def to_xarray(self) -> Dataset:
+        """An xarray.Dataset with a variable for each column, with its units, over the dimensions of
+        the tops by name, and time where states are kept. Words that vary are coordinates, and so
+        are `status` and `reached`. Tops of parts that are missing have NaN, or -1. Of events there
+        is how many. ImportError without xarray."""
+        with installed(TABLES):
+            import xarray as xr
+        table, source = self._whole(), self._folder.plan.source
+        names = list(table)
+        starts = names[1 : names.index(_HOW[0])]
+        variables: dict[str, Any] = {}
+        coordinates: dict[str, Any] = {}
+        for name, values in table.items():
+            unit = {"units": self.units[name]}
+            if name in self.axes and name in source._told:
+                coordinates[name] = ((name,), source._told[name].values.reshape(-1), unit)
+            elif name == "t":
+                coordinates["time"] = (("time",), self._folder.plan.times, unit)
+            elif name in (*starts, *_HOW, *self.axes):
+                coordinates[name] = (self.axes, values, unit)
+            elif name != "top":
+                inner = ("time",) * (values.ndim - len(self.shape))
+                variables[name] = ((*self.axes, *inner), values, unit)
+        return xr.Dataset(variables, coordinates, {"plan": self.hash})
+
+    def _whole(self) -> dict[str, Column]:
+        """All columns over the shape of all tops."""
+        table: dict[str, Column] = {}
+        for rows in self._parts():
+            where = rows.columns["top"]
+            for name, values in rows.columns.items():
+                if name not in table:
+                    nothing = np.nan if values.dtype.kind == "f" else -1
+                    shape = self.size, *values.shape[1:]
+                    table[name] = np.full(shape, nothing, values.dtype)
+                table[name][where] = values
+        return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
+
+
+def _met(rows: Rows) -> Met:
+    """The events of a part, with the numbers of their tops."""
+    top = np.repeat(rows.columns["top"], rows.columns[COUNT])
+    states = np.column_stack([rows.ragged[f"event_{name}"] for name in MET])
+    which, direction = rows.ragged["event_which"], rows.ragged["event_direction"]
+    return Met(top, states, np.zeros_like(states), which, direction)
+
+
+def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swept:
+    """What kreisel.sweep has left in a folder.
+
+    partial  True: columns and tables of the parts that are there, where some are missing
+
+        >>> import kreisel as kr, tempfile
+        >>> tops = kr.Source.random(kr.scenes.sleeping, 1000, seed=7, spin=(0, 20), tilt=(0, 1))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     _ = kr.sweep(tops, 10, to=folder, part=256, reduce={"nutation": ("min", "max")})
+        ...     swept = kr.read_sweep(folder)
+        ...     swept, swept.columns[:4]
+        (<kreisel.Swept of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
+
+    The files are for others too, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
+    Raises FileNotFoundError and ValueError for a folder that is none of a sweep.
+    """
+    return Swept(opened(folder), boolean("partial", partial))

@@ -1,0 +1,54 @@
+"""What the tests of sweeps share: plans of a few parts, and the hash of all their rows."""
+
+import hashlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+import pyarrow.parquet as parquet
+
+HERE = Path(__file__).parent
+TOP = kr.scenes.asymmetric
+LOW = kr.events.nutation(direction=1)
+SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25))
+# Of these tops some fail, and some have a closed form.
+REDUCED = {"t": [1.0, 4.0], "reduce": {"nutation": ("min", "max"), "apex": "mean"}}
+REDUCED |= {"max_steps": 14, "part": 64}
+WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part": 64}
+PARTS = 5
+
+
+def swept(to, words=REDUCED, source=SOURCE, **more):
+    """A sweep of all parts, or of some."""
+    return kr.sweep(source, to=to, **words, **more)
+
+
+def rows_hash(folder):
+    """The hash of all rows, sorted by the tops, whatever files they are in."""
+    files = sorted(Path(folder).glob("*.parquet"), reverse=True)
+    tables = [parquet.read_table(file, partitioning=None) for file in files]
+    rows = sorted(tuple(map(exact, row.values())) for table in tables for row in table.to_pylist())
+    return hashlib.sha256(repr(rows).encode()).hexdigest()
+
+
+def exact(value):
+    """The value, doubles with all their bits."""
+    if isinstance(value, list):
+        return tuple(map(exact, value))
+    return value.hex() if isinstance(value, float) else value
+
+
+def child(code, *words, **more):
+    """A Python of its own that runs this, with the tests' modules at hand."""
+    path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", code, *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+        **more,
+    )

@@ -1,0 +1,220 @@
+"""A sweep that is ended in its midst, files that are damaged, a disk that is full: the same call
+goes on, to the same rows."""
+
+import os
+import random
+import re
+import signal
+from concurrent.futures import ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._sweeping import folder as folder_of
+from sweeps import PARTS, REDUCED, WATCHED, child, rows_hash, swept
+
+# A sweep in a process of its own, that tells where it is in the midst of its third part; there it
+# waits to be killed, or goes on for ever.
+SWEEP = """
+import signal, sys
+from kreisel._sweeping import making
+from sweeps import swept
+making._TELL = 0.0
+put, told = making.Folder.put, []
+def tell(share):
+    if share > 0.5 and not told:
+        told.append(share)
+        print("there", flush=True)
+        if sys.argv[2] == "wait":
+            signal.pause()
+        while True:
+            pass
+swept(sys.argv[1], threads=1, progress=tell)
+"""
+# A sweep that is killed by itself when it writes its third part, at this moment of the writing.
+KILLED = """
+import os, signal, sys
+from kreisel._ground import files
+from kreisel._sweeping import making
+from sweeps import swept
+put, moment = making.Folder.put, sys.argv[2]
+def end(*_):
+    os.kill(os.getpid(), signal.SIGKILL)
+def third(self, i, rows):
+    if i == 2:
+        setattr(files.os, moment, end)
+    return put(self, i, rows)
+making.Folder.put = third
+swept(sys.argv[1], threads=1)
+"""
+FULL = """
+import resource, signal, sys
+from sweeps import swept
+size = int(sys.argv[2])
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+try:
+    swept(sys.argv[1], threads=1)
+except OSError as error:
+    print(error)
+"""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    place = tmp_path_factory.mktemp("whole")
+    swept(place)
+    return place
+
+
+@pytest.fixture(scope="module")
+def expected(whole):
+    return rows_hash(whole)
+
+
+def parts(folder):
+    return sorted(file.name for file in folder.glob("*.parquet"))
+
+
+def test_a_client_that_is_killed_loses_no_more_than_a_part(tmp_path, expected):
+    with child(SWEEP, tmp_path, "wait") as run:
+        assert run.stdout.readline() == "there\n"
+        run.kill()
+    assert parts(tmp_path) == [f"part-{i:06}.parquet" for i in range(len(parts(tmp_path)))]
+    assert 1 <= len(parts(tmp_path)) < PARTS
+    swept(tmp_path)
+    assert rows_hash(tmp_path) == expected
+
+
+@pytest.mark.parametrize("moment", ["fsync", "replace"])
+def test_a_client_that_is_killed_as_it_writes_leaves_no_half_part(tmp_path, expected, moment):
+    with child(KILLED, tmp_path, moment) as run:
+        assert run.wait() == -signal.SIGKILL
+    assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
+    (left,) = tmp_path.glob(".*.new")
+    swept(tmp_path)
+    assert rows_hash(tmp_path) == expected and left.exists()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT])
+def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, expected, number):
+    with child(SWEEP, tmp_path, "go on") as run:
+        assert run.stdout.readline() == "there\n"
+        run.send_signal(number)
+        _, said = run.communicate()
+    assert run.returncode != 0
+    left = re.search(r"SweepInterrupted: interrupted: (\d) of 5 parts are left", said)
+    assert left and len(parts(tmp_path)) == PARTS - int(left[1]), said
+    swept(tmp_path)
+    assert rows_hash(tmp_path) == expected
+
+
+def test_a_full_disk_is_told_and_leaves_nothing_half(tmp_path, expected):
+    swept(tmp_path, parts=range(0))
+    with child(FULL, tmp_path, 5000) as run:
+        said, wrong = run.communicate()
+    assert "File too large" in said and "part-000000.parquet" in said, wrong
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["plan.json"]
+    swept(tmp_path)
+    assert rows_hash(tmp_path) == expected
+
+
+def damaged(data, at):
+    """The bytes with one bit turned."""
+    return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
+
+
+@pytest.fixture(params=["parquet", "npy"])
+def form(request, monkeypatch):
+    monkeypatch.setattr(folder_of, "_best_form", lambda: request.param)
+    return request.param
+
+
+def test_each_bit_counts(tmp_path, form):
+    found = swept(tmp_path, WATCHED)
+    file = tmp_path / f"part-000001.{form}"
+    data, folder = file.read_bytes(), found._folder
+    assert folder.look(1) == "done"
+    rng = random.Random(1)
+    edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
+    seal = range(8 * data.rindex(b"kreisel-sha256:"), 8 * data.rindex(b"kreisel-sha256:") + 8 * 79)
+    for at in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
+        file.write_bytes(damaged(data, at))
+        assert folder.look(1) == "damaged", at
+    for size in [0, 1, 3, 4, 5, len(data) - 1, *rng.sample(range(len(data)), 100)]:
+        file.write_bytes(data[:size])
+        assert folder.look(1) == "damaged", size
+    file.write_bytes(data + b"x")
+    assert folder.look(1) == "damaged"
+
+
+def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
+    made = swept(tmp_path, WATCHED)
+    files = [tmp_path / f"part-{i:06}.{form}" for i in range(PARTS)]
+    before = [file.read_bytes() for file in files]
+    files[0].write_bytes(before[0][:1000])
+    files[1].write_bytes(damaged(before[1], 8000))
+    files[2].write_bytes(b"")
+    files[3].unlink()
+    with pytest.raises(ValueError, match=r"part-000000.* is damaged"):
+        made.check()
+    assert made.look() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
+    with pytest.warns(UserWarning, match="part 0 and 2 more made anew, damaged"):
+        swept(tmp_path, WATCHED)
+    assert [file.read_bytes() for file in files] == before
+    assert made.check() is made
+
+
+def test_numbers_that_are_damaged_are_not_read(tmp_path, form):
+    words = {"t": [1.0], "method": "taylor", "part": 300}
+    made = swept(tmp_path, words)
+    (file,) = tmp_path.glob(f"*.{form}")
+    data = file.read_bytes()
+    right, refused = made["q_w"], 0
+    for at in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
+        file.write_bytes(damaged(data, at))
+        try:
+            assert np.array_equal(made["q_w"], right, equal_nan=True), at
+        except ValueError as error:
+            assert "damaged" in str(error) or "no part" in str(error)
+            refused += 1
+    assert refused == 301 if form == "npy" else 30 < refused < 301  # or in another column
+
+
+def test_a_part_of_another_version_is_made_anew_and_told(tmp_path, monkeypatch):
+    swept(tmp_path)
+    before = (tmp_path / "part-000001.parquet").read_bytes()
+    with monkeypatch.context() as old:
+        old.setattr(folder_of, "version", "0.0.9")
+        (tmp_path / "part-000001.parquet").unlink()
+        with pytest.warns(UserWarning, match="part 0 and 3 more made anew, of another version"):
+            swept(tmp_path)
+    assert kr.read_sweep(tmp_path).look() == {"done": [], "of another version": [0, 1, 2, 3, 4]}
+    with pytest.warns(UserWarning, match="part 0 and 4 more made anew, of another version"):
+        swept(tmp_path)
+    assert (tmp_path / "part-000001.parquet").read_bytes() == before
+
+
+def test_two_sweeps_of_one_folder_do_not_meet(tmp_path, expected):
+    runs = [
+        child("import sys; from sweeps import swept; swept(sys.argv[1])", tmp_path)
+        for _ in range(2)
+    ]
+    for run in runs:
+        assert run.communicate()[1] == "" and run.returncode == 0
+    assert rows_hash(tmp_path) == expected and sorted(os.listdir(tmp_path))[-1] == "plan.json"
+
+
+def test_two_threads_may_begin_one_sweep(tmp_path, expected):
+    with ThreadPoolExecutor(4) as pool:
+        for done in pool.map(lambda _: swept(tmp_path, threads=1), range(4)):
+            assert done.missing == []
+    assert rows_hash(tmp_path) == expected and not list(tmp_path.glob(".*"))
+
+
+def test_the_words_of_a_plan_in_other_forms_are_the_same_plan(tmp_path):
+    swept(tmp_path, parts=range(1))
+    words = {**REDUCED, "t": (1, 4), "reduce": {"nutation": iter(["min", "max"]), "apex": ["mean"]}}
+    assert swept(tmp_path, words).missing == []
+    words = {"t": [1.0], "want": iter(["energy"])}
+    assert swept(tmp_path / "want", words, parts=range(0)).plan["solve"]["want"] == ["energy"]

@@ -1,0 +1,190 @@
+"""Who makes the parts of a sweep does not show in them: threads, processes, a cluster, jobs."""
+
+import logging
+import multiprocessing
+import os
+import pickle
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+from killed import killed_once
+from kreisel._sweeping import folder as folder_of
+from kreisel._sweeping import making
+from sweeps import PARTS, REDUCED, SOURCE, WATCHED, rows_hash, swept
+
+WORDS = {"reduced": REDUCED, "watched": WATCHED}
+SPAWN = multiprocessing.get_context("spawn")
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    """The hashes of the rows that one thread makes."""
+    place = tmp_path_factory.mktemp("expected")
+    for name, words in WORDS.items():
+        done = swept(place / name, words, threads=1)
+        assert done.missing == [] and len(done.done) == PARTS
+        assert 0 < (done["status"] != 0).sum() < done.size
+    return {name: rows_hash(place / name) for name in WORDS}
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    quiet = logging.getLogger("distributed")
+    before, quiet.level = quiet.level, logging.CRITICAL + 1
+    with (
+        LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL + 1,
+        ) as made,
+        Client(made) as client,
+    ):
+        yield client
+    quiet.level = before
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_threads_do_not_show(tmp_path, expected, name):
+    words = WORDS[name]
+    swept(tmp_path / "two", words, threads=2)
+    with ThreadPoolExecutor(2) as pool:
+        swept(tmp_path / "pool", words, executor=pool)
+    assert {rows_hash(tmp_path / each) for each in ("two", "pool")} == {expected[name]}
+
+
+def test_processes_do_not_show(tmp_path, expected):
+    with ProcessPoolExecutor(2, SPAWN) as pool:
+        for name, words in WORDS.items():
+            swept(tmp_path / name, words, executor=pool)
+            assert rows_hash(tmp_path / name) == expected[name]
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_a_cluster_does_not_show(tmp_path, expected, cluster, name):
+    swept(tmp_path, WORDS[name], executor=cluster.get_executor())
+    assert rows_hash(tmp_path) == expected[name]
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_jobs_in_reverse_do_not_show(tmp_path, expected, name):
+    for i in reversed(range(PARTS)):
+        done = swept(tmp_path, WORDS[name], parts=range(i, i + 1))
+        assert done.missing == [*range(i)]
+    assert rows_hash(tmp_path) == expected[name]
+
+
+def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, expected):
+    flag, place = str(tmp_path / "killed"), tmp_path / "runs"
+    with (
+        ProcessPoolExecutor(2, SPAWN, initializer=killed_once, initargs=(flag,)) as pool,
+        pytest.raises(RuntimeError, match=r"broken, with [1-5] parts left.*the same call"),
+    ):
+        swept(place, executor=pool)
+    left = kr.read_sweep(place)
+    assert os.path.exists(flag) and 2 in left.missing
+    assert {file.name for file in place.glob("*.parquet")} == {
+        f"part-{i:06}.parquet" for i in left.done
+    }
+    swept(place)
+    assert rows_hash(place) == expected["reduced"]
+
+
+def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, expected, cluster):
+    flag, place = str(tmp_path / "killed"), tmp_path / "runs"
+    cluster.run(killed_once, flag)
+    swept(place, executor=cluster.get_executor())
+    assert os.path.exists(flag) and rows_hash(place) == expected["reduced"]
+
+
+class Losing(Executor):
+    """Does what it is told, but for one part, which is called off, or said to be done; each so many
+    times."""
+
+    def __init__(self, times, result):
+        self.left, self.result = times, result
+
+    def submit(self, make, folder, i, *more):
+        future = Future()
+        if i == 3 and self.left:
+            self.left -= 1
+            if self.result is None:
+                future.cancel()
+                future.set_running_or_notify_cancel()
+            else:
+                future.set_result(self.result)
+        else:
+            future.set_result(make(folder, i, *more))
+        return future
+
+
+@pytest.mark.parametrize("result", [None, "done"])
+def test_a_lost_part_is_made_once_more_and_then_told(tmp_path, expected, result):
+    with pytest.raises(RuntimeError, match="lost 1 parts, the first of them part 3;"):
+        swept(tmp_path, executor=Losing(2, result))
+    assert kr.read_sweep(tmp_path).missing == [3]
+    swept(tmp_path, executor=Losing(1, result))
+    assert rows_hash(tmp_path) == expected["reduced"]
+
+
+def test_a_part_that_fails_ends_the_others_and_keeps_what_is_done(tmp_path, monkeypatch):
+    put = folder_of.Folder.put
+
+    def full(self, i, rows):
+        if i == 3:
+            raise OSError(28, "No space left on device", str(self.file(i)))
+        return put(self, i, rows)
+
+    monkeypatch.setattr(folder_of.Folder, "put", full)
+    for executor in (None, ThreadPoolExecutor(1)):
+        with pytest.raises(OSError, match=r"No space left on device.*part-000003"):
+            swept(tmp_path / str(executor is None), executor=executor)
+    assert kr.read_sweep(tmp_path / "True").done == [0, 1, 2]
+
+
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor])
+def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
+    tmp_path, expected, monkeypatch, executor
+):
+    def stop(share):
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(making, "_TELL", 0.0)
+    pool = executor and executor(1)
+    with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; the same") as told:
+        swept(tmp_path, executor=pool, progress=stop)
+    found = told.value.sweep
+    assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.done
+    assert pickle.loads(pickle.dumps(told.value)).sweep.done == found.done
+    assert found.missing or pool
+    swept(tmp_path)
+    assert rows_hash(tmp_path) == expected["reduced"]
+
+
+def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
+    told = []
+    swept(tmp_path, parts=range(2))
+    swept(tmp_path, progress=told.append)
+    assert told == sorted(told) and told[-1] == 1.0 and told[0] > 0.0
+    told.clear()
+    swept(tmp_path, progress=told.append)  # which makes nothing
+    assert told == []
+
+
+def test_a_part_depends_on_the_plan_and_its_number_alone(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    swept(one)
+    swept(other, parts=range(4, 5), threads=1)
+    name = "part-000004.parquet"
+    assert (one / name).read_bytes() == (other / name).read_bytes()
+    tops = SOURCE[256:300]
+    words = {name: REDUCED[name] for name in ("reduce", "max_steps")}
+    alone = kr.solve(tops, REDUCED["t"], **words)
+    part = kr.read_sweep(other).part(4)
+    assert np.array_equal(part["nutation_max"], alone["nutation"]["max"], equal_nan=True)
+    assert np.array_equal(part["status"], alone.status)

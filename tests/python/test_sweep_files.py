@@ -1,0 +1,332 @@
+"""The parts of a sweep, as others read them and as kreisel does; and whence their tops come."""
+
+import copy
+import pickle
+import sys
+
+import duckdb
+import kreisel as kr
+import numpy as np
+import polars
+import pyarrow as pa
+import pyarrow.csv as text
+import pyarrow.parquet as parquet
+import pytest
+from kreisel._sweeping import folder as folder_of
+from many import MIXED, scattered
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
+from words import ENSEMBLES
+
+SHAPE = SOURCE.shape
+TIMES = [0.5, 4.0]
+
+
+def ensemble():
+    return SOURCE[:].reshape(*SHAPE)
+
+
+@pytest.fixture(params=["parquet", "npy"])
+def form(request, monkeypatch):
+    monkeypatch.setattr(folder_of, "_best_form", lambda: request.param)
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Folders of reductions, and of states with events."""
+    place = tmp_path_factory.mktemp("runs")
+    swept(place / "reduced")
+    swept(place / "watched", WATCHED)
+    return place
+
+
+def test_duckdb_asks_the_parts_without_us(runs):
+    found = kr.read_sweep(runs / "reduced")
+    went = found["status"] == 0
+    sql = """
+        SELECT spin, max(nutation_max), count(*) FROM '{}/*.parquet'
+        WHERE status = 0 GROUP BY spin ORDER BY spin
+    """
+    rows = duckdb.sql(sql.format(runs / "reduced")).fetchall()
+    for (spin, largest, count), given, falls, well in zip(
+        rows, np.linspace(0, 9, 12), found["nutation_max"], went, strict=True
+    ):
+        assert (spin, largest, count) == (given, falls[well].max(), well.sum())
+    sql = """
+        SELECT top, event_t[1], len(event_t) = events AND events = len(event_q_w)
+        FROM '{}/*.parquet' WHERE events > 0 ORDER BY top
+    """
+    rows = duckdb.sql(sql.format(runs / "watched")).fetchall()
+    met = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14).events
+    first = np.unique(np.ravel_multi_index(met.top.T, SHAPE), return_index=True)
+    assert [(top, t) for top, t, _ in rows] == list(zip(first[0], met.t[first[1]], strict=True))
+    assert all(alike for *_, alike in rows) and len(rows) > 20
+
+
+def test_polars_asks_the_parts_without_us(runs):
+    lazy = polars.scan_parquet(runs / "watched" / "*.parquet")
+    long = lazy.select("top", "t", "m_z").explode("t", "m_z").collect()
+    paths = kr.solve(ensemble(), TIMES, "taylor", max_steps=14, events=[LOW])
+    assert long["t"].to_list() == TIMES * SOURCE.size
+    assert np.array_equal(long["m_z"].to_numpy(), paths.m[..., 2].ravel(), equal_nan=True)
+    least = polars.read_parquet(runs / "reduced" / "*.parquet").filter(polars.col("status") == 0)
+    assert least["nutation_min"].min() == np.nanmin(kr.read_sweep(runs / "reduced")["nutation_min"])
+
+
+def test_a_part_tells_what_it_is(runs):
+    found = kr.read_sweep(runs / "reduced")
+    file = parquet.ParquetFile(runs / "reduced" / "part-000002.parquet")
+    told = file.metadata.metadata[b"kreisel"].decode()
+    assert found.hash in told and '"part": 2' in told and f'"{kr.__version__}"' in told
+    units = {field.name: field.metadata[b"units"].decode() for field in file.schema_arrow}
+    assert units == found.units
+    assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
+
+
+def test_reductions_are_those_of_the_ensemble(tmp_path, form):
+    found = swept(tmp_path)
+    words = {name: word for name, word in REDUCED.items() if name not in ("t", "part")}
+    whole = kr.solve(ensemble(), REDUCED["t"], **words)
+    columns = {
+        "nutation_min": whole["nutation"]["min"],
+        "apex_y_mean": whole["apex"]["mean"][..., 1],
+    }
+    columns |= {name: getattr(whole, name) for name in ("status", "reached", "steps")}
+    for name, values in columns.items():
+        assert np.array_equal(found[name], values, equal_nan=True), name
+    assert np.array_equal(found["top"].ravel(), np.arange(SOURCE.size))
+    for table in (found.to_arrow(), found.to_pandas()):
+        assert np.array_equal(
+            table["nutation_min"], columns["nutation_min"].ravel(), equal_nan=True
+        )
+    grid = found.to_xarray()
+    assert grid["nutation_min"].dims == ("spin", "gravity")
+    assert np.array_equal(grid["nutation_min"], columns["nutation_min"], equal_nan=True)
+    assert grid["gravity"].values.tolist() == np.linspace(-1, 1, 25).tolist()
+    assert grid["gravity"].units == "L T^-2" and grid.plan == found.hash
+
+
+def test_states_and_events_are_those_of_the_ensemble(tmp_path, form):
+    found = swept(tmp_path, WATCHED)
+    whole = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14)
+    assert found["q_w"].shape == (*SHAPE, 2)
+    assert np.array_equal(found["q_w"], whole.q[..., 0], equal_nan=True)
+    assert np.array_equal(found.to_xarray()["m_z"], whole.m[..., 2], equal_nan=True)
+    for name in ("top", "states", "which", "direction", "count"):
+        assert np.array_equal(getattr(found.events, name), getattr(whole.events, name)), name
+    assert np.array_equal(found["event_t"], whole.events.t)
+    frame = found.to_pandas()
+    assert len(frame) == 2 * SOURCE.size and frame.attrs["units"]["t"] == "T"
+    assert np.array_equal(frame["m_x"], whole.m[..., 0].ravel(), equal_nan=True)
+    lists = found.to_arrow()["event_t"].to_pylist()
+    assert [t for met in lists for t in met] == whole.events.t.tolist()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"want": ["spin", "frame"], "t": TIMES},
+        {"t": -2.0, "method": "strang", "step": 0.1, "every": 10},
+        {"t": [1.0], "method": "taylor", "digits": 20},
+        {"t": [], "method": "auto"},
+        {"t": 1.0, "method": "geometric", "error": 1e-3},
+        {"t": [1.0], "reduce": {"m_x": "variance", "spin": ["where_max", "last"]}},
+    ],
+)
+def test_all_that_solve_gives_is_kept(tmp_path, form, words):
+    found = swept(tmp_path, {**words, "part": 5}, kr.Source.of(MIXED[:4]))
+    whole = kr.solve(MIXED[:4], **words)
+    if "reduce" in words:
+        assert np.array_equal(found["m_x_variance"], whole["m_x"]["variance"])
+        assert found.units["spin_where_max"] == "T" and found.units["m_x_variance"].endswith("^2")
+        return
+    assert np.array_equal(found["t"], np.broadcast_to(whole.t, found["t"].shape))
+    if "want" in words:
+        assert np.array_equal(found["spin"], whole.spin)
+        assert np.array_equal(found["frame_Tz"], whole.frame[..., 2, 2])
+    else:
+        assert np.array_equal(found["q_z"], whole.q[..., 3])
+    if "digits" in words:
+        assert np.array_equal(found["m_low_y"], whole.m_low[..., 1]) and found["m_low_y"].any()
+    assert found.to_xarray()["status"].shape == (4,)
+
+
+def test_a_start_whose_name_a_result_has_is_the_given_one(tmp_path):
+    found = swept(tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0]))
+    assert found["spin_given"].tolist() == [1, 2] and found["spin"].shape == (2, 1)
+
+
+def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
+    swept(tmp_path, parts=range(1, 3))
+    found = kr.read_sweep(tmp_path, partial=True)
+    assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
+    assert len(found.to_pandas()) == 128 and found.missing == [0, 3, 4]
+    grid = found.to_xarray()
+    there = np.zeros(SOURCE.size, bool)
+    there[64:192] = True
+    assert np.array_equal(grid["steps"].values.ravel() >= 0, there)
+    assert [len(part["top"]) for part in found] == [64, 64]
+    assert "2 of 5 parts" in repr(found)
+
+
+def test_without_pyarrow_parts_are_of_numpy_and_parquet_is_told_of(tmp_path, runs, monkeypatch):
+    for name in [name for name in sys.modules if name.split(".")[0] == "pyarrow"]:
+        monkeypatch.setitem(sys.modules, name, None)
+    monkeypatch.delitem(sys.modules, "kreisel._sweeping.parquet")
+    found = swept(tmp_path)
+    assert {file.suffix for file in tmp_path.glob("part-*")} == {".npy"}
+    rows = np.load(tmp_path / "part-000001.npy")
+    assert rows.dtype.names == found.columns and rows["top"][0] == 64
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'kreisel\[sweep\]'"):
+        kr.read_sweep(runs / "reduced")
+    for call in (found.to_arrow, lambda: kr.Source.columns(TOP, "tops.parquet")):
+        with pytest.raises(ModuleNotFoundError, match=r"kreisel\[sweep\]"):
+            call()
+
+
+@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, scattered(40)])
+def test_an_ensemble_is_a_source(tmp_path, tops):
+    source = kr.Source.of(tops)
+    assert source[:] == tops.ravel() and len(source) == tops.size
+    assert source[tops.size - 1] == tops.ravel()[-1]
+    found = kr.sweep(tops, [0.5, 1.0], to=tmp_path, part=7)
+    again = kr.read_sweep(tmp_path)
+    assert np.array_equal(again["q_y"], kr.solve(tops, [0.5, 1.0]).q[..., 2])
+    assert again._folder.plan.source[:] == tops.ravel() and again.axes == found.axes
+
+
+def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
+    tops = kr.Ensemble(TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)))
+    words = {"t": [0.1], "reduce": {"energy": "last"}, "method": "strang", "step": 0.1}
+    found = kr.sweep(tops, to=tmp_path, **words, part=10000)
+    (file,) = tmp_path.glob("starts-*.npy")
+    assert (tmp_path / "plan.json").stat().st_size < 10000
+    assert np.array_equal(np.load(file), tops.momentum)
+    whole = kr.solve(tops, **words)
+    assert np.array_equal(found["energy_last"], whole["energy"]["last"])
+    assert np.array_equal(found["momentum_y"], tops.momentum[:, 1])
+    with pytest.raises(ValueError, match="is of another plan"):
+        kr.sweep(tops[::-1], to=tmp_path, **words, part=10000)
+    np.save(file, np.zeros((25000, 3)))
+    with pytest.raises(ValueError, match="damaged: its numbers are not those of its name"):
+        kr.read_sweep(tmp_path)
+
+
+def test_a_grid_is_what_varies_in_its_order(tmp_path):
+    source = kr.Source.grid(TOP, momentum=[(0, 0, 1), (1, 2, 3)], gravity=[1, 2, 3], damping=0.1)
+    tops = TOP.vary(
+        momentum=np.array([[(0, 0, 1)], [(1, 2, 3)]]), gravity=[1.0, 2.0, 3.0], damping=0.1
+    )
+    assert source.shape == (2, 3) and source.axes == ("momentum", "gravity")
+    assert source[:] == tops.ravel() and source[4] == tops[1, 1] == source[-2]
+    found = swept(tmp_path, {"t": [1.0], "part": 4}, source)
+    assert found["momentum_y"].tolist() == [[0] * 3, [2] * 3]
+    steady = kr.Source.grid(kr.scenes.sleeping, spin=[20, 30], tilt=[10, 20], degrees=True)
+    assert steady[3] == kr.scenes.sleeping.vary(spin=30, tilt=20, degrees=True)[()]
+    inertia = kr.Source.grid(TOP, inertia=[(2, 2, 1), (2, 3, 2)], com=[(0, 0, 1)] * 3)
+    assert inertia.shape == (2, 3) and inertia[5].body.inertia == (2, 3, 2)
+    assert kr.Source.grid(TOP, inertia=np.diag([2, 2, 1]), mass=[1, 2])[1].body.moments == (2, 2, 1)
+
+
+def test_a_random_top_depends_on_the_seed_and_its_number_alone():
+    words = {"seed": 5, "spin": (1, 3), "momentum": None, "angles": [(0, 0, 0), (1, 2, 3)]}
+    del words["spin"]
+    many, more = kr.Source.random(TOP, 1000, **words), kr.Source.random(TOP, 10**12, **words)
+    assert many[:] == more[:1000] and many[700:] == more[700:1000] and many[3] == more[3]
+    assert more[10**12 - 1] == more[-1]
+    other = kr.Source.random(TOP, 1000, **words, gravity=(-1, 1))[:]
+    assert np.array_equal(other.coords["angles"], many[:].coords["angles"])
+    assert not np.array_equal(
+        kr.Source.random(TOP, 9, **words | {"seed": 6})[:].momentum, many[:9].momentum
+    )
+    down, angles = other.coords["gravity"], other.coords["angles"]
+    assert -1 <= down.min() < -0.95 and 0.95 < down.max() <= 1 and abs(down.mean()) < 0.06
+    assert np.allclose(angles.mean(axis=0), [0.5, 1, 1.5], atol=0.1)
+    assert abs(np.corrcoef(down, angles[:, 0])[0, 1]) < 0.1
+
+
+def test_scattered_tops_are_those_of_the_scene(tmp_path):
+    words = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}
+    source = kr.Source.scatter(TOP, 500, **words)
+    assert source[100:200] == TOP.scatter(500, **words)[100:200]
+    found = swept(tmp_path, {"t": [1.0], "part": 99}, source)
+    assert np.array_equal(found["gravity"], TOP.scatter(500, **words).gravity)
+    assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
+
+
+def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
+    found = swept(tmp_path, parts=range(2))
+    for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
+        again = pickle.loads(pickle.dumps(source))
+        assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
+        with pytest.raises(AttributeError, match=r"make another kreisel\.Source"):
+            source.scene = TOP
+    assert pickle.loads(pickle.dumps(found)).done == [0, 1]
+    assert repr(SOURCE) == "<kreisel.Source of shape (12, 25): spin, gravity>"
+    assert repr(found) == "<kreisel.Swept of shape (12, 25): 2 of 5 parts>"
+    with pytest.raises(IndexError, match="there is no top 300 among 300"):
+        SOURCE[300]
+
+
+def test_columns_of_files_are_words(tmp_path):
+    momenta, down = np.random.default_rng(0).normal(size=(40, 3)), np.linspace(0, 1, 40)
+    flat = {f"momentum_{axis}": momenta[:, i] for i, axis in enumerate("xyz")} | {"gravity": down}
+    np.savez(tmp_path / "tops.npz", momentum=momenta, gravity=down)
+    parquet.write_table(pa.table(flat), tmp_path / "tops.parquet")
+    text.write_csv(pa.table(flat), tmp_path / "tops.csv")
+    tops = TOP.vary(momentum=momenta, gravity=down)
+    hashes = set()
+    for ending in ("npz", "parquet", "csv"):
+        source = kr.Source.columns(TOP, tmp_path / f"tops.{ending}")
+        assert source[:] == tops and source.shape == (40,)
+        swept(tmp_path / ending, {"t": [1.0], "part": 9}, source)
+        hashes.add(rows_hash(tmp_path / ending))
+    assert len(hashes) == 1
+    odd = tmp_path / "odd.parquet"
+    for table, said in {
+        "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
+        "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
+        "'gravity' has places without a value": {"gravity": [1.0, None]},
+        "gravity must be a number, or a list of numbers": {"gravity": ["a", "b"]},
+        "gravity must be finite": {"gravity": [1.0, np.nan]},
+        "must be rows of one length": {"gravity": down[:0]},
+    }.items():
+        parquet.write_table(pa.table(said), odd)
+        with pytest.raises((ValueError, TypeError), match=table):
+            kr.Source.columns(TOP, odd)
+    for ending in ("npz", "parquet"):
+        (tmp_path / f"none.{ending}").write_bytes(b"precious")
+        with pytest.raises(ValueError, match=r"is no archive of numpy|cannot be read"):
+            kr.Source.columns(TOP, tmp_path / f"none.{ending}")
+    np.savez(tmp_path / "two.npz", gravity=down, spin=down[:7])
+    with pytest.raises(ValueError, match="must be rows of one length"):
+        kr.Source.columns(TOP, tmp_path / "two.npz")
+
+
+def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
+    np.savez(tmp_path / "tops.npz", gravity=np.linspace(-1, 1, 9))
+    TOP.to_toml(tmp_path / "top.toml")
+    head = "t = { from = 0, to = 2, n = 3 }\ntol = 1e-9\npart = 4\nscene = "
+    tables = {
+        "asymmetric": "[grid]\nspin = [1, 2]\ngravity = { from = 0, to = 1, n = 5 }",
+        "top.toml": "[columns]\nfile = 'tops.npz'",
+    }
+    sources = {
+        "asymmetric": kr.Source.grid(TOP, spin=[1, 2], gravity=np.linspace(0, 1, 5)),
+        "top.toml": kr.Source.columns(TOP, tmp_path / "tops.npz"),
+    }
+    for name, table in tables.items():
+        (tmp_path / "plan.toml").write_text(f"{head}'{name}'\n{table}\n")
+        done = kr.sweep(tmp_path / "plan.toml", to=tmp_path / name.replace(".", "_"))
+        alike = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part=4, to=done.folder)
+        assert alike.hash == done.hash
+    plan = (
+        "t = [1.0]\nmethod = 'taylor'\n[[events]]\nevent = 'crossing'\nfunction = { m_x = 2 }\n"
+        "value = 0.1\n[scatter]\nn = 5\nseed = 2\ngravity = 0.1\n[scene]\n" + TOP.to_toml()
+    )
+    (tmp_path / "plan.toml").write_text(plan.replace("[body]", "[scene.body]"))
+    done = kr.sweep(tmp_path / "plan.toml", to=tmp_path / "events")
+    crossing = kr.events.crossing({"m_x": 2}, 0.1)
+    source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
+    alike = kr.sweep(source, [1.0], "taylor", events=crossing, to=done.folder)
+    assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
