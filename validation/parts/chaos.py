@@ -30,9 +30,9 @@ def sizes(budget):
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
-        "turning": min(budget.members, 100),
+        "turning": 6 if budget.quick else min(budget.members, 100),
         "swings": 200 if budget.quick else 2000,
-        "side": {"quick": 8, "default": 26}.get(budget.name, 64),
+        "side": {"quick": 5, "default": 26}.get(budget.name, 64),
     }
 
 
