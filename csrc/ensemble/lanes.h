@@ -82,8 +82,8 @@ typedef struct kr_lanes_isa {
     const int *lanes;
     int (*runs_here)(void);
     /* Steps all lanes until one, at least, has passed its goal, made no way, made more than its
-     * most steps, is not finite or may have met what it watches for; at most `steps` times. Returns the lanes for which that holds,
-     * as bits. */
+     * most steps, is not finite or may have met what it watches for; at most `steps` times. Returns
+     * the lanes for which that holds, as bits. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Gives the states at the times `at` inside the pieces. */
     void (*look)(kr_lanes *lanes);

@@ -189,7 +189,7 @@ def test_scenes_in_lists_are_an_ensemble():
     assert_same(kr.Ensemble.of(mixed), lambda at: mixed[at[0]])
     alike = kr.Ensemble.of([LAGRANGE, LAGRANGE.replace(gravity=2)])
     assert alike.body is LAGRANGE.body
-    assert kr.Ensemble.of(kr.starts(CORNER, energy=3, vertical=1, n=3)).shape == (3,)
+    assert kr.Ensemble.of(list(kr.starts(CORNER, energy=3, vertical=1, n=3))).shape == (3,)
 
 
 @pytest.mark.filterwarnings("error")

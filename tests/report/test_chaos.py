@@ -9,10 +9,10 @@ import pytest
 
 from validation.drawing import cuts as drawing
 from validation.parts import chaos as part
-from validation.parts import cuts
+from validation.parts import cuts, exponents
 from validation.truth import kowalewski, melnikov
 
-SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60}
+SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
@@ -75,6 +75,28 @@ def test_frequencies_tell_regular_motions():
     assert cuts.off_closed_form(4) < 1e-12
 
 
+def test_exponents_part_order_from_chaos():
+    regular, chaotic = (exponents.told(name, 12) for name in ("a Lagrange top", "40 %"))
+    assert regular["chaotic"] == 0 and regular["exponent"] is None is regular["error"]
+    assert chaotic["chaotic"] > 6 and 0.1 < chaotic["exponent"] < 0.25
+    assert 0.0 < chaotic["error"] < 0.05 and chaotic["certificate"] < 1e-12
+
+
+def test_the_map_is_empty_where_nothing_moves():
+    values = exponents.mapped(5)
+    energies, verticals = (
+        np.linspace(*ends, 5) for ends in (exponents.ENERGIES, exponents.VERTICALS)
+    )
+    for (row, column), value in np.ndenumerate(values):
+        words = {"energy": energies[row], "vertical": verticals[column], "n": 1}
+        if np.isnan(value):
+            with pytest.raises(ValueError, match="no start has"):
+                kr.starts(cuts.body(exponents.MAPPED), **words)
+        else:
+            assert len(kr.starts(cuts.body(exponents.MAPPED), **words)) == 1 and value < 0.5
+    assert 0 < np.isnan(values).sum() < 20
+
+
 @pytest.fixture(scope="module")
 def findings():
     return {
@@ -82,6 +104,7 @@ def findings():
         "kowalewski": list(part.integrable(SIZE)),
         "layer": list(part.layer(SIZE["swings"])),
         "frequencies": part.turning(SIZE["turning"]),
+        "exponents": part.growing(SIZE),
     }
 
 
@@ -91,12 +114,19 @@ def test_what_is_shown_and_concluded(findings):
         shown["order"],
         shown["regions"],
         shown["plane"],
+        shown["map"],
         *shown["layer"],
         shown["rotation"],
     ]
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
     said = part.concluded(findings)
-    for word in ("keep their energy to", "on 10 of 10", "Melnikov's integral", "Lagrange tops are"):
+    for word in (
+        "keep their energy to",
+        "on 10 of 10",
+        "Melnikov's integral",
+        "Lagrange tops are",
+        "the Lagrange top none are called chaotic",
+    ):
         assert word in said
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
     files = dict(part.files(findings, None))

@@ -51,11 +51,19 @@ def layer():
         )
 
 
-if __name__ == "__main__":
-    ALL = {"time": time, "frequencies": frequencies, "layer": layer}
+ALL = {"time": time, "frequencies": frequencies, "layer": layer}
+
+
+def main(words=None):
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m validation.bench.sections",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("what", nargs="*", help=f"of {', '.join(ALL)} (default: all)")
-    for name in parser.parse_args().what or ALL:
+    for name in parser.parse_args(words).what or ALL:
         ALL[name]()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,5 +1,5 @@
 """Order and chaos: sections of tops from integrable to chaotic, the ten of Kowalewski's top, the
-layer along a separatrix beside Melnikov's theory, and frequencies."""
+layer along a separatrix beside Melnikov's theory, frequencies, and Lyapunov exponents."""
 
 from functools import partial
 
@@ -7,8 +7,9 @@ import kreisel as kr
 import numpy as np
 
 from ..drawing import cuts as drawing
+from ..drawing.field import field
 from ..truth import kowalewski, melnikov
-from . import cuts
+from . import cuts, exponents
 from .budget import Task
 from .part import Part, csv_text
 from .words import brief, in_a_row, power
@@ -19,6 +20,7 @@ NEAR = "8 %"  # the top whose frequencies are shown
 CLOSE = (1.18, 1.65), (1.48, 2.15)  # the crowded part of the plane of regions
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
+    "exponents.csv": ("top", "starts", "chaotic", "exponent", "error", "certificate"),
     "kowalewski.csv": ("region", "g", "h", "least", "greatest", "off", "critical"),
 }
 
@@ -28,8 +30,9 @@ def sizes(budget):
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
-        "turning": min(budget.members, 100),
+        "turning": 6 if budget.quick else min(budget.members, 100),
         "swings": 200 if budget.quick else 2000,
+        "side": {"quick": 5, "default": 26}.get(budget.name, 64),
     }
 
 
@@ -78,6 +81,12 @@ def turning(orbits):
     return {"rows": [row.tolist() for row in rows], "off": cuts.off_closed_form(orbits // 3)}
 
 
+def growing(size):
+    """Gives the table of exponents and the map of them."""
+    table = [exponents.told(name, size["orbits"]) for name in cuts.BODIES]
+    return {"table": table, "map": exponents.mapped(size["side"]).tolist()}
+
+
 def tasks(problems, budget, store):
     size = sizes(budget)
     name = budget.name
@@ -85,10 +94,11 @@ def tasks(problems, budget, store):
     yield Task(f"chaos/kowalewski/{name}", lambda: list(integrable(size)), 4.0)
     yield Task(f"chaos/layer/{name}", lambda: list(layer(size["swings"])), 2.0)
     yield Task(f"chaos/frequencies/{name}", partial(turning, size["turning"]), 12.0, until=0.9)
+    yield Task(f"chaos/exponents/{name}", partial(growing, size), 10.0, until=0.9)
 
 
 def found(problems, store):
-    names = "order", "kowalewski", "layer", "frequencies"
+    names = "order", "kowalewski", "layer", "frequencies", "exponents"
     known = {name: store.under(f"chaos/{name}/") for name in names}
     return {name: values[-1] for name, values in known.items() if values}
 
@@ -128,10 +138,19 @@ def picture_of_rotation(rows, size):
     )
 
 
+def picture_of_exponents(rows):
+    return field(
+        np.array(rows, float),
+        (*exponents.VERTICALS, *exponents.ENERGIES),
+        ("vertical momentum", "energy", "largest Lyapunov exponent"),
+    )
+
+
 def shown(findings):
     size = findings["order"]
     widest = max(g for g, _ in kowalewski.REGIONS) + 0.2
     told = {"size": size, "seconds": None, "regions": None, "layer": None, "rotation": None}
+    told["exponents"] = findings.get("exponents")
     told["order"] = drawing.cuts(dict(panels_of_bodies(size)), 3, 3.1)
     if "kowalewski" in findings:
         told["regions"] = drawing.cuts(dict(panels_of_regions(size)), 5, 2.4)
@@ -145,6 +164,9 @@ def shown(findings):
     if "frequencies" in findings:
         told["rotation"] = picture_of_rotation(findings["frequencies"]["rows"], size)
         told["off"] = findings["frequencies"]["off"]
+    if told["exponents"]:
+        told["map"] = picture_of_exponents(told["exponents"]["map"])
+        told["long"], told["times"] = exponents.LONG, exponents.TIMES
     return told
 
 
@@ -155,6 +177,7 @@ def concluded(findings):
         of_regions(findings.get("kowalewski")),
         of_layer(findings.get("layer")),
         of_frequencies(findings.get("frequencies")),
+        of_exponents(findings.get("exponents")),
     )
 
 
@@ -189,8 +212,24 @@ def of_frequencies(known):
     )
 
 
+def of_exponents(known):
+    """Says how chaos grows, and that none is seen where there is none."""
+    if not known:
+        return ""
+    first, *_, last = known["table"]
+    called = first["chaotic"] or "none"
+    said = f"Of {first['starts']} starts of the Lagrange top {called} are called chaotic"
+    if last["error"] is None:
+        return f"{said}."
+    return (
+        f"{said}; of the last top {last['chaotic']}, with an exponent of {last['exponent']:.4f} "
+        f"\N{PLUS-MINUS SIGN} {last['error']:.4f}."
+    )
+
+
 def files(findings, about):
     rows = {"layer.csv": findings.get("layer"), "kowalewski.csv": findings.get("kowalewski")}
+    rows["exponents.csv"] = findings.get("exponents", {}).get("table")
     return [(name, csv_text(FILES[name], rows[name])) for name in FILES if rows[name]]
 
 
