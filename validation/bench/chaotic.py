@@ -1,12 +1,12 @@
 """How many of random tops a rule calls chaotic: MEGNO above a bound at t = 1000. Of those that are
 integrable none may be; of the asymmetric scene's body most are.
 
-    python -m validation.bench.chaotic TOPS [SEED]
+    python -m validation.bench.chaotic TOPS --seed 0
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 
 import kreisel as kr
@@ -36,7 +36,7 @@ def random_tops(name: str, n: int, seed: int) -> kr.Ensemble:
     )
 
 
-def main(n: int, seed: int) -> None:
+def count(n: int, seed: int) -> None:
     for name in BODIES:
         tops = random_tops(name, n, seed)
         begun = time.perf_counter()
@@ -51,5 +51,17 @@ def main(n: int, seed: int) -> None:
         )
 
 
+def main(argv: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.chaotic",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("tops", type=int, help="of each kind")
+    parser.add_argument("--seed", type=int, default=0)
+    asked = parser.parse_args(argv)
+    count(asked.tops, asked.seed)
+
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 0)
+    main()

@@ -11,7 +11,7 @@ Everything runs in one process, in turn; times are the least of some rounds.
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
 
 import heyoka as hy
@@ -122,7 +122,20 @@ def rate():
         print(f"tol {tol}: {len(tops) / spent:.0f} tops a second to t = 1000, on two threads")
 
 
+PARTS = {"scalar": scalar, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.tangents",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("part", nargs="*", choices=[*PARTS, []], default=[])
+    for part in parser.parse_args(argv).part or PARTS:
+        print(part)
+        PARTS[part]()
+
+
 if __name__ == "__main__":
-    for word in sys.argv[1:] or ("scalar", "ensemble", "heyoka", "rate"):
-        print(word)
-        {"scalar": scalar, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}[word]()
+    main()
