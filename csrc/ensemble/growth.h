@@ -172,15 +172,13 @@ INLINE void weigh_forms(kr_lane_tangents *g, const point *at, deviation d)
 typedef struct {
     wide area, moment, most;
 } growth_areas;
-/* Adds the part of the path from l->t over h, by Gauss' four points. */
+/* Adds the part of the path from l->t over h, by Gauss' three points. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, growth_areas a)
 {
-    static const double places[] = {0.069431844202973712, 0.33000947820757187, 0.66999052179242813,
-                                    0.93056815579702629},
-                        weights[] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
-                                     0.17392742256872693};
+    static const double places[] = {0.11270166537925831, 0.5, 0.88729833462074169},
+                        weights[] = {0.27777777777777778, 0.44444444444444444, 0.27777777777777778};
     const wide forward = wide_load(l->forward), t = wide_load(l->t), tiny = wide_splat(0x1p-1000);
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 3; i++) {
         const wide span = places[i] * h, at = t + span;
         const point here = sum_series(l, at, 1);
         const wide size = log_of_size(g, purified(g, &here, sum_growth(g, l->order, span)));
@@ -192,13 +190,14 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, growth_ar
     return a;
 }
 
-/* The share of a step up to `to` at whose end the last terms of the deviation are small enough. */
-INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, double log2_most)
+/* The share of h at whose end the last terms of a deviation, which is `all` after h, are small
+ * enough. */
+INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all, double log2_most)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     wide power = wide_splat(1.0);
     for (int n = 0; n < order; n++) power = power * h;
-    const deviation all = sum_growth(g, order, h), last = deviation_load(g->x[order]);
+    const deviation last = deviation_load(g->x[order]);
     const wide size = deviation_dot(all, all), rest = power * power * deviation_dot(last, last);
     const wide most = wide_splat(exp2(2.0 * log2_most)) * size;
     const mask is_small = mask_or(wide_at_most(rest, most), wide_equal(size, zero));
@@ -237,12 +236,14 @@ INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, growth_areas *
     for (int parts = 0;; parts++) {
         const wide t = wide_load(path->t), left = to - t;
         expand_growth(path, g, d);
-        const wide share = share_allowed(g, l->order, left, l->log2_tol + GROWTH_SLACK);
+        const deviation all = sum_growth(g, l->order, left);
+        const wide share = share_allowed(g, l->order, left, all, l->log2_tol + GROWTH_SLACK);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
         const wide h = share * left;
         *areas = add_part(path, g, h, *areas);
+        if (mask_all(whole_way)) return all;
         d = sum_growth(g, l->order, h);
-        if (mask_all(whole_way) || parts == GROWTH_PARTS) return d;
+        if (parts == GROWTH_PARTS) return d;
         kr_lane_number at;
         wide_store(at, wide_choose(whole_way, to, t + h));
         begin_part(l, g, at);

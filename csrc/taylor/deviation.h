@@ -107,10 +107,10 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
 {
     turned_deviation d[AT_ONCE];
     for (int k = 0; k < few; k++) {
-        kr_tangent *one = g + k * words;
+        kr_tangent *own = g + k * words;
         for (int n = 1; n < order + BLOCK - 1; n++)
             d[k].turn[n] = d[k].push[n] = d[k].cross[n] = duo_splat(0.0);
-        set_deviation(one, &d[k], 0, quad_load(one->x[0]), quad_load(one->x[0] + 4));
+        set_deviation(own, &d[k], 0, quad_load(own->x[0]), quad_load(own->x[0] + 4));
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, words, d, few, n);
 }

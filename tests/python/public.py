@@ -44,6 +44,7 @@ SELVES = {  # things of each class that has methods
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
     kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
     kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
+    kr.Indicator: [always(kr.lyapunov(TOP, 2.0)), always(kr.megno(words.ENSEMBLES[0], [1.0]))],
     kr.ManyEvents: [always(words.MANY[2].events)],
     kr.ManyPlan: [always(kr.plan(words.ENSEMBLES[0], 1))],
     kr.Method: [always(method) for method in kr.methods.values()],

@@ -35,6 +35,9 @@ LETTERS = 1000  # of the longest refusal: some tell all the names there are
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
 LEFT_OUT = "it keeps what want="  # says a path of an array that was not wanted
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
+IDIOMS |= dict.fromkeys(
+    ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
+)
 IDIOMS |= {"end": IndexError, "named": KeyError, "why": IndexError, "part": IndexError}
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}  # words of files
 LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours

@@ -10,11 +10,10 @@ from functools import cached_property
 import kreisel as kr
 import numpy as np
 
-from .problems import Problem, attitude_errors, load, turn_back
+from .problems import Problem, load, turn_back
 
 SEED, SCATTER, END = 15, 0.3, 100.0
 SCENES = {"asymmetric": "asymmetric", "Lagrange": "thesis"}
-NUDGE = 2.0**-46  # small beside the start, large beside the roundings of moving it
 ROUNDING = 2.0**-53
 
 
@@ -68,22 +67,13 @@ def truths(tops):
     return np.array([end_of(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
-def moved(scene):
-    """Gives the top with each component of momentum and attitude moved by a little."""
-    scale = np.linalg.norm(scene.momentum)
-    for i in range(3):
-        little = NUDGE * np.eye(3)[i]
-        yield scene.replace(momentum=scene.momentum + scale * little)
-        yield scene.replace(attitude=kr.quaternion.multiply(scene.attitude, (1.0, *(little / 2))))
-
-
 def conditioning(tops):
     """Gives by what angle roundings of the start move the end of each top [rad]: what one in
     doubles may be off by, and more so the more chaotic it is."""
 
     def of(scene):
-        here = end_of(scene, tops.end, 20)
-        ends = np.array([end_of(near, tops.end, 20) for near in moved(scene)])
-        return attitude_errors(ends, here).sum() * ROUNDING / NUDGE
+        path = kr.solve(scene, [tops.end], digits=20, tangents="start")
+        turns, push = path.tangents[0, :3], np.linalg.norm(scene.momentum)
+        return np.linalg.norm(turns * ([1.0] * 3 + [push] * 3), axis=0).sum() * ROUNDING
 
     return np.array([of(tops.scene(k)) for k in range(len(tops))])

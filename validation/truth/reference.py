@@ -147,6 +147,21 @@ def conditioning(problem, times, form, fp=FINER):
     ]
 
 
+def by_tangents(problem, times):
+    """Says the same of any top, by derivatives that ride along with one run of 20 digits."""
+    scene = problem.scene()
+    path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
+    turns = path.tangents[:, :3]
+    data = np.concatenate(
+        [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
+    )
+    moved = turns * data
+    if problem.symmetric:  # and stays so
+        moved[:, :, 6] += moved[:, :, 7]
+        moved[:, :, 7] = 0.0
+    return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
+
+
 def on_the_way(problem, end):
     """Gives the truth of any scene in about a second: where 128 bit would take longer, in 80."""
     form = "symmetric" if problem.symmetric else "velocity"
@@ -155,9 +170,7 @@ def on_the_way(problem, end):
     (finer,) = states(problem, [end], form, FINER)
     state = states(problem, [end], form)[0] if brief else finer
     again = finer if brief else states(problem, [end], form, float)[0]
-    moved = conditioning(
-        problem, np.linspace(0, end, LOOKS + 1)[1:], form, FINER if brief else float
-    )
+    moved = by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
     return {
         "attitude": [mp.nstr(x, 34) for x in state[:4]],
         "agreement": angle(state, again),

@@ -29,10 +29,10 @@ from .reference import (
     LONGEST_SERIES,
     ROUNDING,
     ROUNDINGS,
-    SERIES,
     SHORTER_STEPS,
     apart,
     closed_form_holds,
+    grown_roundings,
     roundings,
 )
 from .rows import Rows, refused, rows_in_any_order
@@ -143,7 +143,7 @@ class Path(Tables):
         error = self._apart(second)
         if self.digits != 30:
             return error
-        return max(error, ROUNDING * roundings(self.scene, SERIES, self.t))
+        return max(error, ROUNDING**2 * grown_roundings(self.scene, self.t))
 
     def _apart(self, second: Request) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference

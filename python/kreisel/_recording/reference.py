@@ -13,7 +13,8 @@ from itertools import combinations
 
 import numpy as np
 
-from .._core import KIND_RTOL
+from .._core import KIND_RTOL, start
+from .._core import tangents as TANGENTS
 from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
@@ -73,6 +74,24 @@ def roundings(scene: Scene, request: Request, times: Array) -> float:
     """How far one rounding of the state moves the attitude on the way [rad], by two runs of a
     request."""
     return conditioning(scene, request, times, rows_in_any_order(scene, request, times)[1][:, 1:5])
+
+
+def grown_roundings(scene: Scene, times: Array) -> float:
+    """How far one rounding of the state moves the attitude on the way [rad] over the rounding, by
+    tangents: of the start's directions, each in the top's own units, that which moves it most."""
+    unit = max(scene.body.moments) * scene._fastest
+    most = 1.0
+    for side in (times[times < 0.0], times[times > 0.0]):
+        if not side.size:
+            continue
+        _, top = start(scene._block, *SERIES.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
+        assert top is not None
+        came, high, *_ = top.record_tangents(side[np.argsort(np.abs(side))], False)
+        if came[0] != "OK":
+            return math.inf
+        turns = high.reshape(-1, 6, 6)[:, :3] * ([1.0] * 3 + [unit] * 3)
+        most = max(most, float(np.linalg.norm(turns, axis=1).max()))
+    return most
 
 
 def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

@@ -132,6 +132,24 @@ class Exact(_Rates):
         assert states is not None
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
+    def tangents(self, t: Numbers) -> Array:
+        """(n, 6, 6) the derivatives of the states at these times by the start, as path.tangents has
+        them: right at any time, for they are those of one period, taken to its power in decimals.
+
+            >>> import kreisel as kr
+            >>> scene = kr.scenes.thesis
+            >>> told = kr.exact(scene).tangents(20.0)
+            >>> bool(abs(told - kr.solve(scene, [20.0], tangents="start").tangents).max() < 1e-11)
+            True
+
+        Raises ValueError for a motion on a separatrix, which has no period. It takes about a
+        millisecond a time.
+        """
+        from .exact_tangents import tangents_at
+
+        path = self(t)
+        return tangents_at(self.scene, self.period, path.t, path.q)
+
     def _times(self, t: Numbers) -> Array:
         times = row_of(t)
         refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)

@@ -7,7 +7,7 @@
 int main(void)
 {
     const kr_scene scene = kr_scene_default();
-    const kr_config config = {0.01, 0.0, 0, NULL, NULL, 0, 0};
+    const kr_config config = {0.01, 0.0, 0, NULL, NULL, 0, 0, 0};
     const double energy = kr_state_modified_energy(&scene, &scene.start, config.step);
     kr_top *top = NULL;
     kr_status status = kr_top_create(&scene, kr_method_find("bobenko_suris"), config, &top);

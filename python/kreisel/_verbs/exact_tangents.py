@@ -1,0 +1,284 @@
+"""Tangents of closed forms, at any time: the derivative of the state by the start.
+
+Seen from the body, and from a frame that turns with it where the body is symmetric, the motion is
+periodic: P and M come back after the time tau, turned about the axis by S. So the tangents have a
+period, too (Floquet): with theta and N as in taylor/tangents.h, and Phi(t) the matrix of both,
+    Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
+One period is computed with 30 digits; the powers, in decimals of 50, lose none of them.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, localcontext
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import Array
+from .._model.scene import Scene
+from .._recording.path import Path
+from .solve import solve
+
+Decimals = npt.NDArray[np.object_]  # of decimals
+_PRECISION = 50
+_LATE = 1e-9  # of the period: by so much the double of it may err
+_STEADY = 1e-12  # of the motion: what is less counts as none
+_AXES = np.eye(3)
+
+
+def _decimals(high: Array, low: Array | None = None) -> Decimals:
+    """The numbers, with what their doubles leave out."""
+    return _each(high) if low is None else _each(high) + _each(low)
+
+
+def _each(numbers: Array) -> Decimals:
+    given = np.asarray(numbers, dtype=float)
+    made = np.empty(given.shape, dtype=object)
+    made.ravel()[:] = [Decimal(number) for number in given.ravel().tolist()]
+    return made
+
+
+def _turn(q: Decimals) -> Decimals:
+    """The matrix of the turn by a quaternion of about unit length."""
+    w, x, y, z = q
+    n = w * w + x * x + y * y + z * z
+    rows = [
+        [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+    ]
+    turn: Decimals = np.array(rows, dtype=object) / n
+    return turn
+
+
+def _cross(a: Decimals, b: Decimals) -> Decimals:
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def _hat(a: Decimals) -> Decimals:
+    """The matrix of a x."""
+    zero = Decimal(0)
+    rows = [[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]]
+    return np.array(rows, dtype=object)
+
+
+def _both(block: Decimals, other: Decimals | None = None) -> Decimals:
+    """The matrix that does this to theta, and this or another to N."""
+    zero = _each(np.zeros((3, 3)))
+    return np.block([[block, zero], [zero, block if other is None else other]])
+
+
+class _Body(NamedTuple):
+    """Moments, mass gravity com, and the axis about which the body is symmetric, if any, along the
+    principal axes; and these in the frame of description."""
+
+    moments: Decimals
+    lever: Decimals
+    axis: Decimals | None
+    frame: Decimals
+
+    @classmethod
+    def of(cls, scene: Scene) -> _Body:
+        body = scene.body
+        moments, com = np.array(body.moments), _each(np.array(body.principal_com))
+        lever = com * (Decimal(body.mass) * Decimal(scene.gravity))
+        near = [
+            np.isclose(np.roll(moments, -i - 1)[0], np.roll(moments, -i - 2)[0], 1e-14, 0.0)
+            for i in range(3)
+        ]
+        axis = None
+        if all(near):
+            reach = (com @ com).sqrt()
+            axis = com / reach if reach else _each(_AXES[2])
+        elif any(near):
+            axis = _each(_AXES[near.index(True)])
+        return cls(_each(moments), lever, axis, _turn(_each(np.array(body.axes))))
+
+
+class _Point(NamedTuple):
+    """Where the motion is: P and M seen along the principal axes, and the turn from there to
+    space."""
+
+    vertical: Decimals
+    momentum: Decimals
+    turn: Decimals
+
+    @classmethod
+    def of(cls, body: _Body, path: Path, i: int) -> _Point:
+        turn = _turn(_decimals(path.q[i], path.q_low[i])) @ body.frame
+        momentum = turn.T @ _decimals(path.m[i], path.m_low[i])
+        heavy = any(body.lever)
+        return cls(turn[2] if heavy else turn[2] * 0, momentum, turn)
+
+    def rates(self, body: _Body) -> tuple[Decimals, Decimals]:
+        """P' and M'."""
+        w = self.momentum / body.moments
+        return _cross(self.vertical, w), _cross(self.momentum, w) + _cross(
+            self.vertical, body.lever
+        )
+
+    def generator(self, body: _Body) -> Decimals:
+        """The matrix A of (theta, N)' = A (theta, N)."""
+        per, hat = np.diag(Decimal(1) / body.moments), _hat(self.momentum / body.moments)
+        turn = per @ _hat(self.momentum) - hat
+        return np.block([[turn, per], [_hat(self.vertical) @ -_hat(body.lever), -hat]])
+
+    def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
+        """What comes back with the period: of a symmetric body what does not change as it turns
+        about its axis."""
+        if axis is None:
+            return self.momentum
+        return np.array(
+            [axis @ self.vertical, axis @ _cross(self.vertical, self.momentum)], dtype=object
+        )
+
+    def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
+        """How that changes."""
+        vertical, momentum = self.rates(body)
+        if axis is None:
+            return momentum
+        crossed = _cross(vertical, self.momentum) + _cross(self.vertical, momentum)
+        return np.array([axis @ vertical, axis @ crossed], dtype=object)
+
+
+def _symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
+    """The turn about the axis that takes P and M of one point to those of another."""
+    if axis is None:
+        return _each(_AXES)
+    pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
+    crossed = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
+    sizes = [
+        float((a @ a) / (v @ v)) if v @ v else 0.0
+        for (a, _), (v, _) in zip(crossed, pairs, strict=True)
+    ]
+    a, b = crossed[int(np.argmax(sizes))]
+    if max(sizes) < 1e-28:
+        return _each(_AXES)
+    size = ((a @ a) * (b @ b)).sqrt()
+    cosine, sine = (a @ b) / size, (axis @ _cross(a, b)) / size
+    along = np.outer(axis, axis)
+    turn: Decimals = along + (_each(_AXES) - along) * cosine + _hat(axis) * sine
+    return turn
+
+
+class Floquet(NamedTuple):
+    """The tangents of one period."""
+
+    body: _Body
+    tau: Decimal
+    symmetry: Decimals
+    period: Decimals  # S^-1 Phi(tau)
+    start: _Point
+
+
+def _in_body(point: _Point, start: _Point, body: _Body, path: Path, i: int) -> Decimals:
+    """Phi of theta and N, along the principal axes, at a state of a path with tangents."""
+    phi = _decimals(path.tangents[i], path.tangents_low[i])
+    inside: Decimals = _both(body.frame.T, point.turn.T) @ phi @ _both(body.frame, start.turn)
+    return inside
+
+
+def _rate_of_axis(point: _Point, body: _Body) -> float | None:
+    """The rate at which P and M, seen from the body, turn about its axis; None where they move
+    otherwise."""
+    rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
+    rate = 0.0
+    if body.axis is not None:
+        places = point.vertical, point.momentum
+        rounds = [np.array(_cross(body.axis, place), dtype=float) for place in places]
+        size = sum(float(a @ a) for a in rounds)
+        both = sum(float(a @ b) for a, b in zip(rounds, rates, strict=True))
+        rate = both / size if size else 0.0
+        rates = [a - rate * b for a, b in zip(rates, rounds, strict=True)]
+    largest = float(max(body.moments))
+    spin = float(np.abs(np.array(point.momentum / body.moments, dtype=float)).max())
+    fastest = max(spin, math.sqrt(math.sqrt(float(body.lever @ body.lever)) / largest))
+    moved = max(np.abs(rates[0]).max() / fastest, np.abs(rates[1]).max() / (largest * fastest**2))
+    return rate if moved <= _STEADY else None
+
+
+def _period_about(point: _Point, body: _Body, rate: float, fastest: float) -> float:
+    """The time in which a neighbour of a steady motion comes back to it; any, where none does."""
+    axis = _each(_AXES[2]) if body.axis is None else body.axis
+    turning = rate * np.array(_both(_hat(axis)), dtype=float)
+    swing = np.abs(np.linalg.eigvals(np.array(point.generator(body), dtype=float) - turning).imag)
+    return float(2.0 * math.pi / swing.max()) if swing.max() > 1e-3 * fastest else 1.0 / fastest
+
+
+def _no_period(scene: Scene) -> ValueError:
+    return ValueError(
+        f"{scene!r} lies on a separatrix, or too near to it to have a period that can be told: its "
+        "tangents are those of kreisel.solve(scene, t, tangents='start')"
+    )
+
+
+def floquet(scene: Scene, period: float, back: bool) -> Floquet:
+    """The tangents of one period, forward or back in time. Raises ValueError on a separatrix."""
+    body = _Body.of(scene)
+    start = _Point.of(body, solve(scene, [0.0], digits=30), 0)
+    turning = _rate_of_axis(start, body)
+    if turning is not None:
+        about = _period_about(start, body, turning, scene._fastest)
+    else:
+        about = period * (1.0 if body.axis is not None else 2.0)
+    if not math.isfinite(about):
+        raise _no_period(scene)
+    tau = -about if back else about
+    path = solve(scene, [0.0, tau], digits=30, tangents="start")
+    end = _Point.of(body, path, 1)
+    phi, late = _in_body(end, start, body, path, 1), Decimal(0)
+    if turning is None:
+        rate, missed = end.phase_rate(body, body.axis), end.phase(body, body.axis)
+        speed = rate @ rate or Decimal(1)
+        late = -(rate @ (missed - start.phase(body, body.axis))) / speed
+        if not abs(late) <= _LATE * abs(tau):
+            raise _no_period(scene)
+        phi = phi + late * (end.generator(body) @ phi)
+        vertical, momentum = end.rates(body)
+        end = _Point(end.vertical + late * vertical, end.momentum + late * momentum, end.turn)
+    turn = _symmetry(body.axis, start, end)
+    away = turn @ start.momentum - end.momentum
+    size = end.momentum @ end.momentum + max(body.moments) * (body.lever @ body.lever).sqrt()
+    if not float(away @ away) <= _LATE**2 * float(size):
+        raise _no_period(scene)
+    return Floquet(body, Decimal(tau) + late, turn, _both(turn.T) @ phi, start)
+
+
+def tangents_at(scene: Scene, period: float, t: Array, q: Array) -> Array:
+    """(n, 6, 6) the tangents of a closed form at these times, of either sign and in any order,
+    where its attitudes are q."""
+    out = np.empty((t.size, 6, 6))
+    with localcontext() as context:
+        context.prec = _PRECISION
+        for back in (False, True):
+            chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
+            if chosen.size:
+                _fill(scene, floquet(scene, period, back), t, q, chosen, out)
+    return out
+
+
+def _fill(
+    scene: Scene, of: Floquet, t: Array, q: Array, chosen: npt.NDArray[np.intp], out: Array
+) -> None:
+    times = [Decimal(float(t[i])) for i in chosen]
+    counts = [int(time / of.tau) for time in times]
+    rests = [time - count * of.tau for time, count in zip(times, counts, strict=True)]
+    order = np.argsort([abs(float(rest)) for rest in rests], kind="stable")
+    path = solve(scene, [float(rests[j]) for j in order], digits=30, tangents="start")
+    powers: dict[int, tuple[Any, Any]] = {}
+    for k, j in enumerate(order.tolist()):
+        count, point = counts[j], _Point.of(of.body, path, k)
+        if count not in powers:
+            turned = np.linalg.matrix_power(of.symmetry, count)
+            powers[count] = _both(turned), np.linalg.matrix_power(of.period, count)
+        turned, grown = powers[count]
+        phi = _in_body(point, of.start, of.body, path, k)
+        late = rests[j] - Decimal(float(rests[j]))
+        phi = turned @ (phi + late * (point.generator(of.body) @ phi)) @ grown
+        here = _turn(_each(q[chosen[j]])) @ of.body.frame
+        told = _both(of.body.frame, here) @ phi @ _both(of.body.frame.T, of.start.turn.T)
+        out[chosen[j]] = told.astype(float)

@@ -1,0 +1,66 @@
+"""The derivative of the closed form beside tangents of a series with 20 digits, at any time."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+
+def free(inertia, momentum=(0.3, 0.9, 1.2)):
+    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, 0.0))
+    return kr.Scene(body, momentum=momentum, attitude=(0.8, 0.0, 0.6, 0.0))
+
+
+def heavy(inertia, com, momentum=(0.3, 0.9, 1.2)):
+    return kr.Scene(kr.Body(mass=1.0, inertia=inertia, com=com), momentum=momentum)
+
+
+TOPS = {
+    "thesis": kr.scenes.thesis,
+    "cusps": kr.scenes.cusps,
+    "sleeping": kr.scenes.sleeping,
+    "steady": kr.scenes.steady_precession,
+    "dzhanibekov": kr.scenes.dzhanibekov,
+    "free": free((1.0, 1.6, 2.1)),
+    "free_symmetric": free((1.0, 1.0, 1.6)),
+    "free_about_an_axis": free((1.0, 1.6, 2.1), (0.0, 0.0, 1.2)),
+    "free_oblique": free([[1.9, 0.2, 0.1], [0.2, 1.8, 0.15], [0.1, 0.15, 1.7]]),
+    "spherical": heavy((1.5, 1.5, 1.5), (0.1, 0.2, 0.3)),
+    "along_the_first_axis": heavy((1.5, 2.0, 2.0), (0.5, 0.0, 0.0)),
+    "at_rest": heavy((2.0, 2.0, 1.0), (0.0, 0.0, 0.5), (0.0, 0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", TOPS)
+def test_the_closed_forms_derivative_is_the_tangents(name):
+    t = [0.0, 3.0, 60.0]
+    told = kr.exact(TOPS[name]).tangents([60.0, 0.0, -20.0, 3.0])
+    series = kr.solve(TOPS[name], t, digits=20, tangents="start").tangents
+    back = kr.solve(TOPS[name], [-20.0], digits=20, tangents="start").tangents[0]
+    pairs = [(told[0], series[2]), (told[1], series[0]), (told[2], back), (told[3], series[1])]
+    for ours, theirs in pairs:
+        assert np.abs(ours - theirs).max() <= 1e-12 * max(1.0, np.abs(theirs).max())
+
+
+def test_far_away_it_is_as_exact():
+    for name in ("thesis", "free"):
+        told = kr.exact(TOPS[name]).tangents(2000.0)[0]
+        series = kr.solve(TOPS[name], [2000.0], digits=30, tangents="start").tangents[0]
+        assert np.abs(told - series).max() <= 1e-14 * np.abs(series).max()
+
+
+def test_the_tangents_of_two_ways_are_those_of_both():
+    for name in ("thesis", "free"):
+        top = kr.exact(TOPS[name])
+        first, all_of_it = top.tangents([5e5, 1e6])
+        second = kr.exact(top([5e5]).end).tangents([5e5])[0]
+        both = second @ first
+        assert np.abs(both - all_of_it).max() <= 1e-8 * np.abs(second).max() * np.abs(first).max()
+
+
+def test_a_separatrix_has_no_period():
+    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
+    falls = kr.Scene(body, attitude=(0.0, 1.0, 0.0, 0.0), momentum=(2.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="lies on a separatrix"):
+        kr.exact(falls).tangents(1.0)
+    with pytest.raises(ValueError, match="finite"):
+        kr.exact(TOPS["thesis"]).tangents(np.nan)
