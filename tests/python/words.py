@@ -105,7 +105,6 @@ RIGHT = {
     "truth": ["auto", "exact", PATHS[0]],
     "checkpoint": [CHECKPOINT, "top.run"],
     "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
-    "tops": ENSEMBLES,
     "event": [None, LOW],
     "wait": [None, 20.0, -5],
     "seed": [0, 7],
