@@ -193,15 +193,13 @@ def solve(
     paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
     """
     if tangents is not None:
-        names = "error", "want", "events", "threads", "executor", "reduce", "out"
-        given = error, want, events, threads, executor, reduce, out
-        left_out = dict[str, object](zip(names, given, strict=True))
+        others = error, want, events, threads, executor, reduce, out
         one, steering = instance("scene", scene, Scene), (step, tol, digits, max_steps)
-        return solve_with_tangents(one, t, method, tangents, steering, every, left_out, progress)
+        return solve_with_tangents(one, t, method, tangents, steering, every, others, progress)
     if isinstance(scene, Ensemble):
         steered = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
         return solve_all(scene, t, method, steered, progress, threads, executor, out)
-    if threads is not None or executor is not None or reduce is not None or out is not None:
+    if any(word is not None for word in (threads, executor, reduce, out)):
         refuse_words_of_many(threads, executor, reduce, out)
     if method == "geometric":
         others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}

@@ -19,6 +19,7 @@ from .._request.request import Progress, checked_every, checked_progress, reques
 from .._request.times import listed, refuse_endless
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
+_LEFT_OUT = "error", "want", "events", "threads", "executor", "reduce", "out"
 Tangents = TangentName | Iterable[TangentName]
 
 
@@ -46,13 +47,13 @@ def solve_with_tangents(
     tangents: object,
     steering: tuple[object, object, object, object],
     every: object,
-    left_out: dict[str, object],
+    others: tuple[object, ...],
     progress: Progress | None,
 ) -> Path:
     """The path of a scene in the words of kreisel.solve, with tangents; `steering` is step, tol,
-    digits and max_steps, and none of `left_out` may be given."""
+    digits and max_steps, and none of the `others` may be given."""
     by = checked_tangents(tangents)
-    for word, value in left_out.items():
+    for word, value in zip(_LEFT_OUT, others, strict=True):
         if value is not None:
             raise ValueError(f"tangents ride along with all states of a path: leave {word} out")
     name = ELSE if method == "auto" else method
