@@ -8,7 +8,7 @@ from typing import Literal
 
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Numbers, shown
+from .._ground.arguments import Numbers, instance, shown
 from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .._recording.carried import Carried
@@ -41,7 +41,7 @@ def checked_tangents(tangents: object) -> tuple[str, ...]:
 
 
 def solve_with_tangents(
-    scene: Scene,
+    top: object,
     t: Numbers,
     method: str,
     tangents: object,
@@ -52,7 +52,7 @@ def solve_with_tangents(
 ) -> Path:
     """The path of a scene in the words of kreisel.solve, with tangents; `steering` is step, tol,
     digits and max_steps, and none of the `others` may be given."""
-    by = checked_tangents(tangents)
+    scene, by = instance("scene", top, Scene), checked_tangents(tangents)
     for word, value in zip(_LEFT_OUT, others, strict=True):
         if value is not None:
             raise ValueError(f"tangents ride along with all states of a path: leave {word} out")
