@@ -208,9 +208,9 @@ def solve(
         raise no_error(method)
     asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number = checked_every(asked.method, every)
-    if sought is None and number is None and (progress is None or callable(progress)):
-        if (path := recorded_at_once(scene, asked, t, progress)) is not None:
-            return path
+    plain = sought is None and number is None and (progress is None or callable(progress))
+    if plain and (path := recorded_at_once(scene, asked, t, progress)) is not None:
+        return path
     return _at_second_look(scene, asked, sought, t, number, progress)
 
 
