@@ -427,7 +427,8 @@ typedef struct kr_reduction {
 /* How one tangent of an undamped top grows, by taylor with up to 16 digits. Its size is that in the
  * top's own units, at the start 1; the flow and the turn about the vertical, which are tangents for
  * ever, are taken out of it. All are of the way from the start: its logarithm, over the time the
- * Lyapunov exponent; the mean of MEGNO; the largest logarithm, the orthogonal indicator; and how far
+ * Lyapunov exponent; the mean of MEGNO; the largest logarithm, the orthogonal indicator; and how
+  * far
  * the changes of energy and <m, e3> by it are from constant, over their sizes. */
 enum {
     KR_GROWTH_LOG,

@@ -69,7 +69,8 @@ typedef struct kr_tangent_way {
     /* Takes them over the step that the motion has just made. KR_ERR_TANGENT where one grows beyond
      * doubles. */
     kr_status (*follow)(const kr_motion *motion, double *memory, size_t n);
-    /* Gives them at a clock inside the last step, and of the clock what `low` of the motion says. */
+    /* Gives them at a clock inside the last step, and of the clock what `low` of the motion says.
+       */
     void (*at)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
     /* The largest last term of a series so far, over the size of its deviation. */
     double (*rest)(const kr_motion *motion, double *memory);

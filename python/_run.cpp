@@ -89,7 +89,8 @@ class run
         }
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
-    // The same, and the tangents at each of these states, with what their doubles leave out, and the
+    // The same, and the tangents at each of these states, with what their doubles leave out, and
+    // the
     // largest last term of their series: (states, tangents, low, rest).
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {

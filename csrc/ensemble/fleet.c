@@ -130,7 +130,8 @@ static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
-/* The direction of a tangent at the start of a top, in its working axes and own units: the user's, or
+/* The direction of a tangent at the start of a top, in its working axes and own units: the user's,
+ * or
  * one along no axis of anything. */
 static void direction_of(const kr_worker *worker, const kr_top *top, double rate, kr_vec3 *turn,
                          kr_vec3 *push)

@@ -1,4 +1,5 @@
-/* One tangent a top, in lanes: how it grows beside the path, which it leaves as it is. It is source,
+/* One tangent a top, in lanes: how it grows beside the path, which it leaves as it is. It is
+ * source,
  * compiled once per instruction set; the equations are those of taylor/tangents.h, without damping
  * and parameters. Two of their solutions are known, and taken out wherever a step ends: the flow
  * (W | P x c) and the turn about the vertical (P | P x AW). What is left is the growth. What it

@@ -11,7 +11,8 @@
 #include "taylor.h"
 
 /* One deviation, on a piece of path from t on: a step of the path, or the last part of one, where
- * the deviation's series asks for shorter ones. For 20 and 30 digits it is an array of two: the high
+ * the deviation's series asks for shorter ones. For 20 and 30 digits it is an array of two: the
+  * high
  * words, then the low words, as far behind as those of a series are. A vector is (0, x, y, z). */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (theta | N) */

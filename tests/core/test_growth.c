@@ -1,4 +1,5 @@
-/* The tangent of a worker's tops: it leaves the states as they are, belongs to its top alone, and is
+/* The tangent of a worker's tops: it leaves the states as they are, belongs to its top alone, and
+ * is
  * the same on every instruction set that fuses products and sums. */
 #include <stdlib.h>
 #include "ensemble/worker.h"

@@ -193,40 +193,37 @@ def solve(
     paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
     """
     if tangents is not None:
-        names = "error", "want", "events", "threads", "executor", "reduce", "out"
-        given = error, want, events, threads, executor, reduce, out
-        left_out = dict[str, object](zip(names, given, strict=True))
-        one, steering = instance("scene", scene, Scene), (step, tol, digits, max_steps)
-        return solve_with_tangents(one, t, method, tangents, steering, every, left_out, progress)
+        others = error, want, events, threads, executor, reduce, out
+        steering = step, tol, digits, max_steps
+        return solve_with_tangents(scene, t, method, tangents, steering, every, others, progress)
     if isinstance(scene, Ensemble):
         steered = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
         return solve_all(scene, t, method, steered, progress, threads, executor, out)
-    if threads is not None or executor is not None or reduce is not None or out is not None:
+    if any(word is not None for word in (threads, executor, reduce, out)):
         refuse_words_of_many(threads, executor, reduce, out)
     if method == "geometric":
-        others = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-        return _geometric(scene, t, error, max_steps, others, want, progress)
+        words = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+        return _geometric(scene, t, error, max_steps, words, want, progress)
     if error is not None:
         raise no_error(method)
     asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
     number = checked_every(asked.method, every)
-    if sought is None and number is None and (progress is None or callable(progress)):
-        path = recorded_at_once(scene, asked, t, progress)
-        if path is not None:
-            return path
-    return _at_second_look(
-        scene, asked, sought, listed(t, asked.step, number, asked.size), progress
-    )
+    plain = sought is None and number is None and (progress is None or callable(progress))
+    if plain and (path := recorded_at_once(scene, asked, t, progress)) is not None:
+        return path
+    return _at_second_look(scene, asked, sought, t, number, progress)
 
 
 def _at_second_look(
     scene: Scene,
     asked: Request,
     sought: tuple[Event, ...] | None,
-    times: Array,
+    t: Numbers,
+    number: int | None,
     progress: Progress | None,
 ) -> Path:
     """The path of a request whose times had to be looked at, with the events on its way."""
+    times = listed(t, asked.step, number, asked.size)
     end = float(times[-1]) if times.size else 0.0
     refuse_endless(scene, end, asked.step)
     callback = checked_progress(progress)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Numbers, shown
+from .._ground.arguments import Numbers, instance, shown
 from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .._recording.carried import Carried
@@ -19,6 +19,7 @@ from .._request.request import Progress, checked_every, checked_progress, reques
 from .._request.times import listed, refuse_endless
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
+_LEFT_OUT = "error", "want", "events", "threads", "executor", "reduce", "out"
 Tangents = TangentName | Iterable[TangentName]
 
 
@@ -40,19 +41,19 @@ def checked_tangents(tangents: object) -> tuple[str, ...]:
 
 
 def solve_with_tangents(
-    scene: Scene,
+    top: object,
     t: Numbers,
     method: str,
     tangents: object,
     steering: tuple[object, object, object, object],
     every: object,
-    left_out: dict[str, object],
+    others: tuple[object, ...],
     progress: Progress | None,
 ) -> Path:
     """The path of a scene in the words of kreisel.solve, with tangents; `steering` is step, tol,
-    digits and max_steps, and none of `left_out` may be given."""
-    by = checked_tangents(tangents)
-    for word, value in left_out.items():
+    digits and max_steps, and none of the `others` may be given."""
+    scene, by = instance("scene", top, Scene), checked_tangents(tangents)
+    for word, value in zip(_LEFT_OUT, others, strict=True):
         if value is not None:
             raise ValueError(f"tangents ride along with all states of a path: leave {word} out")
     name = ELSE if method == "auto" else method
