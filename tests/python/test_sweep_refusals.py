@@ -232,7 +232,7 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
     [
         ("unknown key in a plan: 'tt'", "tt = 1\n" + GRID),
         ("unknown key in a plan: 'threads'", "threads = 1\n" + GRID),
-        ("has a t", GRID.replace("t = 1\n", "")),
+        ("t is missing", GRID.replace("t = 1\n", "")),
         ("has a scene", GRID.replace("scene = 'thesis'\n", "")),
         ("exactly one of the tables", "t = 1\nscene = 'thesis'\n"),
         ("exactly one of the tables", GRID + "[random]\nn = 4\n"),
@@ -253,6 +253,9 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
         ("unknown event 'loops'", GRID + "[[events]]\nevent = 'loops'\n"),
         ("event loop: .* unexpected .* 'moost'", GRID + "[[events]]\nevent = 'loop'\nmoost = 3\n"),
         ("must be a table", "events = [3]\n" + GRID),
+        ("event must be a table", "verb = 'section'\nevent = 3\n" + GRID[6:]),
+        ("section has no word 't'", "verb = 'section'\n" + GRID),
+        ("unknown verb 'oly'", "verb = 'oly'\n" + GRID),
         ("reduce must be a table", "reduce = 3\n" + GRID),
         ("unknown quantity in reduce", GRID + "[reduce]\nnutatoin = 'min'\n"),
         ("unknown quantity in want", "want = ['nutatoin']\n" + GRID),

@@ -134,6 +134,7 @@ RIGHT = {
     "tops": [*SOURCES, *ENSEMBLES],
     "to": [f"runs{i}" for i in range(40)],
     "part": [None, 1, 7],
+    "verb": ["solve", "lyapunov", "section"],
     "parts": [None, range(1), range(0)],
     "folder": ["swept", "half", "runs1"],
     "partial": FLAGS,

@@ -26,7 +26,7 @@ _LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between ca
 def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> Rows:
     """The rows of a part. A top that fails is one as any other."""
     numbers = folder.plan.tops_of(i)
-    return rows_of(folder.plan, numbers, folder.plan.solve(numbers, threads, progress))
+    return rows_of(folder.plan, numbers, folder.plan.became(numbers, threads, progress))
 
 
 def make(folder: Folder, i: int, progress: Progress | None = None) -> int:

@@ -8,23 +8,17 @@ import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._core import Worker
-from .._ground.arguments import Array, Numbers, shown, whole
-from .._model.scene import Ensemble, Scene
-from .._recording.paths import Paths
-from .._recording.reduced import Reduced
-from .._request.many import Order, times_of
-from .._request.methods import ELSE
-from .._request.plan import BY_TRIAL
-from .._request.request import Progress, checked_every
+from .._ground.arguments import Array, whole
+from .._model.scene import Scene
+from .._request.many import Order
+from .._request.request import Progress
 from .._request.times import memory
-from .._verbs.many import Words, by_trial, order_of, solve_all
-from ..events import checked_events, written
-from ..events import read as event_of
+from .asked import Asked, Became, read_asked
 from .source import Drawn, Source
 from .start_words import Given
 
@@ -34,20 +28,12 @@ _INLINE = 1 << 16  # numbers of a word that stand in the plan itself; more have 
 _ROW = 64  # bytes of a top beside what is asked for: its number, its start, how it went
 
 
-class Solved(NamedTuple):
-    """What each top is asked for, in the words of kreisel.solve."""
-
-    t: float | list[float]
-    method: str
-    words: Words
-
-
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
     """A source of tops, what is asked of each, and how many make a part."""
 
     source: Source
-    solved: Solved
+    asked: Asked
     part: int
     order: Order
     times: Array
@@ -69,7 +55,7 @@ class SweepPlan:
     @cached_property
     def told(self) -> dict[str, Any]:
         """The plan as JSON has it."""
-        source, solved = self.source, self.solved
+        source = self.source
         drawn = source._drawn
         told: dict[str, Any] = {
             "format": FORMAT,
@@ -79,11 +65,8 @@ class SweepPlan:
             "made_of": _words(source._words),
             "varied": _varied(source),
             "flags": dict(source._flags),
-            "t": solved.t,
-            "method": solved.method,
-            "solve": _solve(solved.words),
             "part": self.part,
-        }
+        } | self.asked.told
         if drawn is not None:
             told["random"] = {
                 "seed": drawn.seed,
@@ -108,18 +91,15 @@ class SweepPlan:
         """The instruction set of the series here; the bits are the same on all that have fma."""
         return "" if self.order.chooses else Worker(*self.order.core, []).kernel[0]
 
-    def solve(self, tops: range, threads: int, progress: Progress | None) -> Paths | Reduced:
+    def became(self, tops: range, threads: int, progress: Progress | None) -> Became:
         """What becomes of the tops of these numbers. TypeError or ValueError for the first that
         cannot be, with its number."""
-        t, method, words = self.solved
         try:
             some = self.source[tops.start : tops.stop]
-            return solve_all(some, t, method, words, progress, threads)
+            return self.asked.became(some, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._refusal(
-                lambda some: _looked_at(some, t, method, words), at, error
-            ) from None
+            raise self.source._refusal(self.asked.look, at, error) from None
 
 
 def hash_of(told: Mapping[str, Any]) -> str:
@@ -159,37 +139,14 @@ def _varied(source: Source) -> list[str | list[Any]]:
     ]
 
 
-def _solve(words: Words) -> dict[str, Any]:
-    """The words of solve that were given, as JSON has them."""
-    told = {name: value for name, value in words._asdict().items() if value is not None}
-    if words.events is not None:
-        told["events"] = [written(event) for event in checked_events(ELSE, words.events)]
-    if words.want is not None:
-        told["want"] = list(words.want)
-    if words.reduce is not None:
-        told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
-    return told
-
-
-def planned(
-    source: Source, t: Numbers, method: object, words: Words, part: int | None = None
-) -> SweepPlan:
-    """The plan in these words. TypeError, ValueError or MemoryError for what cannot be, by a look
-    at some of its tops."""
-    if np.ndim(t) > 1:
-        raise ValueError("t must be a number or a list of times, which all tops of a sweep share")
-    if not isinstance(method, str):
-        raise TypeError(f"method must be the name of one, not {shown(method)}")
-    words = words._replace(want=_read_once(words.want), reduce=_listed(words.reduce))
-
-    def look(some: Ensemble) -> tuple[Order, Array]:
-        return _looked_at(some, t, method, words)
-
+def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
+    """The plan that asks this of the tops of a source. TypeError, ValueError or MemoryError for
+    what cannot be, by a look at some of its tops."""
     sample = source._sample()
     try:
-        order, times = look(source._made(sample))
+        order, times = asked.look(source._made(sample))
     except (TypeError, ValueError) as error:
-        raise source._refusal(look, sample, error) from None
+        raise source._refusal(asked.look, sample, error) from None
     states = times.shape[-1]
     size = _default(order, states) if part is None else whole("part", part, 1)
     kept = min(size, source.size) * _row(order, states)
@@ -198,15 +155,7 @@ def planned(
             f"a part of {size} tops with {states} states each needs {1e-9 * kept:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
-    asked = Solved(np.asarray(t, dtype=np.float64).tolist(), method, _plain(words, order))
-    return SweepPlan(source, asked, size, order, times)
-
-
-def _looked_at(some: Ensemble, t: Numbers, method: str, words: Words) -> tuple[Order, Array]:
-    """The order of some tops, and their times."""
-    order = by_trial(words) if method == BY_TRIAL else order_of(some, method, words)
-    number = None if order.chooses else checked_every(order.request.method, words.every)
-    return order, times_of(some, t, order, number)
+    return SweepPlan(source, asked.plain(order), size, order, times)
 
 
 def _row(order: Order, states: int) -> int:
@@ -218,44 +167,11 @@ def _default(order: Order, states: int) -> int:
     return max(1, min(MOST, _BYTES // _row(order, states)))
 
 
-def _listed(reduce: Any) -> Any:
-    """What is to be reduced, in lists that can be read more than once."""
-    if not isinstance(reduce, Mapping):
-        return reduce
-    return {name: _read_once(kinds) for name, kinds in reduce.items()}
-
-
-def _read_once(names: Any) -> Any:
-    """Names in a list that can be read more than once."""
-    return list(names) if isinstance(names, Iterator) else names
-
-
-def _plain(words: Words, order: Order) -> Words:
-    """The words in the forms that the plan has, each way to say the same alike."""
-    request = order.request
-    reduce = None
-    if words.reduce is not None:
-        reduce = {
-            name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
-            for name, kinds in words.reduce.items()
-        }
-    return words._replace(
-        step=None if words.step is None else float(words.step),
-        tol=None if words.tol is None else float(words.tol),
-        error=None if words.error is None else float(words.error),
-        digits=request.digits,
-        every=None if words.every is None else int(words.every),
-        max_steps=int(words.max_steps),
-        want=None if order.kept else request.want,
-        reduce=reduce,
-    )
-
-
 def read(told: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """The plan that JSON tells, with what `load` finds in the files beside it; ValueError where it
     is none."""
     try:
-        plan = planned(_source(told, load), told["t"], told["method"], *_asked(told))
+        plan = planned(_source(told, load), read_asked(told), told["part"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is no plan of a sweep: {error}") from None
     if plan.hash != hash_of(told):
@@ -283,12 +199,3 @@ def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
         varied |= {row: made_of[row]} if isinstance(row, str) else words([row])
     scene, shape = Scene.from_toml(told["scene"]), tuple(told["shape"])
     return Source(scene, shape, tuple(told["axes"]), made_of, varied, told["flags"], drawn)
-
-
-def _asked(told: Mapping[str, Any]) -> tuple[Words, int]:
-    words: dict[str, Any] = dict(told["solve"])
-    if "events" in words:
-        words["events"] = [event_of(row) for row in words["events"]]
-    if "reduce" in words:
-        words["reduce"] = dict(words["reduce"])
-    return Words(**words), told["part"]

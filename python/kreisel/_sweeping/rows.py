@@ -1,5 +1,5 @@
 """The rows of a part: a row for each top, its columns with their units; and events, of which each
-top has as many as it met."""
+top has as many as it met, be they those of a path or the states of a section."""
 
 from __future__ import annotations
 
@@ -10,18 +10,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._recording.growing import Indicator
 from .._recording.many_events import ManyEvents
 from .._recording.outcomes import Outcomes
 from .._recording.paths import Paths
 from .._recording.reduced import Reduced
+from .._recording.section import Section
 from .._recording.tables import tabled
 from .._recording.tables_of_tops import kept_columns
+from .._recording.top_rows import STATUSES
 from .._request.quantities import TIME, WANTED
+from .asked import Became, Growth
 from .planned import SweepPlan
 from .start_words import Given, components, unit
 
 Column = npt.NDArray[Any]
 COUNT = "events"  # the column that tells how many a top met
+RATE = {"lyapunov": "T^-1"}  # of the indicators of chaos the others are pure numbers
 _STATES = {"t": TIME, "q": WANTED["q"], "m": WANTED["m"]}
 MET = [name for quantity in _STATES.values() for name in quantity.components]
 
@@ -43,20 +48,25 @@ class Rows:
         self.columns[name], self.units[name] = values, unit
 
 
-def rows_of(plan: SweepPlan, tops: range, outcome: Paths | Reduced) -> Rows:
+def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
     """The rows of tops of these numbers, of which this became."""
-    rows, results = Rows(), list(_results(outcome))
+    rows, results = Rows(), list(_results(plan, outcome))
     taken = {name for name, _, _ in results}
     rows.add("top", np.arange(tops.start, tops.stop, dtype=np.int64))
-    starts = plan.source._coords(tops.start, tops.stop, outcome.tops)
+    made = plan.source[tops.start : tops.stop] if isinstance(outcome, Indicator) else outcome.tops
+    starts = plan.source._coords(tops.start, tops.stop, made)
     for name, one in starts.items():
         for column, values in _components(name, one):
             given = f"{column}_given" if column in taken else column  # as spin with want=("spin",)
             rows.add(given, values, unit(name, plan.source._flags.get("degrees", False)))
     for name, values, dimension in results:
         rows.add(name, values, dimension)
-    if isinstance(outcome, Paths) and outcome.events is not None:
-        _add_events(rows, outcome.events)
+    if isinstance(outcome, Section):
+        _add_states(rows, outcome)
+    elif isinstance(outcome, Paths) and outcome.events is not None:
+        rows.ragged = {"event_which": outcome.events.which}
+        rows.ragged |= {"event_direction": outcome.events.direction}
+        _add_states(rows, outcome.events)
     return rows
 
 
@@ -66,12 +76,32 @@ def _components(name: str, one: Given) -> Iterator[tuple[str, Column]]:
     return ((column, flat[:, i]) for i, column in enumerate(names))
 
 
-def _results(outcome: Paths | Reduced) -> Iterator[tuple[str, Column, str]]:
+def _results(plan: SweepPlan, outcome: Became) -> Iterator[tuple[str, Column, str]]:
     """What is known of each top behind its start: name, values, unit."""
+    if isinstance(outcome, Indicator):
+        assert isinstance(plan.asked, Growth)
+        yield from _grown(plan.asked.verb, outcome)
+        return
     yield from _how(outcome)
     if isinstance(outcome, Reduced):
         yield from kept_columns(outcome, dict(outcome.items()))
-        return
+    elif isinstance(outcome, Paths):
+        yield from _stated(outcome)
+
+
+def _grown(name: str, outcome: Indicator) -> Iterator[tuple[str, Column, str]]:
+    """An indicator of chaos at the last time, its curve, and what certifies them."""
+    unit, curve = RATE.get(name, ""), outcome.curve
+    names, which = np.unique(outcome.status, return_inverse=True)
+    yield "status", np.array([STATUSES.index(each) for each in names], dtype=np.int8)[which], ""
+    yield name, curve[:, -1], unit
+    yield "certificate", outcome.certificate, ""
+    yield "t", np.broadcast_to(outcome.t, curve.shape), TIME.dimension
+    yield f"{name}_curve", curve, unit
+
+
+def _stated(outcome: Paths) -> Iterator[tuple[str, Column, str]]:
+    """The states of each top, or what is wanted in their place."""
     yield "t", np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1])), TIME.dimension
     for quantity, values in tabled(outcome, (), False, False):
         flat = values.reshape(*values.shape[:2], quantity.doubles)
@@ -86,11 +116,11 @@ def _how(outcome: Outcomes) -> Iterator[tuple[str, Column, str]]:
     yield "steps", outcome.steps, ""
 
 
-def _add_events(rows: Rows, met: ManyEvents) -> None:
+def _add_states(rows: Rows, met: ManyEvents | Section) -> None:
+    """The states at events, and how many there are of each top."""
     rows.add(COUNT, met.count)
-    rows.ragged = {"event_which": met.which, "event_direction": met.direction}
     for name, quantity in _STATES.items():
-        values = getattr(met, name).reshape(len(met), quantity.doubles)
+        values = getattr(met, name).reshape(-1, quantity.doubles)
         for i, component in enumerate(quantity.components):
             rows.ragged[f"event_{component}"] = values[:, i]
             rows.units[f"event_{component}"] = quantity.dimension

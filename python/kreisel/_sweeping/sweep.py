@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, Literal
@@ -14,8 +14,9 @@ from .._ground.refusals import warn
 from .._model.scene import Ensemble
 from .._request.many import Reductions, threads_of
 from .._request.request import Progress, checked_progress
-from .._verbs.many import Words
 from .._verbs.start import Looked
+from ..events import Event
+from .asked import WORDS, Verb, asked_of
 from .folder import DAMAGED, DONE, OLD, Folder, prepared
 from .making import Shift
 from .planned import SweepPlan, planned
@@ -44,6 +45,7 @@ def sweep(
     method: MethodName | Literal["geometric"] = "auto",
     *,
     to: str | os.PathLike[str],
+    verb: Verb = "solve",
     step: float | None = None,
     tol: float | None = None,
     digits: int | None = None,
@@ -53,6 +55,10 @@ def sweep(
     want: Iterable[QuantityName] | None = None,
     events: Looked | None = None,
     reduce: Reductions | None = None,
+    direction: Sequence[float] | None = None,
+    event: Event | None = None,
+    n: int | None = None,
+    wait: float | None = None,
     part: int | None = None,
     parts: range | None = None,
     threads: int | None = None,
@@ -72,10 +78,15 @@ def sweep(
               the words to `part`, scene (a name, a file or a table), and one of the tables [grid],
               [random], [scatter], [columns] with the words of that maker of Source, where values
               may be { from = 0, to = 20, n = 1000 }; events are tables [[events]], each with the
-              `event` of kreisel.events and its words
+              `event` of kreisel.events and its words, and so is [event] of a section
     t         a number or a list of times, for all tops; this and the words to `reduce` are those of
               kreisel.solve
     to        the folder: one that is not there yet, or empty, or has parts of the same plan
+    verb      what becomes of each top; with its own words, which are those of kreisel.<verb>:
+              "solve"; "lyapunov", "megno" or "oli": t, direction, tol, max_steps, and the columns
+              are the verb's name, certificate, t and <verb>_curve; "section": event, n, wait (a
+              number), tol, digits, max_steps, and the columns are events, how many were met, and
+              event_t, event_q_w, ..., event_m_z, which are the states
     part      tops of a part; left out: 131072, or fewer so that a part takes about 64 MB
     parts     which parts this call is to make, as range(0, 100); left out: all; range(0) plans only
     threads   how many make a part, one part after the other; left out: all processors
@@ -90,22 +101,42 @@ def sweep(
         ...     done = kr.sweep(source, 10, to=folder + "/runs", reduce={"nutation": "max"})
         ...     done, done["nutation_max"].shape
         (<kreisel.Swept of shape (100, 100): 1 of 1 parts>, (100, 100))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     chaos = kr.sweep(source[:8], 1000, to=folder, verb="lyapunov")
+        ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
+        ((8,), (8, 32), 'T^-1')
 
     Raises before anything runs TypeError and ValueError for words, ValueError for a folder of
     another plan, FileExistsError for one of something else, OSError where it cannot be written.
     OSError too where the disk is full, RuntimeError where an executor loses parts,
     kreisel.SweepInterrupted for Ctrl-C; what is done then stays.
     """
-    words = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
-    plan = _plan(tops, t, method, words, part)
+    given = _given(locals())  # all words by their names, before there is anything else
+    plan = _plan(tops, verb, given, part)
     callback = checked_progress(progress)
     number = threads_of(threads, executor)
     chosen = _chosen(parts, plan.parts)
     folder = prepared(to, plan)
-    shift = Shift(folder, _to_make(folder, chosen), callback)
+    return _made(Shift(folder, _to_make(folder, chosen), callback), chosen, number, executor)
+
+
+def _given(words: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the words of sweep those of its verb that were given."""
+    left_out = {"method": "auto", "max_steps": 0}
+    told = {}
+    for name in WORDS:
+        value, default = words[name], left_out.get(name)
+        if value is not None and not (type(value) is type(default) and value == default):
+            told[name] = value
+    return told
+
+
+def _made(shift: Shift, chosen: range, threads: int, executor: Executor | None) -> Swept:
+    """The sweep with these parts made. SweepInterrupted for Ctrl-C."""
+    folder = shift.folder
     try:
         if executor is None:
-            shift.here(number)
+            shift.here(threads)
         else:
             shift.by(executor)
     except KeyboardInterrupt:
@@ -116,15 +147,13 @@ def sweep(
     return Swept(folder)
 
 
-def _plan(tops: Any, t: Any, method: object, words: Words, part: int | None) -> SweepPlan:
+def _plan(tops: Any, verb: str, words: Mapping[str, Any], part: int | None) -> SweepPlan:
     if isinstance(tops, (str, os.PathLike)):
-        if t is not None or method != "auto" or words != Words() or part is not None:
+        if verb != "solve" or words or part is not None:
             raise ValueError(f"{os.fspath(tops)} is a whole plan: give no more words than to")
         return from_file(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else instance("tops", tops, Source)
-    if t is None:
-        raise TypeError("t is missing: the time to reach, or a list of times")
-    return planned(source, t, method, words, part)
+    return planned(source, asked_of(verb, words), part)
 
 
 def _chosen(parts: object, count: int) -> range:

@@ -169,9 +169,10 @@ class Swept:
 
     @property
     def events(self) -> ManyEvents | None:
-        """The events that the tops met, where they were looked for; else None. Where parts are
-        missing their tops have met none."""
-        if COUNT not in self._first.columns:
+        """The events that the tops of solve met, where they were looked for; else None. Where parts
+        are missing their tops have met none. The states of a section are columns: `events` tells
+        how many a top has, `event_t` and the others are those of all tops."""
+        if "event_which" not in self._first.ragged:
             return None
         met = [_met(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
         columns = [np.concatenate(column) for column in zip(*met, strict=True)]

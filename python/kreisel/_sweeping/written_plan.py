@@ -9,7 +9,8 @@
     tilt = { from = 0, to = 1, n = 1000 }
 
 A name of a file is looked for beside the plan. Events are tables [[events]], with the name of their
-maker as `event` and its words.
+maker as `event` and its words. With verb = "section" the plan has no t, and a table [event] of the
+same kind; with "lyapunov", "megno" or "oli" it has the words of these.
 """
 
 from __future__ import annotations
@@ -25,9 +26,9 @@ from .._ground.arguments import number, shown, whole
 from .._ground.refusals import unknown
 from .._model.scene import Scene, parsed
 from .._model.toml import a_table, read, tables
-from .._verbs.many import Words
 from ..events import MAKERS, Event
 from ..scenes import about, named
+from .asked import WORDS, asked_of
 from .planned import SweepPlan, planned
 from .source import Source
 
@@ -37,7 +38,7 @@ _MAKERS: dict[str, Callable[..., Source]] = {
     "scatter": Source.scatter,
     "columns": Source.columns,
 }
-_WORDS = ["t", "method", *Words._fields, "part"]
+_WORDS = ["verb", *WORDS, "part"]
 
 
 def from_file(file: Path) -> SweepPlan:
@@ -49,15 +50,17 @@ def _plan(told: dict[str, Any], beside: Path) -> SweepPlan:
     for name in told:
         if name not in (*_WORDS, *_MAKERS, "scene"):
             raise ValueError(unknown("key in a plan:", name, [*_WORDS, *_MAKERS, "scene"]))
-    if "t" not in told:
-        raise ValueError("a plan has a t: the time to reach, or a list of times")
-    words = {name: told[name] for name in Words._fields if name in told}
+    words = {name: told[name] for name in WORDS if name in told}
+    if "t" in words:
+        words["t"] = _values("t", words["t"])
     if "events" in words:
         words["events"] = [_event(row) for row in _rows(words["events"])]
+    if "event" in words:
+        words["event"] = _event(dict(a_table("event", words["event"])))
     if "reduce" in words:
         a_table("reduce", words["reduce"])
-    source, method = _source(told, beside), told.get("method", "auto")
-    return planned(source, _values("t", told["t"]), method, Words(**words), told.get("part"))
+    asked = asked_of(told.get("verb", "solve"), words)
+    return planned(_source(told, beside), asked, told.get("part"))
 
 
 def _source(told: dict[str, Any], beside: Path) -> Source:

@@ -135,17 +135,8 @@ def _indicator(
     progress: Progress | None,
     reader: Reader,
 ) -> Indicator:
-    if not isinstance(scene, Scene | Ensemble):
-        raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
-    times = _times(t)
-    accuracy = checked_tol(methods[ELSE], tol) or 0.0
-    steering = accuracy, whole("max_steps", max_steps, 0), _direction(direction)
+    times, steering = checked_growth(scene, t, direction, tol, max_steps)
     crew, callback = Crew(threads_of(threads, None)), checked_progress(progress)
-    if np.any(scene.damping):
-        raise ValueError(
-            "a damped top has no such indicator: its neighbours come to rest, and what certifies "
-            "a tangent is not kept"
-        )
     if isinstance(scene, Ensemble):
         return grown(scene, times, reader, steering, crew, callback)
     refuse_endless(scene, float(times[-1]), None)
@@ -157,6 +148,24 @@ def _indicator(
     check_one(tops, told, statuses[status][1])
     own = {"curve": told.curve[0], "certificate": told.certificate[0:1].reshape(())}
     return replace(told, **own, status=told.status[0:1].reshape(()))
+
+
+def checked_growth(
+    scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
+) -> tuple[Array, tuple[float, int, Sequence[float]]]:
+    """The times of the curve, and what steers it: tol, max_steps and the direction. TypeError or
+    ValueError for what cannot be."""
+    if not isinstance(scene, Scene | Ensemble):
+        raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
+    times = _times(t)
+    accuracy = checked_tol(methods[ELSE], tol) or 0.0
+    steering = accuracy, whole("max_steps", max_steps, 0), _direction(direction)
+    if np.any(scene.damping):
+        raise ValueError(
+            "a damped top has no such indicator: its neighbours come to rest, and what certifies "
+            "a tangent is not kept"
+        )
+    return times, steering
 
 
 def _times(t: Numbers) -> Array:

@@ -14,7 +14,7 @@ from .._model.scene import Ensemble, Scene
 from .._recording.crew import Crew
 from .._recording.moving import move
 from .._recording.section import Section, fill_section, slowest_turns
-from .._request.many import order, refuse_too_large, threads_of
+from .._request.many import Order, order, refuse_too_large, threads_of
 from .._request.methods import ELSE
 from .._request.request import Progress, checked_progress
 from ..events import Event, checked_events, looked_for, nutation
@@ -66,17 +66,31 @@ def section(
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
-    asked = order(many, ELSE, None, tol, digits, max_steps, watched=True)
-    sought = looked_for([_event(event)])
+    waits, asked = checked_section(many, event, n, wait, tol, digits, max_steps)
     crew = Crew(threads_of(threads, executor), executor)
     callback = checked_progress(progress)
-    waits = np.broadcast_to(_waits(many, wait)[:, None], (many.size, whole("n", n, 1)))
     refuse_too_large(many, waits, asked)
-    asked = replace(asked, events=sought)
     return move(Section, many, waits, asked, crew, callback, fill=fill_section)
 
 
-def _event(event: object) -> Event:
+def checked_section(
+    tops: Ensemble,
+    event: object,
+    n: object,
+    wait: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+) -> tuple[Array, Order]:
+    """(tops, n) how long each top waits, and the order with its event. TypeError or ValueError for
+    what cannot be."""
+    asked = order(tops, ELSE, None, tol, digits, max_steps, watched=True)
+    sought = looked_for([event_of(event)])
+    waits = np.broadcast_to(_waits(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
+    return waits, replace(asked, events=sought)
+
+
+def event_of(event: object) -> Event:
     """The event that was asked for, of which each is to be found."""
     if event is None:
         return nutation(direction=1)

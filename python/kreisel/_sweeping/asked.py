@@ -1,0 +1,237 @@
+"""What a sweep asks of each of its tops: kreisel.solve, an indicator of chaos or a section, in the
+words of these; and how a plan tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+
+from .._ground.arguments import Array, Numbers, shown
+from .._ground.refusals import unknown
+from .._model.scene import Ensemble
+from .._recording.growing import Indicator
+from .._recording.paths import Paths
+from .._recording.reduced import Reduced
+from .._recording.section import Section
+from .._request.many import Order, order, times_of
+from .._request.methods import ELSE
+from .._request.plan import BY_TRIAL
+from .._request.request import Progress, checked_every
+from .._verbs.chaos import checked_growth, lyapunov, megno, oli
+from .._verbs.many import Words, by_trial, order_of, solve_all
+from .._verbs.section import checked_section, event_of, section
+from ..events import Event, checked_events, read, written
+
+Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
+Became = Paths | Reduced | Indicator | Section
+
+
+class Asked(Protocol):
+    """A verb with its words."""
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """The words that were given, as JSON has them."""
+
+    def plain(self, order: Order) -> Asked:
+        """The same in the forms that a plan has, each way to say it alike."""
+
+    def look(self, some: Ensemble) -> tuple[Order, Array]:
+        """The order of some tops, and their times; of a section, for each of its states how long
+        the tops wait. TypeError or ValueError for what cannot be."""
+
+    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Became:
+        """What becomes of these tops."""
+
+
+class Solve(NamedTuple):
+    """kreisel.solve."""
+
+    t: Numbers
+    method: str
+    words: Words
+
+    @property
+    def told(self) -> dict[str, Any]:
+        words = self.words
+        told = _given(words._asdict())
+        if words.events is not None:
+            told["events"] = [written(event) for event in checked_events(ELSE, words.events)]
+        if words.want is not None:
+            told["want"] = list(words.want)
+        if words.reduce is not None:
+            told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
+        return {"t": self.t, "method": self.method, "solve": told}
+
+    def plain(self, order: Order) -> Solve:
+        words, request = self.words, order.request
+        reduce = None
+        if words.reduce is not None:
+            reduce = {
+                name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
+                for name, kinds in words.reduce.items()
+            }
+        words = words._replace(
+            step=_double(words.step),
+            tol=_double(words.tol),
+            error=_double(words.error),
+            digits=request.digits,
+            every=None if words.every is None else int(words.every),
+            max_steps=int(words.max_steps),
+            want=None if order.kept else request.want,
+            reduce=reduce,
+        )
+        return Solve(_doubles(self.t), self.method, words)
+
+    def look(self, some: Ensemble) -> tuple[Order, Array]:
+        words = self.words
+        order = by_trial(words) if self.method == BY_TRIAL else order_of(some, self.method, words)
+        number = None if order.chooses else checked_every(order.request.method, words.every)
+        return order, times_of(some, self.t, order, number)
+
+    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Paths | Reduced:
+        return solve_all(some, self.t, self.method, self.words, progress, threads)
+
+
+class Growth(NamedTuple):
+    """An indicator of chaos."""
+
+    verb: str
+    t: Numbers
+    direction: Sequence[float] | None = None
+    tol: float | None = None
+    max_steps: int = 0
+
+    @property
+    def told(self) -> dict[str, Any]:
+        words = _given(self._asdict())
+        return {words.pop("verb"): words}
+
+    def plain(self, order: Order) -> Growth:
+        direction = None if self.direction is None else _doubles(self.direction)
+        steering = direction, _double(self.tol), int(self.max_steps)
+        return Growth(self.verb, _doubles(self.t), *steering)
+
+    def look(self, some: Ensemble) -> tuple[Order, Array]:
+        times, _ = checked_growth(some, *self[1:])
+        return order(some, ELSE, tol=self.tol, max_steps=self.max_steps), times
+
+    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
+        verb, t, direction, tol, most = self
+        steering = {"direction": direction, "tol": tol, "max_steps": most}
+        return INDICATORS[verb](some, t, **steering, threads=threads, progress=progress)
+
+
+class Sections(NamedTuple):
+    """kreisel.section."""
+
+    event: Event | None = None
+    n: int = 500
+    wait: float | None = None
+    tol: float | None = None
+    digits: int | None = None
+    max_steps: int = 0
+
+    @property
+    def told(self) -> dict[str, Any]:
+        return {"section": _given(self._asdict()) | {"event": written(event_of(self.event))}}
+
+    def plain(self, order: Order) -> Sections:
+        return Sections(
+            event_of(self.event),
+            int(self.n),
+            _double(self.wait),
+            _double(self.tol),
+            order.request.digits,
+            int(self.max_steps),
+        )
+
+    def look(self, some: Ensemble) -> tuple[Order, Array]:
+        waits, order = checked_section(some, *self)
+        return order, waits[0]
+
+    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
+        words = self._asdict()
+        return section(some, **words, threads=threads, progress=progress)
+
+
+INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
+_WORDS: dict[str, tuple[str, ...]] = {
+    "solve": ("t", "method", *Words._fields),
+    **dict.fromkeys(INDICATORS, Growth._fields[1:]),
+    "section": Sections._fields,
+}
+WORDS = tuple(dict.fromkeys(word for words in _WORDS.values() for word in words))
+
+
+def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
+    """What these words ask, which are those that were given. TypeError or ValueError for a verb
+    that is none, and for a word that it has not, or that tells each top something of its own."""
+    if not isinstance(verb, str) or verb not in _WORDS:
+        raise ValueError(unknown("verb", str(verb), list(_WORDS)))
+    for word in words:
+        if word not in _WORDS[verb]:
+            raise ValueError(f"{verb} has no word {word!r}: it has {', '.join(_WORDS[verb])}")
+    if "t" in _WORDS[verb]:
+        if "t" not in words:
+            raise TypeError("t is missing: the time to reach, or a list of times")
+        if np.ndim(words["t"]) > 1:
+            raise ValueError(
+                "t must be a number or a list of times, which all tops of a sweep share"
+            )
+    if np.ndim(words.get("wait", 0.0)):
+        raise ValueError("wait must be a number, which all tops of a sweep share")
+    if verb == "section":
+        return Sections(**words)
+    return Growth(verb, **words) if verb in INDICATORS else _solve(**words)
+
+
+def _solve(t: Numbers, method: object = "auto", **words: Any) -> Solve:
+    if not isinstance(method, str):
+        raise TypeError(f"method must be the name of one, not {shown(method)}")
+    for word, listed in (("want", _read_once), ("reduce", _listed)):
+        if word in words:
+            words[word] = listed(words[word])
+    return Solve(t, method, Words(**words))
+
+
+def _listed(reduce: Any) -> Any:
+    """What is to be reduced, in lists that can be read more than once."""
+    if not isinstance(reduce, Mapping):
+        return reduce
+    return {name: _read_once(kinds) for name, kinds in reduce.items()}
+
+
+def _read_once(names: Any) -> Any:
+    """Names in a list that can be read more than once."""
+    return list(names) if isinstance(names, Iterator) else names
+
+
+def _given(words: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in words.items() if value is not None}
+
+
+def _double(value: float | None) -> float | None:
+    return None if value is None else float(value)
+
+
+def _doubles(values: Numbers) -> Any:
+    """A number, or numbers in a list."""
+    return np.asarray(values, dtype=np.float64).tolist()
+
+
+def read_asked(told: Mapping[str, Any]) -> Asked:
+    """What a plan asks that JSON tells; KeyError, TypeError or ValueError where it is none."""
+    verb = next((verb for verb in _WORDS if verb in told), "solve")
+    words: dict[str, Any] = dict(told[verb])
+    if verb == "solve":
+        words |= {"t": told["t"], "method": told["method"]}
+    if "events" in words:
+        words["events"] = [read(row) for row in words["events"]]
+    if "event" in words:
+        words["event"] = read(words["event"])
+    if "reduce" in words:
+        words["reduce"] = dict(words["reduce"])
+    return asked_of(verb, words)
