@@ -17,11 +17,13 @@ MACHINERY = [
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
 NAMED = {  # why each of these files knows a method by name
+    "chaos": {"taylor"},  # who carries the tangents of exponents
     "left_out": {"suzuki4", "taylor"},  # what is left out of which
     "movers": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
     "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
     "race": {"gsl_rk8pd"},  # whom the tables compare with
     "readme_picture": {"bobenko_suris"},  # what is drawn
+    "rotations": {"taylor"},  # whose frequencies are held against the closed form's
     "stiff": {"exact"},  # a truth, not one of those compared
 }
 NEW = "of_a_later_day"

@@ -3,13 +3,12 @@ layer along a separatrix beside Melnikov's theory, frequencies, and Lyapunov exp
 
 from functools import partial
 
-import kreisel as kr
 import numpy as np
 
 from ..drawing import cuts as drawing
 from ..drawing.field import field
 from ..truth import kowalewski, melnikov
-from . import cuts, exponents
+from . import cuts, exponents, rotations
 from .budget import Task
 from .part import Part, csv_text
 from .words import brief, in_a_row, power
@@ -77,8 +76,8 @@ def layer(swings):
 
 
 def turning(orbits):
-    rows = cuts.rotation(orbits, NEAR)
-    return {"rows": [row.tolist() for row in rows], "off": cuts.off_closed_form(orbits // 3)}
+    rows = rotations.rotation(orbits, NEAR)
+    return {"rows": [row.tolist() for row in rows], "off": rotations.off_closed_form(orbits // 3)}
 
 
 def growing(size):
@@ -243,5 +242,5 @@ PART = Part(
     concluded,
     short="Order and chaos",
     files=files,
-    methods=lambda findings: {kr.methods["taylor"].name},
+    methods=lambda findings: {"taylor"},
 )

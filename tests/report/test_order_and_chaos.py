@@ -9,7 +9,7 @@ import pytest
 
 from validation.drawing import cuts as drawing
 from validation.parts import chaos as part
-from validation.parts import cuts, exponents
+from validation.parts import cuts, exponents, rotations
 from validation.truth import kowalewski, melnikov
 
 SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
@@ -70,9 +70,9 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 def test_frequencies_tell_regular_motions():
     """At 2 % the most are regular, and a chain of islands has one number of turns."""
-    axial, turns, change = cuts.rotation(16, "moments 2 % apart")
+    axial, turns, change = rotations.rotation(16, "moments 2 % apart")
     assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16
-    assert cuts.off_closed_form(4) < 1e-12
+    assert rotations.off_closed_form(4) < 1e-12
 
 
 def test_exponents_part_order_from_chaos():

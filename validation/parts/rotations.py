@@ -1,0 +1,55 @@
+"""Frequencies that the chapter on chaos shows: how orbits turn, and the closed form's own."""
+
+import kreisel as kr
+import numpy as np
+
+from . import cuts
+
+LONG, STATES = 600.0, 4096  # of a path whose frequencies are sought
+
+
+def rotation(orbits, name):
+    """Gives of each motion: the axial momentum where its section passes the spin angle 0, how much
+    of a turn the apex goes round from lowest point to lowest point, and by how much less or more it
+    does so in the second half of the time."""
+    tops = kr.starts(cuts.body(name), energy=cuts.ENERGY, vertical=cuts.VERTICAL, n=orbits, seed=2)
+    section = kr.section(tops, n=400).check()
+    spin, axial = (
+        values.reshape(orbits, -1) for values in (section.spin_angle, section.axial_momentum)
+    )
+    at = np.abs(spin).argmin(axis=1)
+    paths = kr.solve(tops, np.linspace(0.0, LONG, STATES))
+    half = STATES // 2
+    first, second = (
+        np.array([turns_of(paths[i][some]) for i in range(orbits)])
+        for some in (slice(half), slice(half, None))
+    )
+    away = first - second
+    return axial[np.arange(orbits), at], first - np.round(first), np.abs(away - np.round(away))
+
+
+def turns_of(path):
+    """Gives how often the apex goes round while it goes up and down, but for whole turns."""
+    found = kr.frequencies(path, 1)
+    return found.lines[0] / found.nutation
+
+
+def off_closed_form(n):
+    """Gives by how much, relatively, the frequencies of n random Lagrange tops are off those of the
+    closed form at most."""
+    worst, rng = 0.0, np.random.default_rng(11)
+    for _ in range(n):
+        i1 = rng.uniform(0.5, 2.0)
+        made = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, made_up=True)
+        q = rng.normal(size=4)
+        scene = kr.Scene(made, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
+        exact = kr.exact(scene)
+        path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
+        found, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
+        pairs = (
+            (found.precession, exact.precession),
+            (found.nutation, nutation),
+            (found.spin, exact.spin),
+        )
+        worst = max(worst, *(abs(one / other - 1.0) for one, other in pairs))
+    return worst
