@@ -4,18 +4,30 @@ import os
 import signal
 from pathlib import Path
 
+from kreisel._sweeping import making
 from kreisel._sweeping.folder import Folder
 
 
-def killed_once(flag):
-    """Has the worker that puts part 2 in its place be killed before it does; the next one is
-    not."""
-    put = Folder.put
+def killed_once(flag, moment):
+    """Has the worker of part 2 be killed as it moves the tops, or before it puts the part in its
+    place; the next one is not."""
 
-    def first(self, i, rows):
-        if i == 2 and not os.path.exists(flag):
+    def end(*_):
+        if not os.path.exists(flag):
             Path(flag).touch()
             os.kill(os.getpid(), signal.SIGKILL)
+
+    put, moved = Folder.put, making.moved
+
+    def first_put(self, i, rows):
+        if i == 2:
+            end()
         return put(self, i, rows)
 
-    Folder.put = first
+    def first_moved(folder, i, threads, _):
+        return moved(folder, i, threads, end if i == 2 else None)
+
+    if moment == "moves":
+        making.moved = first_moved
+    else:
+        Folder.put = first_put

@@ -78,10 +78,11 @@ def test_jobs_in_reverse_do_not_show(tmp_path, expected, name):
     assert rows_hash(tmp_path) == expected[name]
 
 
-def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, expected):
+@pytest.mark.parametrize("moment", ["moves", "writes"])
+def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, expected, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     with (
-        ProcessPoolExecutor(2, SPAWN, initializer=killed_once, initargs=(flag,)) as pool,
+        ProcessPoolExecutor(2, SPAWN, initializer=killed_once, initargs=(flag, moment)) as pool,
         pytest.raises(RuntimeError, match=r"broken, with [1-5] parts left.*the same call"),
     ):
         swept(place, executor=pool)
@@ -94,9 +95,10 @@ def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, expected):
     assert rows_hash(place) == expected["reduced"]
 
 
-def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, expected, cluster):
+@pytest.mark.parametrize("moment", ["moves", "writes"])
+def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, expected, cluster, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
-    cluster.run(killed_once, flag)
+    cluster.run(killed_once, flag, moment)
     swept(place, executor=cluster.get_executor())
     assert os.path.exists(flag) and rows_hash(place) == expected["reduced"]
 

@@ -8,6 +8,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._sweeping import folder as folder_of
+from kreisel._sweeping import making
 from sweeps import LOW, TOP, rows_hash
 
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 4), gravity=np.linspace(-1, 1, 5))
@@ -174,3 +175,18 @@ def test_a_damped_top_has_no_indicator(tmp_path):
     with pytest.raises(ValueError, match="a damped top has no such indicator"):
         kr.sweep(source, 1, to=tmp_path / "runs", verb="oli")
     assert not (tmp_path / "runs").exists()
+
+
+@pytest.mark.parametrize("words", WORDS, ids=lambda words: words["verb"])
+def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(tmp_path, monkeypatch, words):
+    def stop(share):
+        if share > 0.5:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(making, "_TELL", 0.0)
+    with pytest.raises(kr.SweepInterrupted, match="the same") as told:
+        kr.sweep(SOURCE, to=tmp_path / "stopped", part=4, progress=stop, **words)
+    assert told.value.sweep.done and told.value.sweep.missing
+    for name in ("stopped", "whole"):
+        kr.sweep(SOURCE, to=tmp_path / name, part=4, **words)
+    assert rows_hash(tmp_path / "stopped") == rows_hash(tmp_path / "whole")

@@ -1,0 +1,27 @@
+"""The programs that draw the pictures of README.md."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.report import readme_picture, sweep_picture
+
+
+def test_the_axis_and_the_energy_are_drawn(tmp_path):
+    readme_picture.main(tmp_path / "picture.svg")
+    assert (tmp_path / "picture.svg").read_text().count("<path") > 10
+
+
+def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
+    spins, tilts = np.linspace(0.0, 8.0, 5), np.linspace(0.1, 1.5, 3)
+    found = sweep_picture.swept(tmp_path / "runs", spins, tilts)
+    assert found.dims == ("spin", "tilt") and found.shape == (5, 3)
+    top = kr.Scene.from_euler(
+        sweep_picture.BODY, angles=(0.0, tilts[1], 0.0), rates=(0.0, 0.0, spins[3])
+    )
+    alone = kr.solve(top, sweep_picture.TIMES, tol=1e-9).nutation.max()
+    assert float(found[3, 1]) == pytest.approx(alone, rel=1e-9)
+    files = {file: file.stat().st_mtime_ns for file in (tmp_path / "runs").iterdir()}
+    sweep_picture.draw(sweep_picture.swept(tmp_path / "runs", spins, tilts), tmp_path / "map.png")
+    assert all(file.stat().st_mtime_ns == made for file, made in files.items())
+    assert (tmp_path / "map.png").stat().st_size > 10_000
