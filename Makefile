@@ -1,21 +1,31 @@
 # The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
-.PHONY: help build report test fuzz view clean installed
+.PHONY: help build report wheel test fuzz view clean installed
 # Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
 export CMAKE_GENERATOR := Unix Makefiles
 export CMAKE_BUILD_PARALLEL_LEVEL := $(shell nproc)
+# What several builds share is compiled once, where ccache is there.
+ifneq ($(shell command -v ccache),)
+export CMAKE_C_COMPILER_LAUNCHER := ccache
+export CMAKE_CXX_COMPILER_LAUNCHER := ccache
+export CCACHE_BASEDIR := $(CURDIR)
+export CCACHE_NOHASHDIR := 1
+endif
 
 help:   ## this list
 	@awk -F ':[^#]*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
 
 build:  ## the library, the Python package and all that report and tests need, in .venv
 	@.ci/need build
-	@$(MAKE) --no-print-directory installed
+	@$(MAKE) --no-print-directory --jobs=2 installed
 
 report: build   ## accuracy, speed and stability of every method, in report/
 	@.venv/bin/kreisel report
 	@.venv/bin/kreisel report --thesis
+
+wheel: build    ## the wheel as users get it, without GSL, tried in an empty environment
+	@.ci/wheel
 
 test: build     ## the tests in C, again under sanitizers, and in Python
 	@.ci/test

@@ -5,19 +5,27 @@ change.
 """
 
 import pytest
-from toolbox import CSRC, ROOT, compiled, core_sources, need, run
+from toolbox import CSRC, ROOT, compiled, core_sources, installed, need, run
+
+PROGRAM = ROOT / "tests/core/golden.c"
+FLAGS = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
 
 
-def hashes(compiler, optimization, to):
-    sources = [*core_sources(), ROOT / "tests/core/golden.c"]
-    flags = ["-std=c99", optimization, "-ffp-contract=off", f"-I{CSRC}"]
-    run(compiler, *compiled(compiler, flags, sources, to.parent), "-lm", "-o", to)
-    return run(to)
+@pytest.fixture
+def golden():
+    return (ROOT / "tests/core/golden.txt").read_text()
 
 
-@pytest.mark.parametrize("optimization", ["-O0", "-O3"])
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_every_compiler_gives_the_golden_bits(compiler, optimization, tmp_path):
+@pytest.mark.parametrize(("compiler", "optimization"), [("gcc", "-O0"), ("clang", "-O3")])
+def test_every_compiler_gives_the_golden_bits(golden, compiler, optimization, tmp_path):
     need(compiler)
-    golden = (ROOT / "tests/core/golden.txt").read_text()
-    assert hashes(compiler, optimization, tmp_path / "golden") == golden
+    objects = compiled(compiler, [optimization, *FLAGS], [*core_sources(), PROGRAM], tmp_path)
+    run(compiler, *objects, "-lm", "-o", tmp_path / "golden")
+    assert run(tmp_path / "golden") == golden
+
+
+def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
+    need("cmake", "gcc")
+    library = installed() / "lib/libkreisel.a"
+    run("gcc", *FLAGS, PROGRAM, library, "-lm", "-o", tmp_path / "golden")
+    assert run(tmp_path / "golden") == golden

@@ -1,9 +1,12 @@
 """kreisel sweep in a shell: a plan in a file, parts by jobs and processes, and how they stand."""
 
 import os
+import pty
+import re
 import signal
 import subprocess
 import sys
+from functools import partial
 
 import kreisel as kr
 import numpy as np
@@ -89,6 +92,26 @@ def test_what_is_stopped_says_so_and_goes_on(plan, more, number):
     found = kr.read_sweep("runs", partial=True).check()
     assert 0 < len(found.done) < 469
     call("sweep plan.toml --to runs --parts 0:2")
+
+
+def test_who_watches_sees_how_far_it_is_and_the_time_left(plan):
+    call("sweep plan.toml --to runs --parts 0:3")
+    shown, seen = pty.openpty()
+    command = [sys.executable, "-m", "kreisel", "sweep", "plan.toml", "--to", "runs"]
+    with os.fdopen(shown, "rb", buffering=0) as screen:
+        run = subprocess.Popen(command, stderr=seen, stdout=subprocess.DEVNULL)
+        os.close(seen)
+        told = b"".join(iter(partial(read, screen), b"")).decode()
+    assert run.wait() == 0
+    assert re.search(r"100%\S* \S*0:00:00", told), told
+
+
+def read(screen):
+    """What was written since, b"" when nobody writes any more."""
+    try:
+        return screen.read(4096)
+    except OSError:
+        return b""
 
 
 @pytest.mark.parametrize(
