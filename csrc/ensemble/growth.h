@@ -173,13 +173,16 @@ INLINE void weigh_forms(kr_lane_tangents *g, const point *at, deviation d)
 typedef struct {
     wide area, moment, most;
 } growth_areas;
-/* Adds the part of the path from l->t over h, by Gauss' three points. */
+/* Adds the part of the path from l->t over h, by Gauss' five points: the logarithm turns sharply
+ * where the deviation is short, and three of them err by 1e-3 of MEGNO at t = 10. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, growth_areas a)
 {
-    static const double places[] = {0.11270166537925831, 0.5, 0.88729833462074169},
-                        weights[] = {0.27777777777777778, 0.44444444444444444, 0.27777777777777778};
+    static const double places[] = {0.04691007703066802, 0.23076534494715845, 0.5,
+                                    0.76923465505284155, 0.95308992296933193},
+                        weights[] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
+                                     0.23931433524968324, 0.11846344252809454};
     const wide forward = wide_load(l->forward), t = wide_load(l->t), tiny = wide_splat(0x1p-1000);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 5; i++) {
         const wide span = places[i] * h, at = t + span;
         const point here = sum_series(l, at, 1);
         const wide size = log_of_size(g, purified(g, &here, sum_growth(g, l->order, span)));

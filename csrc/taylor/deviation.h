@@ -1,133 +1,141 @@
 /* The recurrence of tangents.h: coefficients and sum. It is source, compiled once per instruction
- * set and twice in each, as series.h is: in doubles after lanes.h, in double-doubles after
- * lanes_dd.h. A cross product of two series is one sum of products of both, turned either way. The
- * newest coefficient, for which everything waits, comes last in each sum. */
+ * set and four times in each, as series.h is twice: in doubles after lanes.h and in double-doubles
+ * after lanes_dd.h, for deviations one by one after alone.h and for bundles of them after bundle.h.
+ * These say what a `triple` is, a vector of each deviation; `turned` is one to be multiplied by a
+ * `path_term`, and `halves` are two sums of such products. A cross product of two series is one sum
+ * of products of both, turned either way. The newest coefficient, for which everything waits, comes
+ * last in each sum. */
 #include "tangents.h"
 
-enum {
-    AT_ONCE = 3, /* deviations side by side, for each alone would wait for itself */
-    BLOCK = 4    /* terms of a sum between two questions whether it ends */
-};
-
-/* Coefficients of the path turned as (prev | next), behind a block of zeros, and those of a
- * deviation as (next | prev), before one: theta, N, and c x theta. */
+/* Coefficients of the path turned as (prev | next), behind zeros, and those of a deviation as
+ * (next | prev), before some: theta, N, and c x theta. */
 typedef struct {
-    duo w[KR_TAYLOR_MAX + BLOCK], p[KR_TAYLOR_MAX + BLOCK];
+    path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
 typedef struct {
-    duo turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
+    turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-INLINE quad less(quad a, quad b) { return quad_fma(quad_splat(-1.0), b, a); }
 /* Stores the coefficients n of theta and N, plain and turned. */
-INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, quad turn, quad push)
+INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
-    quad_store(g->x[n], turn);
-    quad_store(g->x[n] + 4, push);
-    d->turn[n] = duo_next_prev(turn);
-    d->push[n] = duo_next_prev(push);
-    d->cross[n] = duo_next_prev(
-        quad_fma(quad_load(g->up), quad_prev(turn), quad_mul(quad_load(g->down), quad_next(turn))));
+    const triple up = triple_of(g->up), down = triple_of(g->down);
+    store_turn(g, n, turn);
+    store_push(g, n, push);
+    d->turn[n] = next_prev(turn);
+    d->push[n] = next_prev(push);
+    d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
 /* Returns the number n of B W. */
-INLINE quad moments_times(const kr_series *s, const kr_tangent *g, int n)
+INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
-    const quad w = quad_load(s->w[n]), own = quad_mul(quad_load(g->moments[0]), w);
-    return quad_fma(quad_load(g->moments[2]), quad_prev(w),
-                    quad_fma(quad_load(g->moments[1]), quad_next(w), own));
+    const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
+    return triple_fma(load_moments(g, 2), triple_prev(w),
+                      triple_fma(load_moments(g, 1), triple_next(w), own));
 }
 /* Returns the number n of P x b. */
-INLINE quad pull(const kr_series *s, const kr_tangent *g, int n)
+INLINE triple pull(const kr_series *s, const kr_tangent *g, int n)
 {
-    const quad p = quad_load(s->x[n] + 4), b = quad_load(g->lever);
-    return less(quad_mul(quad_next(p), quad_prev(b)), quad_mul(quad_prev(p), quad_next(b)));
+    const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
+    return triple_less(triple_mul(triple_next(p), triple_prev(b)),
+                       triple_mul(triple_prev(p), triple_next(b)));
 }
 /* Returns what damping takes from N', where theta' and the two halves of theta x W are known. */
-INLINE quad damping(const kr_tangent *g, quad rate, quad plus, quad minus)
+INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
-    const quad drag = quad_load(g->drag), change = less(rate, less(plus, minus));
-    const quad turned = less(quad_mul(quad_prev(drag), plus), quad_mul(quad_next(drag), minus));
-    return quad_fma(drag, change, turned);
+    const triple drag = triple_of(g->drag), change = triple_less(rate, triple_less(plus, minus));
+    const triple turned_by =
+        triple_less(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
+    return triple_fma(drag, change, turned_by);
 }
 /* Sums of products of coefficients over j + m = n, of a deviation's number j and the path's m. */
 typedef struct {
-    duo turn, push, cross;
+    halves turn, push, cross;
 } deviation_sums;
 INLINE void add_products(deviation_sums *a, const turned_path *path, const turned_deviation *d,
                          int j, int m)
 {
-    a->turn = duo_fma(d->turn[j], path->w[BLOCK + m], a->turn);
-    a->push = duo_fma(d->push[j], path->w[BLOCK + m], a->push);
-    a->cross = duo_fma(d->cross[j], path->p[BLOCK + m], a->cross);
+    a->turn = halves_fma(d->turn[j], path->w[BEFORE + m], a->turn);
+    a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
+    a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Sets the coefficients n + 1, from the two halves of the sums. */
+/* Sets the coefficients n + 1, from the two parts of the sums. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
-    const quad share = quad_inverse(n + 1);
-    const duo turned = duo_add(a->turn, b->turn),
-              pushed = duo_add(duo_add(a->push, a->cross), duo_add(b->push, b->cross));
-    const quad plus = quad_mul(share, duo_lo(turned)), minus = quad_mul(share, duo_hi(turned));
-    quad own = quad_load(g->x[n] + 4), force = less(duo_lo(pushed), duo_hi(pushed));
+    const triple share = triple_inverse(n + 1);
+    const halves crossed = halves_add(a->turn, b->turn),
+                 pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
+    const triple plus = triple_mul(share, halves_lo(crossed)),
+                 minus = triple_mul(share, halves_hi(crossed));
+    triple own = load_push(g, n), force = triple_less(halves_lo(pushed), halves_hi(pushed));
     if (g->changes != 0.0) {
-        own = less(own, moments_times(s, g, n));
-        force = quad_add(force, pull(s, g, n));
+        own = triple_less(own, moments_times(s, g, n));
+        force = triple_add(force, pull(s, g, n));
     }
-    own = quad_mul(quad_mul(share, quad_load(g->per)), own);
-    const quad rate =
-        quad_fma(quad_load(g->ahead), plus, quad_fma(quad_load(g->behind), minus, own));
-    force = quad_mul(share, force);
-    if (g->damped != 0.0) force = less(force, damping(g, rate, plus, minus));
+    own = triple_mul(triple_mul(share, triple_of(g->per)), own);
+    const triple rate =
+        triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));
+    force = triple_mul(share, force);
+    if (g->damped != 0.0) force = triple_less(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Sets the coefficients n + 1 of so many deviations. Terms with odd and even numbers are summed
- * apart. */
-INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g, int words,
-                     turned_deviation *d, int few, int n)
+/* Adds the terms number `first` and every second after it, and those that follow each, where
+ * PARTS_AT_ONCE of the two parts of a sum are summed side by side. */
+INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
+                      const turned_deviation *d, int few, int first, int n)
 {
-    const duo zero = duo_splat(0.0);
-    const deviation_sums none = {zero, zero, zero};
-    deviation_sums a[AT_ONCE], b[AT_ONCE];
-    for (int k = 0; k < few; k++) a[k] = b[k] = none;
-    for (int first = 0; first <= n; first += BLOCK) {
+    for (; first <= n; first += BLOCK) {
         UNROLL
         for (int j = first; j < first + BLOCK; j += 2) {
             UNROLL
             for (int k = 0; k < few; k++) {
                 add_products(&a[k], path, &d[k], j, n - j);
-                add_products(&b[k], path, &d[k], j + 1, n - j - 1);
+                if (PARTS_AT_ONCE > 1) add_products(&b[k], path, &d[k], j + 1, n - j - 1);
             }
         }
     }
-    UNROLL
-    for (int k = 0; k < few; k++) next_deviation(s, g + k * words, &d[k], n, &a[k], &b[k]);
 }
-INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *g, int words,
-                       int few, int order)
+/* Sets the coefficients n + 1 of so many deviations. Terms with even and odd numbers are summed
+ * apart. */
+INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
+                     turned_deviation *d, int few, int n)
+{
+    const halves zero = halves_zero();
+    const deviation_sums none = {zero, zero, zero};
+    deviation_sums a[AT_ONCE], b[AT_ONCE];
+    for (int k = 0; k < few; k++) a[k] = b[k] = none;
+    add_terms(a, b, path, d, few, 0, n);
+    if (PARTS_AT_ONCE == 1) add_terms(b, b, path, d, few, 1, n);
+    UNROLL
+    for (int k = 0; k < few; k++) next_deviation(s, g + k * STRUCTS, &d[k], n, &a[k], &b[k]);
+}
+INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *g, int few,
+                       int order)
 {
     turned_deviation d[AT_ONCE];
     for (int k = 0; k < few; k++) {
-        kr_tangent *own = g + k * words;
-        for (int n = 1; n < order + BLOCK - 1; n++)
-            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = duo_splat(0.0);
-        set_deviation(own, &d[k], 0, quad_load(own->x[0]), quad_load(own->x[0] + 4));
+        kr_tangent *own = g + k * STRUCTS;
+        for (int n = 1; n < order + BLOCK - 1 && BLOCK > 2; n++)
+            d[k].turn[n] = d[k].push[n] = d[k].cross[n] = turned_zero();
+        set_deviation(own, &d[k], 0, load_turn(own, 0), load_push(own, 0));
     }
-    for (int n = 0; n < order; n++) next_few(s, path, g, words, d, few, n);
+    for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all coefficients of so many deviations, from number 0 on, which is set. */
-INLINE void expand_deviations(const kr_series *s, kr_tangent *g, int words, size_t many, int order)
+/* Computes all coefficients of so many deviations or bundles, from number 0 on, which is set. */
+INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;
-    for (int n = 0; n < BLOCK; n++) path.w[n] = path.p[n] = duo_splat(0.0);
+    for (int n = 0; n < BEFORE; n++) path.w[n] = path.p[n] = path_zero();
     for (int n = 0; n < order; n++) {
-        path.w[BLOCK + n] = duo_prev_next(quad_load(s->w[n]));
-        path.p[BLOCK + n] = duo_prev_next(quad_load(s->x[n] + 4));
+        path.w[BEFORE + n] = path_term_of(s->w[n]);
+        path.p[BEFORE + n] = path_term_of(s->x[n] + 4);
     }
-    for (; many >= AT_ONCE; many -= AT_ONCE, g += AT_ONCE * words)
-        expand_few(s, &path, g, words, AT_ONCE, order);
-    for (; many > 0; many--, g += words) expand_few(s, &path, g, words, 1, order);
+    for (; many >= AT_ONCE; many -= AT_ONCE, g += AT_ONCE * STRUCTS)
+        expand_few(s, &path, g, AT_ONCE, order);
+    for (; many > 0; many--, g += STRUCTS) expand_few(s, &path, g, 1, order);
 }
-/* Sums a series at a time. */
+/* Sums a series of eight numbers at a time. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);

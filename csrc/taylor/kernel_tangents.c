@@ -1,13 +1,15 @@
 /* Tangents in doubles. This file is compiled once per instruction set. */
 #include "lanes.h"
+enum { WORDS = 1 };
+#include "alone.h"
 #include "deviation.h"
 
 static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)
 {
-    expand_deviations(s, tangents, 1, n, order);
+    expand_deviations(s, tangents, n, order);
 }
 static void sum_one(const kr_tangent *tangent, int order, const double *to, double *sum)
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, sum_one};
+const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, KR_NAME(kr_expand_bundles), sum_one};

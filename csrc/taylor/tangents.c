@@ -24,6 +24,32 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(carrier_of(memory) + 1) + i * words_of(motion->digits);
 }
+/* The bundles come first, then the deviations that stand alone. */
+static size_t bundles(size_t n) { return n / KR_BUNDLE + (n % KR_BUNDLE >= KR_BUNDLED); }
+static size_t alone(size_t n) { return n % KR_BUNDLE >= KR_BUNDLED ? 0 : n % KR_BUNDLE; }
+static size_t structs(size_t n) { return KR_BUNDLE_OF * bundles(n) + alone(n); }
+
+/* Where the numbers of a deviation are: `from` the struct, in its lane of a bundle, so many
+ * doubles one after the other; or alone, where that is 0. */
+typedef struct {
+    kr_tangent *from;
+    size_t lane, apart;
+} place;
+static place place_of(const kr_motion *motion, double *memory, size_t n, size_t i)
+{
+    const size_t bundled = KR_BUNDLE * bundles(n);
+    const size_t apart = words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double);
+    const place in_bundle = {tangent(motion, memory, i / KR_BUNDLE * KR_BUNDLE_OF), i % KR_BUNDLE,
+                             apart},
+                by_itself = {tangent(motion, memory, KR_BUNDLE_OF * bundles(n) + (i - bundled)), 0,
+                             0};
+    return i < bundled ? in_bundle : by_itself;
+}
+/* The component k of a deviation, behind the first of the eight numbers that begin there. */
+static double *component(const place *at, double *numbers, size_t k)
+{
+    return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
+}
 static const kr_tangents_kernel *kernel_of(const kr_motion *motion)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
@@ -34,25 +60,43 @@ static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion
 
 static size_t doubles(int digits, size_t n)
 {
-    return (sizeof(carrier) + n * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
+    return (sizeof(carrier) + structs(n) * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
 }
 
-/* Where the low words of what a tangent has at `high` are; those of one in doubles are nowhere. */
-static double *low_of(const kr_motion *motion, double *high)
+/* Writes a number, and its low word where it has one. */
+static void put(const kr_motion *motion, double *high, dd a)
 {
-    return motion->digits > 16 ? high + sizeof(kr_tangent) / sizeof(double) : NULL;
+    *high = a.hi;
+    if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
+}
+/* Zeros are read without a sign, for theirs depends on who shares a bundle. */
+static dd get(const kr_motion *motion, const double *high)
+{
+    const dd a = {*high + 0.0,
+                  motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
+    return a;
 }
 /* Writes a vector into the lanes 1 to 3 of four. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
-    double *low = low_of(motion, high);
-    v_put(high + 1, vdd_high(v));
-    if (low) v_put(low + 1, vdd_low(v));
+    put(motion, high + 1, v.x);
+    put(motion, high + 2, v.y);
+    put(motion, high + 3, v.z);
 }
-static vec_dd get_four(const kr_motion *motion, double *high)
+/* Writes a vector as components of a deviation, from number k on. */
+static void put_vector(const kr_motion *motion, const place *at, double *numbers, size_t k,
+                       vec_dd v)
 {
-    const double *low = low_of(motion, high);
-    return v_dd(v_of(high + 1), low ? v_of(low + 1) : v3(0.0, 0.0, 0.0));
+    put(motion, component(at, numbers, k), v.x);
+    put(motion, component(at, numbers, k + 1), v.y);
+    put(motion, component(at, numbers, k + 2), v.z);
+}
+static vec_dd get_vector(const kr_motion *motion, const place *at, double *numbers, size_t k)
+{
+    const vec_dd v = {get(motion, component(at, numbers, k)),
+                      get(motion, component(at, numbers, k + 1)),
+                      get(motion, component(at, numbers, k + 2))};
+    return v;
 }
 static vec_dd over(vec_dd a, kr_vec3 A)
 {
@@ -81,14 +125,18 @@ static void set_constants(kr_tangent *g, const kr_motion *motion)
     g->damped = v_largest(motion->damping);
 }
 /* Sets what a parameter changes. */
-static void set_changes(kr_tangent *g, const kr_motion *motion, const kr_seed *seed)
+static void set_changes(const place *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = path_of(motion)->rate, *B = seed->moments;
-    put_four(motion, g->lever, times(1.0 / (rate * rate), seed->lever));
+    kr_tangent *g = at->from;
+    const double most = fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
+    put_vector(motion, at, g->lever, 0, times(1.0 / (rate * rate), seed->lever));
+    if (at->apart > 0)
+        for (size_t k = 0; k < 6; k++) *component(at, g->moment, k) = B[k];
     v_put(g->moments[0] + 1, v3(B[0], B[1], B[2]));
     v_put(g->moments[1] + 1, v3(B[5], B[3], B[4]));
     v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
-    g->changes = fmax(v_largest(v_of(B)), v_largest(vdd_high(seed->lever)));
+    g->changes = fmax(g->changes, fmax(most, v_largest(vdd_high(seed->lever))));
 }
 /* The attitude where the path stands. */
 static quat_dd attitude(const kr_motion *motion)
@@ -104,26 +152,30 @@ static void begin(const kr_motion *motion, double *memory, size_t n, const kr_se
     const quat_dd to_body = qdd_conj(attitude(motion));
     memset(memory, 0, doubles(motion->digits, n) * sizeof(double));
     carrier_of(memory)->from = carrier_of(memory)->to = path_of(motion)->series->end;
+    for (size_t i = 0; i < structs(n); i++) set_constants(tangent(motion, memory, i), motion);
     for (size_t i = 0; i < n; i++) {
-        kr_tangent *g = tangent(motion, memory, i);
+        const place to = place_of(motion, memory, n, i);
         const kr_deviation *start = &seeds[i].at_start;
-        set_constants(g, motion);
-        set_changes(g, motion, &seeds[i]);
-        put_four(motion, g->end, start->turn);
-        put_four(motion, g->end + 4,
-                 times(1.0 / path_of(motion)->rate, qdd_turn(to_body, start->push)));
-        for (size_t word = 0; word < words; word++) {
-            g[word].t = path_of(motion)->series[word].end;
-            memcpy(g[word].x[0], g[word].end, sizeof g->end);
-            memcpy(g[word].begin, g[word].end, sizeof g->end);
-        }
+        set_changes(&to, motion, &seeds[i]);
+        put_vector(motion, &to, to.from->end, 0, start->turn);
+        put_vector(motion, &to, to.from->end, 3,
+                   times(1.0 / path_of(motion)->rate, qdd_turn(to_body, start->push)));
+    }
+    for (size_t i = 0; i < structs(n) * words; i++) {
+        kr_tangent *g = tangent(motion, memory, 0) + i;
+        g->t = path_of(motion)->series[i % words].end;
+        memcpy(g->x[0], g->end, sizeof g->end);
+        memcpy(g->begin, g->end, sizeof g->end);
     }
 }
 
-static double square_of(const double x[8])
+static double square_of(const place *at, double *numbers)
 {
     double sum = 0.0;
-    for (int i = 0; i < 8; i++) sum += x[i] * x[i];
+    for (size_t k = 0; k < 6; k++) {
+        const double x = *component(at, numbers, k);
+        sum += x * x;
+    }
     return sum;
 }
 /* Sums all series at the time `at` of the path about the part. Returns the largest last term there,
@@ -132,16 +184,30 @@ static double sum_all(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
     const double *to = &carrier_of(memory)->path->at;
-    double worst = 0.0, power = 0.0;
-    for (size_t i = 0; i < n; i++) {
+    const double power = pow(*to - tangent(motion, memory, 0)->t, order);
+    double worst = 0.0;
+    for (size_t i = 0; i < structs(n); i++) {
         kr_tangent *g = tangent(motion, memory, i);
-        if (i == 0) power = pow(*to - g->t, order);
         kernel_of(motion)->sum(g, order, to, g->end);
-        const double size = square_of(g->end), last = power * power * square_of(g->x[order]);
+    }
+    for (size_t i = 0; i < n; i++) {
+        const place at = place_of(motion, memory, n, i);
+        const double size = square_of(&at, at.from->end),
+                     last = power * power * square_of(&at, at.from->x[order]);
         if (!isfinite(size)) return INFINITY;
         if (last > worst * worst * size) worst = sqrt(last / size);
     }
     return worst;
+}
+/* Computes the coefficients of all deviations. */
+static void expand_all(const kr_motion *motion, double *memory, size_t n)
+{
+    const kr_tangents_kernel *kernel = kernel_of(motion);
+    const kr_series *path = carrier_of(memory)->path;
+    kr_tangent *first = tangent(motion, memory, 0),
+               *rest_of_them = tangent(motion, memory, KR_BUNDLE_OF * bundles(n));
+    if (bundles(n) > 0) kernel->expand_bundles(path, first, bundles(n), order_of(motion));
+    if (alone(n) > 0) kernel->expand(path, rest_of_them, alone(n), order_of(motion));
 }
 /* Expands the path anew about the time `at`, and lets the tangents begin there. */
 static void go_on_from_there(const kr_motion *motion, double *memory, size_t n)
@@ -156,7 +222,7 @@ static void go_on_from_there(const kr_motion *motion, double *memory, size_t n)
         part[word].end = part[word].at;
     }
     kernel->advance(part, path_of(motion)->log2_tol, 1.0);
-    for (size_t i = 0; i < n * words; i++) {
+    for (size_t i = 0; i < structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = part[i % words].t;
         memcpy(g->x[0], g->end, sizeof g->end);
@@ -171,7 +237,7 @@ static double carry(const kr_motion *motion, double *memory, size_t n, double to
     const double most = allowed * exp2(path_of(motion)->log2_tol);
     carrier *c = carrier_of(memory);
     double worst;
-    for (size_t i = 0; i < n * words; i++) {
+    for (size_t i = 0; i < structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = i % words ? 0.0 : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
@@ -179,7 +245,7 @@ static double carry(const kr_motion *motion, double *memory, size_t n, double to
     memcpy(c->path, path_of(motion)->series, words * sizeof(kr_series));
     for (int parts = 1;; parts++) {
         kr_tangent *g = tangent(motion, memory, 0);
-        kernel_of(motion)->expand(c->path, g, n, order);
+        expand_all(motion, memory, n);
         c->path[0].at = to;
         c->path[1].at = to_low;
         worst = sum_all(motion, memory, n);
@@ -197,7 +263,8 @@ static kr_status follow(const kr_motion *motion, double *memory, size_t n)
     const size_t words = words_of(motion->digits);
     carrier *c = carrier_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
-    for (size_t i = 0; i < n * words; i++) memcpy(first[i].begin, first[i].end, sizeof first->end);
+    for (size_t i = 0; i < structs(n) * words; i++)
+        memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
     const double last = carry(motion, memory, n, s->end, 0.0);
@@ -214,16 +281,17 @@ static void look(const kr_motion *motion, double *memory, size_t n)
     kr_tangent *first = tangent(motion, memory, 0);
     const int at_end = s->at == c->to && (words == 1 || s[1].at == 0.0);
     if (c->parts < 2.0 && !at_end) {
-        for (size_t i = 0; i < n; i++)
+        for (size_t i = 0; i < structs(n); i++)
             kernel_of(motion)->sum(first + i * words, order_of(motion), &s->at,
                                    first[i * words].at);
         return;
     }
-    for (size_t i = 0; i < n * words; i++) memcpy(first[i].at, first[i].end, sizeof first->end);
+    for (size_t i = 0; i < structs(n) * words; i++)
+        memcpy(first[i].at, first[i].end, sizeof first->end);
     if (at_end) return;
     const double parts = c->parts;
     carry(motion, memory, n, s->at, s[1].at);
-    for (size_t i = 0; i < n * words; i++)
+    for (size_t i = 0; i < structs(n) * words; i++)
         for (int k = 0; k < 8; k++) {
             const double end = first[i].at[k];
             first[i].at[k] = first[i].end[k];
@@ -239,9 +307,10 @@ static void at(kr_motion *motion, double clock, double *memory, size_t n, kr_dev
     const quat_dd q = q_dd(state.q, motion->low.q);
     look(motion, memory, n);
     for (size_t i = 0; i < n; i++) {
-        kr_tangent *g = tangent(motion, memory, i);
-        out[i].turn = get_four(motion, g->at);
-        out[i].push = times(path_of(motion)->rate, qdd_turn(q, get_four(motion, g->at + 4)));
+        const place from = place_of(motion, memory, n, i);
+        const vec_dd push = get_vector(motion, &from, from.from->at, 3);
+        out[i].turn = get_vector(motion, &from, from.from->at, 0);
+        out[i].push = times(path_of(motion)->rate, qdd_turn(q, push));
     }
 }
 static double rest(const kr_motion *motion, double *memory)

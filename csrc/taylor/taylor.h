@@ -67,10 +67,12 @@ typedef struct kr_kernel {
 
 /* What moves tangents (tangents.h) on one instruction set. */
 struct kr_tangent;
+typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
+                                int order);
 typedef struct kr_tangents_kernel {
-    /* Computes the coefficients of n tangents that follow on those at t. */
-    void (*expand)(const kr_series *s, struct kr_tangent *tangents, size_t n, int order);
-    /* Sums those of one at a time. */
+    /* Compute the coefficients of n tangents, or bundles of them, that follow on those at t. */
+    kr_tangents_expand *expand, *expand_bundles;
+    /* Sums those of one struct at a time. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
@@ -88,6 +90,7 @@ enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
     extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
     extern const kr_tangents_kernel kr_tangents_##isa, kr_tangents_dd_##isa;                       \
+    kr_tangents_expand kr_expand_bundles_##isa, kr_expand_bundles_dd_##isa;                        \
     void kr_product_##isa(const double *a, const double *b, int order, double *c);
 KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)

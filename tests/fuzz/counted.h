@@ -54,6 +54,8 @@ extern uint64_t calls_made;
 #define kr_top_save_size(...) (calls_made++, kr_top_save_size(__VA_ARGS__))
 #define kr_top_save(...) (calls_made++, kr_top_save(__VA_ARGS__))
 #define kr_top_load(...) (calls_made++, kr_top_load(__VA_ARGS__))
+#define kr_top_tangents(...) (calls_made++, kr_top_tangents(__VA_ARGS__))
+#define kr_top_tangent_rest(...) (calls_made++, kr_top_tangent_rest(__VA_ARGS__))
 #define kr_terms_value(...) (calls_made++, kr_terms_value(__VA_ARGS__))
 #define kr_top_watch(...) (calls_made++, kr_top_watch(__VA_ARGS__))
 #define kr_top_seek(...) (calls_made++, kr_top_seek(__VA_ARGS__))

@@ -67,7 +67,7 @@ static int is_alike(const place *p)
            same_bits(&p->scene.damping, &saved.scene.damping, sizeof(kr_vec3)) &&
            p->scene.gravity == saved.scene.gravity && one->step == other->step &&
            one->tol == other->tol && one->digits == other->digits &&
-           one->leave_heading == other->leave_heading &&
+           one->leave_heading == other->leave_heading && one->tangents == other->tangents &&
            are_searches_alike(&p->search[p->watched], &saved.search);
 }
 void call_load(place *p)
@@ -188,7 +188,7 @@ void call_repeat(place *p)
     const kr_status status = go(p->top, t, &first);
     const int stopped = status == KR_ERR_INTERRUPTED || status == KR_ERR_LIMIT;
     /* After a reset an event may be beyond all numbers, and what is alike cannot watch for it. */
-    kr_top *other = make_alike(p);
+    kr_top *other = make_alike(p, p->config.tangents);
     search watched = p->search[p->watched];
     if (!stopped && kr_top_watch(other, watched.count, watched.event) == KR_OK) {
         CLAIM(kr_top_load(other, size, image) == KR_OK);

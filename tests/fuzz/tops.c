@@ -102,6 +102,8 @@ static kr_config any_config(const kr_scene *scene, const kr_method *method)
     config.leave_heading = flags & KR_HEADLESS ? odds(40) : odds(2);
     config.max_steps = odds(70) ? 0 : (int64_t)choose(goes_far ? 2000 : 20);
     if (odds(2)) config.max_steps = -(int64_t)choose(9);
+    if (flags & KR_TANGENTS && !config.leave_heading ? odds(30) : odds(2))
+        config.tangents = odds(95) ? choose(2 * KR_TANGENT_MASS) : choose(UINT64_MAX);
     return config;
 }
 static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
@@ -114,6 +116,8 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     if (status != KR_OK) return;
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
+    const unsigned carries = kr_method_flags(p->method) & KR_TANGENTS;
+    if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_MASS);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
 }
@@ -129,17 +133,19 @@ static void create(place *p)
     p->search[0].count = p->search[1].count = 0;
     p->watched = 0;
     tell_scene(&p->scene);
-    call("top %d: create %s, step %a, tol %a, digits %d, heading %d, most %lld", (int)(p - places),
-         kr_method_name(p->method), p->config.step, p->config.tol, p->config.digits,
-         p->config.leave_heading, (long long)p->config.max_steps);
+    call("top %d: create %s, step %a, tol %a, digits %d, heading %d, tangents %llu, most %lld",
+         (int)(p - places), kr_method_name(p->method), p->config.step, p->config.tol,
+         p->config.digits, p->config.leave_heading, (unsigned long long)p->config.tangents,
+         (long long)p->config.max_steps);
     const kr_status status = kr_top_create(&p->scene, p->method, p->config, &top);
     const enum what_went_wrong wrong = went_wrong(status);
     CLAIM(wrong == NONE || wrong == INPUT || wrong == FAILURE);
     claim_created(p, status, top, mark);
 }
-kr_top *make_alike(const place *p)
+kr_top *make_alike(const place *p, uint64_t tangents)
 {
     kr_config config = p->config;
+    config.tangents = tangents;
     config.poll = NULL;
     config.max_steps = 0;
     kr_top_free(alike);
@@ -227,9 +233,10 @@ static void release(place *p)
 void call_top(void)
 {
     static void (*const calls[])(place *) = {
-        call_step,  call_step,  call_advance, call_advance, call_advance, call_record, call_record,
-        call_watch, call_seek,  call_seek,    call_seek,    call_save,    call_load,   call_damage,
-        call_forge, call_reset, call_repeat,  call_compare, call_compare, release};
+        call_step,    call_step,     call_advance, call_advance, call_advance, call_record,
+        call_record,  call_watch,    call_seek,    call_seek,    call_seek,    call_save,
+        call_load,    call_damage,   call_forge,   call_reset,   call_repeat,  call_compare,
+        call_compare, call_tangents, release};
     place *p = &places[choose(PLACES)];
     if (!p->top)
         create(p);

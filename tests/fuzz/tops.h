@@ -36,13 +36,15 @@ void end_call(place *p, kr_status status);
 double any_time(const place *p);
 /* So many steps at most are made once more, to compare what comes of them. */
 int longest(void);
-/* Makes a top alike, which asks nobody and has no limits, and lives until the next is made. */
-kr_top *make_alike(const place *p);
+/* Makes a top alike, but with these tangents, which asks nobody and has no limits, and lives until
+ * the next is made. */
+kr_top *make_alike(const place *p, uint64_t tangents);
 
 void call_step(place *p);
 void call_advance(place *p);
 void call_record(place *p);
 void call_compare(place *p); /* with a top that goes there at once */
+void call_tangents(place *p);
 void call_reset(place *p);
 void any_search(search *s); /* events, of which none may be one */
 void call_watch(place *p);

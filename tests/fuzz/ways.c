@@ -91,7 +91,7 @@ void call_compare(place *p)
     const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
     if (!p->landed || kr_top_stats(p->top).steps > longest()) return;
     call("compare with a top that goes there at once");
-    kr_top *other = make_alike(p);
+    kr_top *other = make_alike(p, odds(50) ? 0 : p->config.tangents);
     CLAIM(kr_top_advance(other, state.t) == KR_OK);
     const kr_state its = kr_top_state(other), its_low = kr_top_low(other);
     tell("it: t %a, q %a %a %a %a, m %a %a %a", its.t, its.q.w, its.q.x, its.q.y, its.q.z, its.m.x,
@@ -99,4 +99,42 @@ void call_compare(place *p)
     if (is_coarse(p, state.t)) CLAIM(same_bits(&state, &its, sizeof state));
     CLAIM(same_bits(&state, &its, sizeof state));
     CLAIM(same_bits(&low, &its_low, sizeof low));
+}
+
+enum { NUMBERS = 6 * KR_TANGENT_MOST };
+/* At the start the derivative by it is the unit matrix. */
+static void claim_units(const double out[], size_t columns)
+{
+    for (size_t i = 0; i < 6; i++)
+        for (size_t k = 0; k < 6; k++)
+            CLAIM(fabs(out[i * columns + k] - (i == k ? 1.0 : 0.0)) < 1e-14);
+}
+void call_tangents(place *p)
+{
+    double out[NUMBERS], low[NUMBERS], again[NUMBERS];
+    const size_t columns = kr_tangent_columns(p->config.tangents), n = 6 * columns;
+    const int into_nothing = odds(3), with_low = (int)choose(2);
+    leave_mark(out, sizeof out);
+    leave_mark(low, sizeof low);
+    begin_call(p);
+    call("tangents%s", into_nothing ? " into nothing" : with_low ? " low" : "");
+    const kr_status status =
+        kr_top_tangents(p->top, into_nothing ? NULL : out, with_low ? low : NULL);
+    const kr_state state = kr_top_state(p->top);
+    CLAIM(status == (n > 0 && !into_nothing ? KR_OK : KR_ERR_ARGUMENT));
+    CLAIM(same_bits(&state, &p->was, sizeof state));
+    if (status != KR_OK) {
+        CLAIM(is_marked(out, sizeof out) && is_marked(low, sizeof low));
+    } else {
+        CLAIM(is_marked(out + n, (NUMBERS - n) * sizeof *out));
+        for (size_t i = 0; i < n && !p->forged; i++) CLAIM(isfinite(out[i]));
+        for (size_t i = 0; i < n && with_low && !p->forged; i++) CLAIM(isfinite(low[i]));
+        CLAIM(kr_top_tangents(p->top, again, NULL) == KR_OK);
+        CLAIM(same_bits(out, again, n * sizeof *out));
+        if (!p->forged) CLAIM(kr_top_tangent_rest(p->top) >= 0.0);
+        const int is_start = p->landed && kr_top_stats(p->top).steps == 0;
+        if (is_start && p->config.tangents & KR_TANGENT_START && !p->forged)
+            claim_units(out, columns);
+    }
+    end_call(p, status);
 }

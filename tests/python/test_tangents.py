@@ -123,6 +123,55 @@ def test_what_has_no_tangents_says_so():
     assert kr.methods["taylor"].tangents and not kr.methods["exact"].tangents
 
 
+DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
+START = {"tangents": "start"}
+# Each verb, word and kind of scene beside tangents: what it gives, or the words in which it refuses.
+PAIRS = {
+    "times": (lambda: kr.solve(kr.scenes.asymmetric, [-1.0, -2.0], **START), (2, 6, 6)),
+    "damping": (lambda: kr.solve(DAMPED, [1.0], **START), (1, 6, 6)),
+    "damping, back": (lambda: kr.solve(DAMPED, [-1.0], **START), (1, 6, 6)),
+    "no times": (lambda: kr.solve(kr.scenes.asymmetric, [], **START), (0, 6, 6)),
+    "tol": (lambda: kr.solve(kr.scenes.asymmetric, [1.0], "taylor", tol=1e-6, **START), (1, 6, 6)),
+    "digits": (lambda: kr.solve(kr.scenes.asymmetric, [1.0], digits=30, **START), (1, 6, 6)),
+    "a symmetric top": (lambda: kr.solve(kr.scenes.thesis, [1.0], **START), (1, 6, 6)),
+    "every": (lambda: kr.solve(kr.scenes.thesis, 1.0, every=2, **START), "every"),
+    "want": (lambda: kr.solve(kr.scenes.thesis, 1.0, want=["q"], **START), "want"),
+    "error": (lambda: kr.solve(kr.scenes.thesis, 1.0, error=1e-6, **START), "error"),
+    "geometric": (lambda: kr.solve(kr.scenes.thesis, 1.0, "geometric", **START), "geometric"),
+    "events": (lambda: kr.solve(kr.scenes.thesis, 1.0, events=[], **START), "events"),
+    "threads": (lambda: kr.solve(kr.scenes.thesis, 1.0, threads=2, **START), "threads"),
+    "reduce": (lambda: kr.solve(kr.scenes.thesis, 1.0, reduce={"q": "min"}, **START), "reduce"),
+    "ensemble": (lambda: kr.solve(kr.scenes.thesis.vary(gravity=[1.0, 2.0]), 1.0, **START), "many"),
+    "stream": (lambda: kr.stream(kr.scenes.thesis, 1.0, **START), "tangents"),
+    "start": (lambda: kr.start(kr.scenes.thesis, **START), "tangents"),
+    "plan": (lambda: kr.plan(kr.scenes.thesis, **START), "tangents"),
+    "exact": (lambda: kr.exact(kr.scenes.thesis, **START), "tangents"),
+}
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_tangents_go_with_each_word_or_it_is_refused_by_name(pair):
+    call, comes = PAIRS[pair]
+    if isinstance(comes, tuple):
+        assert call().tangents.shape == comes
+        return
+    with pytest.raises((TypeError, ValueError), match=comes):
+        call()
+
+
+def test_a_saved_path_keeps_its_tangents(tmp_path):
+    path = kr.solve(kr.scenes.asymmetric, [1.0, 4.0], digits=20, tangents=("start", "com"))
+    path.save(tmp_path / "path")
+    again = kr.load(tmp_path / "path")
+    for name in ("tangents", "tangents_low", "tangents_rest", "q", "m_low"):
+        assert np.array_equal(getattr(again, name), getattr(path, name))
+    assert not again.tangents.flags.writeable
+    again.only(["q"]).save(tmp_path / "path")
+    assert not hasattr(kr.load(tmp_path / "path"), "tangents")
+    path[:1].save(tmp_path / "path")
+    assert np.array_equal(kr.load(tmp_path / "path").tangents, path.tangents[:1])
+
+
 def test_a_tangent_beyond_doubles_ends_the_run_with_its_path():
     top = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0))
     with pytest.raises(kr.Error, match="a tangent grew") as caught:

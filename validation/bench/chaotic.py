@@ -1,7 +1,7 @@
 """How many of random tops a rule calls chaotic: MEGNO above a bound at t = 1000. Of those that are
 integrable none may be; of the asymmetric scene's body most are.
 
-    python -m validation.bench.chaotic TOPS --seed 0
+    python -m validation.bench.chaotic TOPS --seed 0 --tol 1e-9
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ def random_tops(name: str, n: int, seed: int) -> kr.Ensemble:
     )
 
 
-def count(n: int, seed: int) -> None:
+def count(n: int, seed: int, tol: float | None) -> None:
     for name in BODIES:
         tops = random_tops(name, n, seed)
         begun = time.perf_counter()
-        told = kr.megno(tops, [END])
+        told = kr.megno(tops, [END], tol=tol)
         rate = n / (time.perf_counter() - begun)
         value = np.asarray(told.value)
         print(
@@ -59,8 +59,9 @@ def main(argv: list[str] | None = None) -> None:
     )
     parser.add_argument("tops", type=int, help="of each kind")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--tol", type=float, help="of a step of the path; left out: rounding")
     asked = parser.parse_args(argv)
-    count(asked.tops, asked.seed)
+    count(asked.tops, asked.seed, asked.tol)
 
 
 if __name__ == "__main__":

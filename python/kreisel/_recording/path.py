@@ -29,11 +29,11 @@ from .reference import (
     LONGEST_SERIES,
     ROUNDING,
     ROUNDINGS,
+    SERIES,
     SHORTER_STEPS,
     apart,
     closed_form_holds,
     grown_roundings,
-    roundings,
 )
 from .rows import Rows, refused, rows_in_any_order
 from .saved import saved
@@ -136,14 +136,16 @@ class Path(Tables):
             return self._choice.error if self._choice else 0.0
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
             error = self._apart(CLOSED_FORM)
-            known = roundings(self.scene, CLOSED_FORM, self.t)
-            if error >= ROUNDINGS * known:
+            if error >= ROUNDINGS * ROUNDING * self._grown():
                 return error
         second = {20: LONGEST_SERIES, 30: SHORTER_STEPS}.get(self.digits or 0, LONGER_SERIES)
         error = self._apart(second)
-        if self.digits != 30:
-            return error
-        return max(error, ROUNDING**2 * grown_roundings(self.scene, self.t))
+        return error if self.digits != 30 else max(error, ROUNDING**2 * self._grown())
+
+    def _grown(self) -> float:
+        came, most = grown_roundings(self.scene, self.t)
+        good(self.scene, SERIES, came)
+        return most
 
     def _apart(self, second: Request) -> float:
         """The largest angle to the attitudes of a second run, low words included: their difference
@@ -242,7 +244,7 @@ class Path(Tables):
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
-        events_direction. Tangents are not kept.
+        events_direction; of tangents tangents and tangents_low.
         """
         met = self.events
         write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))

@@ -9,18 +9,18 @@ its roundings.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from .._core import KIND_RTOL, start
+from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
 from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
-from .._request.request import Request
-from ..quaternion import attitude_error, multiply
-from .rows import rows_in_any_order
+from .._request.request import Progress, Request
+from .rows import Rows
 
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
 SERIES = Request(methods[ELSE], asked=ELSE)
@@ -29,9 +29,7 @@ LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
 SHORTER_STEPS = Request(methods[ELSE], tol=2.0**-108, digits=30, asked=ELSE)  # other roundings
 
 ROUNDING = 2.0**-53
-NUDGE = 2.0**-36  # by which the start is moved to see how far the attitude moves
-_TURN = 0.48, -0.6, 0.64  # unit vectors along no axis of anything, about and along which it is
-_PUSH = -0.64, 0.48, 0.6
+_LOOKS = 1024  # at the tangents of a path, at most
 ROUNDINGS = 128  # of the start come to more than those of a closed form by far
 
 
@@ -49,49 +47,31 @@ def closed_form_holds(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 
-def nudged(scene: Scene) -> Scene:
-    """A neighbour of the scene: turned and pushed by a little, in the top's own units."""
-    x, y, z = (0.5 * NUDGE * along for along in _TURN)
-    turned = multiply((1.0, x, y, z), scene.attitude)
-    norm = math.hypot(*turned)
-    unit = NUDGE * max(scene.body.moments) * scene._fastest
-    push = zip(scene.momentum, _PUSH, strict=True)
-    return scene.replace(
-        attitude=tuple(c / norm for c in turned),
-        momentum=tuple(m + unit * along for m, along in push),
-    )
-
-
-def conditioning(scene: Scene, request: Request, times: Array, q: Array) -> float:
-    """About how far one rounding of the state moves the attitude on the way [rad], of a motion
-    whose attitudes at these times are q; by a neighbour's motion, which is of the request."""
-    status, states, *_ = rows_in_any_order(nudged(scene), request, times)
-    reached = attitude_error(states[: len(q), 1:5], q[: len(states)]).max(initial=0.0)
-    return float(reached) * ROUNDING / NUDGE if status == "OK" else math.inf
-
-
-def roundings(scene: Scene, request: Request, times: Array) -> float:
-    """How far one rounding of the state moves the attitude on the way [rad], by two runs of a
-    request."""
-    return conditioning(scene, request, times, rows_in_any_order(scene, request, times)[1][:, 1:5])
-
-
-def grown_roundings(scene: Scene, times: Array) -> float:
+def grown_roundings(
+    scene: Scene, times: Array, max_steps: int = 0, progress: Progress | Work | None = None
+) -> tuple[Rows, float]:
     """How far one rounding of the state moves the attitude on the way [rad] over the rounding, by
-    tangents: of the start's directions, each in the top's own units, that which moves it most."""
-    unit = max(scene.body.moments) * scene._fastest
-    most = 1.0
+    tangents of the series, whatever method moves the top: of the start's directions, each in the
+    top's own units, that which moves it most; infinite where a tangent outgrows doubles. Before it
+    the states that were looked at, of which some are missing where that run fails."""
+    unit, most = max(scene.body.moments) * scene._fastest, 1.0
+    came: Rows = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
+    series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:
             continue
-        _, top = start(scene._block, *SERIES.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
+        _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
-        came, high, *_ = top.record_tangents(side[np.argsort(np.abs(side))], False)
+        each = -(-side.size // _LOOKS)
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # the end is looked at, too
+        came, high, *_ = top.record_tangents(on_the_way, False, progress)
+        if came[0] == "ERR_TANGENT":
+            return ("OK", *came[1:]), math.inf
         if came[0] != "OK":
-            return math.inf
+            break
         turns = high.reshape(-1, 6, 6)[:, :3] * ([1.0] * 3 + [unit] * 3)
         most = max(most, float(np.linalg.norm(turns, axis=1).max()))
-    return most
+    return came, most
 
 
 def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

@@ -10,6 +10,7 @@ from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
+from .._core import tangents as TANGENTS
 from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
@@ -19,6 +20,7 @@ from .._request.methods import methods, unknown
 from .._request.plan import Choice
 from .._request.quantities import LOW, QUANTITIES, WANTED
 from .._request.request import checked_digits, checked_step, checked_tol, wanted
+from .carried import Carried
 from .states import NO_STATES, States, Stats
 
 _FORMAT = 1  # of the head and the names of the arrays
@@ -41,6 +43,7 @@ class Saved(NamedTuple):
     columns: dict[str, Array] | None
     asked: str
     choice: Choice | None
+    carried: Carried | None
 
     @property
     def t(self) -> Array:
@@ -65,9 +68,12 @@ def saved(path: States, met: Met | None) -> bytes:
         "low": path._low is not None,
         "stats": path.stats,
         "choice": path._choice and asdict(path._choice),
+        "tangents": path._carried and {"by": path._carried.by, "rest": path._carried.rest},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
     arrays: dict[str, Array | Integers] = dict(_arrays(path, ""))
+    if path._carried:
+        arrays |= {"tangents": path._carried.high, "tangents_low": path._carried.low}
     if met:
         at, *rest = met
         arrays |= _arrays(at, _EVENTS)
@@ -95,6 +101,8 @@ def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, In
             raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
         words = _words(head, parse(archive.text("scene")))
         path = _numbers(archive, "", words, head)
+        if head.get("tangents") is not None:
+            path = path._replace(carried=_carried(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
         at = _numbers(archive, _EVENTS, words, _object(head["events"]))
@@ -138,6 +146,7 @@ def _words(head: dict[str, object], scene: Scene) -> Saved:
         None,
         asked,
         choice,
+        None,
     )
 
 
@@ -148,6 +157,17 @@ def _chosen(words: dict[str, object]) -> Choice:
             raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
     make: Callable[..., Choice] = Choice
     return make(**words)
+
+
+def _carried(archive: Archive, n: int, head: object) -> Carried:
+    """The tangents of n states."""
+    words = _object(head)
+    by, rest = words["by"], number("rest", words["rest"])
+    if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
+        raise ValueError(f"its tangents are by {shown(by)}")
+    shape = n, 6, sum(TANGENTS[name][1] for name in by)
+    high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
+    return Carried.of(high, low, rest, tuple(by))
 
 
 def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object]) -> Saved:

@@ -19,7 +19,7 @@ from .._core import Work, values
 from .._ground.arguments import Array, positive
 from .._ground.names import MethodName
 from .._model.scene import Scene
-from .._recording.path import Path, Stats, path_of, stopped
+from .._recording.path import Path, Stats, good, path_of, stopped
 from .._recording.reference import (
     CLOSED_FORM,
     LONGER_SERIES,
@@ -27,7 +27,7 @@ from .._recording.reference import (
     ROUNDINGS,
     SERIES,
     closed_form_holds,
-    conditioning,
+    grown_roundings,
 )
 from .._recording.rows import rows
 from .._request.methods import methods
@@ -79,9 +79,13 @@ class _Search:
         self.angle = self.rate * abs(self.end)
         self.asked = times[:: max(1, -(-times.size // _MOST_LOOKS))]
         _, steps = self.guess(1.0)
-        self.request, self.conditioning = self.reference(self.looks(math.ceil(steps)))
-        grown = self.conditioning / (ROUNDING * _REGULAR * (1.0 + self.angle))
-        self.method, steps = self.guess(min(max(1.0, grown), 1.0 / ROUNDING))
+        looks = self.looks(math.ceil(steps))
+        came, grown = grown_roundings(scene, looks, max_steps, progress)
+        good(scene, replace(SERIES, max_steps=max_steps), came)
+        self.conditioning = ROUNDING * grown
+        self.request = self.reference()
+        more = grown / (_REGULAR * (1.0 + self.angle))  # than a regular motion
+        self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _LOOKS, math.ceil(self.angle))
 
@@ -107,18 +111,11 @@ class _Search:
         """All times of both, in the order in which the motion meets them."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
-    def reference(self, looks: Array) -> tuple[Request, float]:
-        """What to compare with, and how far one rounding of the state moves the attitude [rad]."""
-        if closed_form_holds(self.scene):
-            known = self.moved(CLOSED_FORM, CLOSED_FORM, looks)
-            if ROUNDINGS * known <= self.target:
-                return CLOSED_FORM, known
-        return LONGER_SERIES, self.moved(LONGER_SERIES, SERIES, looks)
-
-    def moved(self, request: Request, neighbour: Request, looks: Array) -> float:
-        states = self.states(request, looks)
-        assert states is not None  # neither has a step that could be too large
-        return conditioning(self.scene, neighbour, looks, states[:, 1:5])
+    def reference(self) -> Request:
+        """What to compare with: the closed form, where the error allowed is far above its
+        roundings."""
+        near = ROUNDINGS * self.conditioning <= self.target
+        return CLOSED_FORM if near and closed_form_holds(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
         """The states of so many steps at the times that were asked for, and the largest attitude
