@@ -27,13 +27,14 @@ static void must(int holds, const char *what)
 static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *kernel,
                     double log2_tol)
 {
-    kr_state states[40];
+    kr_state states[80]; /* and what their doubles leave out */
     kr_top *top = NULL;
     must(kr_top_create(scene, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
     kr_taylor_use(&top->main, kernel, log2_tol);
     for (int i = 0; i < 40; i++) {
         must(kr_top_advance(top, 0.5 * (i + 1)) == KR_OK, "a top has not come to its time");
-        states[i] = kr_top_state(top);
+        states[2 * i] = kr_top_state(top);
+        states[2 * i + 1] = kr_top_low(top);
     }
     kr_top_free(top);
     return hash_of(states, sizeof states);
@@ -76,8 +77,6 @@ static void in_lanes(const kr_lanes_isa *isa, int which)
     kr_worker_free(worker);
     say(isa->name, "lanes", 20, golden_names[which], hash_of(states, sizeof states));
 }
-/* The closed form takes sines and logarithms of libm when it is set up. Its own numbers are hashed
- * apart, so that a libm that rounds otherwise is not taken for a kernel that does. */
 static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int which)
 {
     enum { TIMES = 200 };
@@ -94,7 +93,6 @@ static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int whi
     isa->many(&plan, TIMES, t, states);
     width->all(width->one, &asked);
     must(status == KR_OK && memcmp(same, states, sizeof states) == 0, "tops and times differ");
-    say(isa->name, "plan", 0, golden_names[which], hash_of(&plan, sizeof plan));
     say(isa->name, "closed", TIMES, golden_names[which], hash_of(states, sizeof states));
 }
 int main(void)
