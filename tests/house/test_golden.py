@@ -5,7 +5,7 @@ change.
 """
 
 import pytest
-from toolbox import CSRC, ROOT, compiled, core_sources, need, run
+from toolbox import CSRC, ROOT, compiled, core_sources, installed, need, run
 
 
 def hashes(compiler, optimization, to):
@@ -21,3 +21,18 @@ def test_every_compiler_gives_the_golden_bits(compiler, optimization, tmp_path):
     need(compiler)
     golden = (ROOT / "tests/core/golden.txt").read_text()
     assert hashes(compiler, optimization, tmp_path / "golden") == golden
+
+
+def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
+    """tests/core/kernels.txt is what tests/core/kernels.c printed, without the names of instruction
+    sets, for one with fused products and for one without. Other processors: .ci/processors."""
+    need("gcc")
+    golden = (ROOT / "tests/core/kernels.txt").read_text().splitlines()
+    library = installed() / "lib/libkreisel.a"
+    flags = ["-std=c99", f"-I{CSRC}", ROOT / "tests/core/kernels.c", library]
+    run("gcc", *flags, "-lm", "-o", tmp_path / "kernels")
+    lines = [line.split(maxsplit=1) for line in run(tmp_path / "kernels").splitlines()]
+    for name in {isa for isa, _ in lines}:
+        own = [line for isa, line in lines if isa == name]
+        assert own == [line for line in golden if line.split()[0] == own[0].split()[0]], name
+    assert {line.split()[0] for _, line in lines} <= {"fused", "apart"} and len(lines) >= 55
