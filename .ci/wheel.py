@@ -5,9 +5,8 @@ import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
-
 import kreisel as kr
+import numpy as np
 
 END_TIME = 20.0
 
