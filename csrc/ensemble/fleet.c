@@ -15,7 +15,7 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
         {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2,
          kr_lanes_begin_avx2},
 #endif
-        {"base", &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
+        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
          kr_lanes_begin_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;

@@ -10,7 +10,7 @@ const kr_exact_isa *kr_exact_isa_at(int i)
         {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_many_avx512},
         {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_many_avx2},
 #endif
-        {"base", kr_has_base, &kr_exact_one_base, kr_exact_many_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_one_base, kr_exact_many_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -70,7 +70,7 @@ const kr_exact_width *kr_exact_width_at(int i)
         {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_all_avx512},
         {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_all_avx2},
 #endif
-        {"base", kr_has_base, &kr_exact_one_base, kr_exact_all_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_one_base, kr_exact_all_base},
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }

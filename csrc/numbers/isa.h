@@ -3,6 +3,7 @@
  * instruction sets were compiled in. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
+#include <math.h> /* FP_FAST_FMA */
 
 /* A kernel is one loop from which nothing is called: a call would send the vectors that the loop
  * keeps in registers through memory. What a kernel seldom needs stands APART from it. */
@@ -14,6 +15,21 @@
 #  define APART static
 #endif
 
+/* Vectors need a compiler that can shuffle them; KR_PLAIN does without any. NEON is part of every
+ * aarch64, so that the instruction set which runs everywhere has a name of its own there. */
+#if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
+#  define KR_PLAIN
+#endif
+#if defined __aarch64__ && !defined KR_PLAIN
+#  define KR_NEON
+#  define KR_BASE_NAME "neon"
+#else
+#  define KR_BASE_NAME "base"
+#endif
+/* KR_FUSED says that the hardware has a fused product: there are two sets of bits, not more. */
+#if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
+#  define KR_FUSED
+#endif
 #if !defined KR_ISA
 #  define KR_ISA base
 #endif

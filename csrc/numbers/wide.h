@@ -1,18 +1,16 @@
 /* Vectors of doubles whose lanes know nothing of each other: each lane is a top of its own, and the
  * bits of a lane are the same at every width. `wide` has as many lanes as the instruction set's
- * vectors (x86-64-v4: 8, v3: 4, SSE2: 2, plain C99: 1); one lane alone where KR_ONE_LANE is
+ * vectors (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1); one lane alone where KR_ONE_LANE is
  * defined. + - * / and unary - are those of the language, also between a wide and a double. A
  * `mask` holds a truth for each lane. A product and a sum are fused in wide_fma alone, where the
  * hardware can. This header is source that is compiled once per instruction set. */
 #ifndef KR_WIDE_H
 #define KR_WIDE_H
-#include <math.h>
 #include <stdint.h>
 #include <string.h>
 #include "isa.h"
 
-#if defined KR_ONE_LANE || !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) ||           \
-    !defined __SSE2__
+#if defined KR_ONE_LANE || defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 enum { LANES = 1 };
 typedef double wide;
 typedef uint64_t whole; /* the bits of a wide, or as many integers */
@@ -28,11 +26,28 @@ static inline mask mask_not(mask a) { return !a; }
 /* The lanes for which it holds, as bits. */
 static inline unsigned mask_bits(mask a) { return (unsigned)a; }
 static inline wide wide_choose(mask m, wide yes, wide no) { return m ? yes : no; }
-#  if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
+#  if defined KR_FUSED
 static inline wide wide_fma(wide a, wide b, wide c) { return fma(a, b, c); }
 #  else
 static inline wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
+#elif defined KR_NEON
+#  include <arm_neon.h>
+enum { LANES = 2 };
+typedef double wide __attribute__((vector_size(8 * LANES)));
+typedef uint64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64x2_t mask;
+INLINE wide wide_splat(double a) { return a - (wide){0}; }
+INLINE wide wide_sqrt(wide a) { return (wide)vsqrtq_f64(a); }
+INLINE mask wide_less(wide a, wide b) { return vcltq_f64(a, b); }
+INLINE mask wide_at_most(wide a, wide b) { return vcleq_f64(a, b); }
+INLINE mask wide_equal(wide a, wide b) { return vceqq_f64(a, b); }
+INLINE mask mask_and(mask a, mask b) { return a & b; }
+INLINE mask mask_or(mask a, mask b) { return a | b; }
+INLINE mask mask_not(mask a) { return ~a; }
+INLINE unsigned mask_bits(mask a) { return (unsigned)((a[0] & 1) | (a[1] & 2)); }
+INLINE wide wide_choose(mask m, wide yes, wide no) { return (wide)vbslq_f64(m, yes, no); }
+INLINE wide wide_fma(wide a, wide b, wide c) { return (wide)vfmaq_f64(c, a, b); }
 #else
 #  include <immintrin.h>
 #  if defined __AVX512F__
@@ -111,7 +126,7 @@ INLINE wide wide_of_bits(whole a)
 /* Ends the use of wide vectors: after it the narrow ones of other code are fast again. */
 INLINE void wide_leave(void)
 {
-#if defined __AVX__ && !defined KR_ONE_LANE
+#if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN
     _mm256_zeroupper();
 #endif
 }

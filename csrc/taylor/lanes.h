@@ -6,15 +6,12 @@
  * what they differ in. */
 #ifndef KR_LANES_H
 #define KR_LANES_H
-#include <math.h>
 #include "numbers/isa.h"
 
-#if !defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12) /* no __builtin_shufflevector */
-#  define KR_PLAIN
-#elif defined __x86_64__
-#  include <immintrin.h>
-#elif defined __aarch64__
+#if defined KR_NEON
 #  include <arm_neon.h>
+#elif defined __x86_64__ && !defined KR_PLAIN
+#  include <immintrin.h>
 #endif
 #if defined __GNUC__
 #  define ALIGNED __attribute__((aligned(64)))
@@ -86,7 +83,7 @@ INLINE double one_splat(double a) { return a; }
 INLINE double one_add(double a, double b) { return a + b; }
 INLINE double one_sub(double a, double b) { return a - b; }
 INLINE double one_mul(double a, double b) { return a * b; }
-#  ifdef FP_FAST_FMA
+#  if defined KR_FUSED
 INLINE double one_fma(double a, double b, double c) { return fma(a, b, c); }
 #  else
 INLINE double one_fma(double a, double b, double c) { return a * b + c; }
@@ -97,7 +94,7 @@ PAIRED(two, one, 2)
 #else
 #  if defined __FMA__
 NATIVE(two, 2, _mm_fmadd_pd(a, b, c))
-#  elif defined __aarch64__
+#  elif defined KR_NEON
 NATIVE(two, 2, vfmaq_f64(c, a, b))
 #  else
 NATIVE(two, 2, a *b + c)
@@ -157,7 +154,7 @@ INLINE quad duo_hi(duo a) { return a.hi; }
 
 /* Newer instruction sets have the registers for two sums side by side, and one alone would wait for
  * itself there. lone_fma is the fma of a single double. */
-#if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
+#if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
 #else

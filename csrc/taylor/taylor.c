@@ -21,7 +21,7 @@ const kr_isa *kr_taylor_isa(int i)
         {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2,
          &kr_tangents_avx2, &kr_tangents_dd_avx2, kr_product_avx2},
 #endif
-        {"base", kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base,
+        {KR_BASE_NAME, kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base,
          &kr_tangents_base, &kr_tangents_dd_base, kr_product_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;

@@ -59,7 +59,7 @@ static int same_row(const fleet *f, size_t i, const fleet *g, size_t j)
 {
     const size_t row = TIMES * sizeof(kr_state);
     return memcmp(f->states + i * TIMES, g->states + j * TIMES, row) == 0 &&
-           memcmp(&f->outcomes[i], &g->outcomes[j], sizeof *f->outcomes) == 0;
+           same_outcome(&f->outcomes[i], &g->outcomes[j]);
 }
 /* Moves one top of a fleet, and no other. */
 static fleet one_of(const fleet *f, size_t i, const kr_method *method, kr_config config)

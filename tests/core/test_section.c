@@ -61,7 +61,7 @@ static int same_row(const cut *a, size_t i, const cut *b, size_t j)
 {
     for (size_t k = 0; k < a->outcomes[i].done; k++)
         if (!same(a->states[i * MOST + k], b->states[j * MOST + k])) return 0;
-    return memcmp(&a->outcomes[i], &b->outcomes[j], sizeof *a->outcomes) == 0;
+    return same_outcome(&a->outcomes[i], &b->outcomes[j]);
 }
 
 /* What is found lies where it should, in the order of time; and a single top that begins at one of

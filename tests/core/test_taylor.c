@@ -82,7 +82,7 @@ static void kernels(void)
             NEAR(s.end, first.end, 1e-12);
             for (int j = 0; j < 8; j++) NEAR(s.end_x[j], first.end_x[j], 2e-12);
         }
-        if (strncmp(widest->name, "avx", 3) == 0 && order == KR_ORDER_28)
+        if (strcmp(widest->name, "base") != 0 && order == KR_ORDER_28)
             IS(first.end_x[0] == 0x1.f4fae93612feap-5);
     }
 }

@@ -24,8 +24,24 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, optimization, tm
     assert run(tmp_path / "golden") == golden
 
 
-def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
+def of_the_library(program, to):
+    """What a program prints that is linked with the library as it is installed."""
     need("cmake", "gcc")
-    library = installed() / "lib/libkreisel.a"
-    run("gcc", *FLAGS, PROGRAM, library, "-lm", "-o", tmp_path / "golden")
-    assert run(tmp_path / "golden") == golden
+    run("gcc", *FLAGS, program, installed() / "lib/libkreisel.a", "-lm", "-o", to)
+    return run(to)
+
+
+def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
+    assert of_the_library(PROGRAM, tmp_path / "golden") == golden
+
+
+def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
+    """tests/core/kernels.txt is what tests/core/kernels.c printed, without the names of instruction
+    sets, for one with fused products and for one without. Other processors: .ci/processors."""
+    golden = (ROOT / "tests/core/kernels.txt").read_text().splitlines()
+    told = of_the_library(ROOT / "tests/core/kernels.c", tmp_path / "kernels")
+    lines = [line.split(maxsplit=1) for line in told.splitlines()]
+    for name in {isa for isa, _ in lines}:
+        own = [line for isa, line in lines if isa == name]
+        assert own == [line for line in golden if line.split()[0] == own[0].split()[0]], name
+    assert {line.split()[0] for _, line in lines} <= {"fused", "apart"} and len(lines) >= 55

@@ -32,7 +32,7 @@ from .._request.times import (
 from ..events import Event, checked_events, looked_for, read, written
 
 MAGIC = b"kreisel run\n"  # how a checkpoint begins
-_FUSED = {"avx512", "avx2"}  # kernels with equal bits
+_FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 
 
 class Run:
@@ -213,7 +213,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
-    if kernel != now and {kernel, now} != _FUSED:
+    if kernel != now and not {kernel, now} <= _FUSED:
         said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
         warnings.warn(said, stacklevel=2)
     return run

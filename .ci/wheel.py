@@ -1,0 +1,39 @@
+"""Tries an installed kreisel as its user would: python -I .ci/wheel.py, from another folder."""
+
+import importlib.metadata
+import sys
+import sysconfig
+from concurrent.futures import ThreadPoolExecutor
+
+import kreisel as kr
+import numpy as np
+
+END_TIME = 20.0
+
+
+def solved(i):
+    """Gives where a top ends whose momentum is a little other than the others'."""
+    scene = kr.scenes.thesis.replace(momentum=(0.1 * i, 0.2, 3.0))
+    return kr.solve(scene, [END_TIME], method="taylor").q[-1]
+
+
+def main():
+    assert "site-packages" in kr.__file__, kr.__file__
+    assert not [name for name in kr.methods if name.startswith("gsl")], "with GSL it would be GPL"
+    path = kr.solve(kr.scenes.thesis, t=1, method="bobenko_suris", step=0.01)
+    assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
+    assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
+    files = [str(file) for file in importlib.metadata.files("kreisel")]
+    assert any(file.endswith("licences/pybind11.txt") for file in files), "a licence is missing"
+    alone = [solved(i) for i in range(16)]
+    with ThreadPoolExecutor(8) as threads:
+        together = list(threads.map(solved, list(range(16)) * 4))
+    assert np.array_equal(together, alone * 4), "threads have other bits"
+    kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
+    free = bool(sysconfig.get_config_var("Py_GIL_DISABLED"))
+    assert not (free and sys._is_gil_enabled()), "kreisel has switched the GIL on"
+    python = sys.version.split()[0] + ("t" if free else "")
+    print(f"the wheel works: Python {python} on {sysconfig.get_platform()}, kernel {kernel}")
+
+
+main()

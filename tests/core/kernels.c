@@ -1,0 +1,110 @@
+/* Prints hashes of what each instruction set that runs here computes: tops by taylor's kernels,
+ * tops in lanes, and the closed form's states. There are two sets of bits: those of a fused product
+ * and those of none, whatever the width of the vectors; the closed form has one. */
+#include <stdlib.h>
+#include "bits.h"
+#include "driver/top.h"
+#include "ensemble/worker.h"
+#include "exact/dispatch.h"
+#include "taylor/taylor.h"
+
+static void say(const char *isa, const char *what, int number, const char *scene, uint64_t hash)
+{
+#if defined KR_FUSED
+    const char *sums = "fused";
+#else
+    const char *sums = strcmp(isa, "base") != 0 ? "fused" : "apart";
+#endif
+    printf("%-7s %-5s %-9s %2d %-8s %016" PRIx64 "\n", isa, sums, what, number, scene, hash);
+}
+static void must(int holds, const char *what)
+{
+    if (holds) return;
+    fprintf(stderr, "kernels: %s\n", what);
+    exit(1);
+}
+/* Hashes the states of a top on its way by one kernel. */
+static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *kernel,
+                    double log2_tol)
+{
+    kr_state states[80]; /* and what their doubles leave out */
+    kr_top *top = NULL;
+    must(kr_top_create(scene, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
+    kr_taylor_use(&top->main, kernel, log2_tol);
+    for (int i = 0; i < 40; i++) {
+        must(kr_top_advance(top, 0.5 * (i + 1)) == KR_OK, "a top has not come to its time");
+        states[2 * i] = kr_top_state(top);
+        states[2 * i + 1] = kr_top_low(top);
+    }
+    kr_top_free(top);
+    return hash_of(states, sizeof states);
+}
+static void alone(const kr_isa *isa, int which)
+{
+    const kr_scene s = golden_scene(which);
+    for (int i = 0; i < KR_ORDERS; i++) {
+        const kr_config whole = {0}, headless = {.leave_heading = 1};
+        say(isa->name, "whole", isa->plain[i].order, golden_names[which],
+            way(&s, whole, &isa->plain[i], -40.0));
+        say(isa->name, "headless", isa->headless[i].order, golden_names[which],
+            way(&s, headless, &isa->headless[i], -40.0));
+    }
+    for (int i = 0; i < KR_DEPTHS; i++) {
+        const kr_config config = {.digits = i == KR_DIGITS_20 ? 20 : 30};
+        say(isa->name, "digits", config.digits, golden_names[which],
+            way(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
+    }
+}
+static void in_lanes(const kr_lanes_isa *isa, int which)
+{
+    enum { TOPS = 19, TIMES = 20 };
+    kr_scene scenes[TOPS];
+    double t[TIMES];
+    kr_state states[TOPS * TIMES];
+    kr_outcome outcomes[TOPS];
+    kr_worker *worker = NULL;
+    const kr_config config = {0};
+    const kr_tops tops = {TOPS, scenes, TIMES, t, .states = states, .outcomes = outcomes};
+    for (int i = 0; i < TOPS; i++) {
+        scenes[i] = golden_scene(which);
+        scenes[i].start.m.x += 0.125 * i;
+    }
+    for (int k = 0; k < TIMES; k++) t[k] = k + 1.0;
+    must(kr_worker_create(kr_method_find("taylor"), config, 0, NULL, &worker) == KR_OK,
+         "no worker");
+    kr_fleet_use(worker, isa, 20, -53.0);
+    must(kr_worker_run(worker, &tops) == KR_OK, "tops in lanes have not come to their times");
+    kr_worker_free(worker);
+    say(isa->name, "lanes", 20, golden_names[which], hash_of(states, sizeof states));
+}
+static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int which)
+{
+    enum { TIMES = 200 };
+    static double t[TIMES];
+    static kr_state states[TIMES], same[TIMES];
+    const kr_scene s = golden_scene(which);
+    kr_exact plan;
+    kr_status status = KR_OK;
+    const kr_exact_asked asked = {
+        .n = 1, .scenes = &s, .times = TIMES, .t = t, .states = same, .status = &status};
+    for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
+    memset(&plan, 0, sizeof plan);
+    must(isa->one->plan(&s, 0, &plan) == KR_OK, "no closed form");
+    isa->many(&plan, TIMES, t, states);
+    width->all(width->one, &asked);
+    must(status == KR_OK && memcmp(same, states, sizeof states) == 0, "tops and times differ");
+    say(isa->name, "closed", TIMES, golden_names[which], hash_of(states, sizeof states));
+}
+int main(void)
+{
+    for (int which = 0; which < 4; which++) {
+        for (int i = 0; kr_taylor_isa(i); i++)
+            if (kr_taylor_isa(i)->runs_here()) alone(kr_taylor_isa(i), which);
+        for (int i = 0; kr_lanes_isa_at(i); i++)
+            if (kr_lanes_isa_at(i)->runs_here()) in_lanes(kr_lanes_isa_at(i), which);
+        for (int i = 0; which != 2 && kr_exact_isa_at(i); i++)
+            if (kr_exact_isa_at(i)->runs_here())
+                closed(kr_exact_isa_at(i), kr_exact_width_at(i), which);
+    }
+    return 0;
+}
