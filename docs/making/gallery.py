@@ -1,0 +1,51 @@
+"""How the gallery looks, and how kreisel's own pictures come into it."""
+
+import matplotlib
+from cycler import cycler
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from sphinx_gallery.scrapers import figure_rst
+
+LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
+BLUE, ORANGE, GREEN, VIOLET, GREY = "#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#7d8590"
+LOOK = {
+    "axes.prop_cycle": cycler(color=[BLUE, ORANGE, GREEN, VIOLET, GREY]),
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10.5,
+    "axes.labelsize": 9.5,
+    "figure.constrained_layout.use": True,
+    "figure.dpi": 110,
+    "figure.figsize": (7.6, 4.2),
+    "font.size": 9.5,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.6,
+    "image.cmap": "viridis",
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 110,
+}
+
+
+def style(conf, file):
+    """Before each example."""
+    matplotlib.rcParams.update(LOOK)
+
+
+def scraper(block, block_vars, gallery_conf):
+    """The picture that a block ends with, where pyplot does not know of it."""
+    last = block_vars["example_globals"].pop(LAST, None)
+    figure = figure_of(last)
+    if figure is None or hasattr(figure, "number"):  # pyplot's own have one, and are found
+        return ""
+    file = next(block_vars["image_path_iterator"])
+    figure.savefig(file, dpi=LOOK["savefig.dpi"])
+    return figure_rst([file], gallery_conf["src_dir"])
+
+
+def figure_of(thing):
+    if isinstance(thing, Figure):
+        return thing
+    one = thing[0] if isinstance(thing, tuple) and thing else thing
+    return one.get_figure() if isinstance(one, Axes) else None
