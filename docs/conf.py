@@ -53,15 +53,21 @@ nitpick_ignore_regex = [
     # The indices of other projects are not read: the site is made without a network.
     (r"py:.*", r"(numpy|scipy|matplotlib|pandas|xarray|pyarrow|concurrent|collections|typing)\..*"),
     # What every reader of Python knows.
-    (r"py:.*", r"(Runtime|Keyboard|Value|Type)Error|KeyboardInterrupt|NamedTuple|tuple|dict|object"),
+    (
+        r"py:.*",
+        r"(Runtime|Keyboard|Value|Type)Error|KeyboardInterrupt|NamedTuple|tuple|dict|object",
+    ),
 ]
 
 sphinx_gallery_conf = {
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
+    "subsection_order": [
+        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "work")
+    ],
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build
-    "within_subsection_order": "making.gallery.Order",
+    "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("matplotlib", "making.gallery.scraper"),
     "reset_modules": ("matplotlib", "making.gallery.style"),
     "capture_repr": ("_repr_html_", "__repr__"),

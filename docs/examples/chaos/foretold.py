@@ -23,7 +23,9 @@ for aside in (1e-3, 1e-9, 1e-15):
     q = np.array([w - turn[1] * x, x + turn[1] * w, y + turn[1] * z, z - turn[1] * y])
     moved = kr.solve(scene.replace(attitude=q / np.linalg.norm(q)), t)
     axes.semilogy(t, kr.attitude_error(moved.q, truth.q), linewidth=0.9, label=f"{aside:.0e} rad")
-axes.semilogy(t, np.minimum(1e-15 * np.exp(exponent * t), 3), "k--", linewidth=0.8, label="exponent")
+axes.semilogy(
+    t, np.minimum(1e-15 * np.exp(exponent * t), 3), "k--", linewidth=0.8, label="exponent"
+)
 axes.set(xlabel="time", ylabel="angle between the two [rad]", ylim=(1e-16, 10))
 axes.legend(title="apart at the start", loc="lower right")
 

@@ -20,7 +20,9 @@ print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 # Held at the end of its handle and let go, it swings; spun about the handle, its motion is that of
 # a top without any symmetry. The film shows the box that moves as it does:
 
-scene = kr.Scene.from_euler(hammer, angles=(0, 150, 0), rates=(0, 0, 3000), degrees=True, gravity=9.81)
+scene = kr.Scene.from_euler(
+    hammer, angles=(0, 150, 0), rates=(0, 0, 3000), degrees=True, gravity=9.81
+)
 kr.solve(scene, 1.5).animate(fps=20, size=320)
 
 # %%

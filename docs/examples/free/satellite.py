@@ -16,7 +16,9 @@ t = np.linspace(0, 40, 2000)
 path = motion(t)
 
 figure, axes = plt.subplots(figsize=(7.6, 3.2))
-for values, name in zip(path.body_velocity.T, ("long axis", "middle axis", "short axis"), strict=True):
+for values, name in zip(
+    path.body_velocity.T, ("long axis", "middle axis", "short axis"), strict=True
+):
     axes.plot(t, values, label=name)
 axes.set(xlabel="time", ylabel="angular velocity, seen from the body")
 axes.legend(loc="upper right", ncol=3)

@@ -1,4 +1,4 @@
-"""
+r"""
 Why does every top fall in the end?
 ===================================
 
@@ -29,8 +29,9 @@ below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
 # A damped top has no closed form, and ``auto`` takes the Taylor series. The event that ends the
-# path is found on its polynomials, to the last digit. What the spin loses is exact, too:
-# :math:`\dot M_3 = - d\, \omega_3`, so that the spin falls exponentially as long as the top stands.
+# path is found on its polynomials, to the last digit. About its axis nothing but the drag turns the
+# top, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so that its spin falls exponentially, whatever the axis
+# does:
 
 rate = drag / cone.moments[2]
 print("spin, largest relative deviation from an exponential:", end="")

@@ -2,7 +2,7 @@
 Is a top that hangs a pendulum?
 ===============================
 
-Without spin it is a spherical pendulum, and its path a closed rosette for small angles. With a
+Without spin it is a spherical pendulum, and swings in a plane. With a
 little spin the plane of its swing turns, as Foucault's does, and with much spin it hardly swings.
 """
 
@@ -24,11 +24,13 @@ for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
 figure.supxlabel("the apex from above", fontsize=9.5)
 
 # %%
-# How fast the plane of the swing turns, by the closed form:
+# How fast the plane of the swing turns, by the closed form: while the height of the axis goes down
+# and up once, the plane turns by what its way round the vertical is more than half a turn.
 
 for spin in (20, 60, 400):
     scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)
     motion = kr.exact(scene)
-    print(f"{spin:3} rad/s of spin: {motion.precession:+.5f} rad/s of precession")
+    plane = motion.precession - np.copysign(np.pi / motion.period, motion.precession)
+    print(f"{spin:3} rad/s of spin: the plane turns at {plane:+.5f} rad/s")
 
 kr.view(scene, open=False)

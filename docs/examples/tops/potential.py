@@ -22,7 +22,9 @@ left.plot(motion.potential(angles), np.degrees(angles))
 left.axvline(energy, color="tab:orange", label="energy")
 left.fill_betweenx(np.degrees(turns), 0, 1, transform=left.get_xaxis_transform(), alpha=0.12)
 left.plot([energy, energy], np.degrees(turns), "o", color="tab:orange")
-left.set(xlabel="effective potential", ylabel="nutation [degrees]", xlim=(energy - 0.3, energy + 0.8))
+left.set(
+    xlabel="effective potential", ylabel="nutation [degrees]", xlim=(energy - 0.3, energy + 0.8)
+)
 left.legend(loc="lower right")
 
 t = np.linspace(0, 3 * motion.period, 600)

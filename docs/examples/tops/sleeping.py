@@ -21,7 +21,9 @@ critical = motion.critical_spin[0, 0]
 
 figure, axes = plt.subplots()
 field = axes.pcolormesh(spins, np.degrees(tilts), fall.T, vmin=0, vmax=180, rasterized=True)
-levels = axes.contour(spins, np.degrees(tilts), fall.T, [10, 30, 60, 120], colors="w", linewidths=0.8)
+levels = axes.contour(
+    spins, np.degrees(tilts), fall.T, [10, 30, 60, 120], colors="w", linewidths=0.8
+)
 axes.clabel(levels, fmt="%d°", fontsize=8)
 axes.axvline(critical, color="w", linestyle="--")
 axes.text(critical + 4, 36, "critical spin", color="w")

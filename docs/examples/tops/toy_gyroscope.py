@@ -31,9 +31,7 @@ print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / along
 
 least = 2 * np.sqrt(across * torque * np.cos(np.radians(60))) / along
 spins = np.linspace(1.001 * least, 600, 300)
-tops = kr.Ensemble.spinning(
-    gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81
-)
+tops = kr.Ensemble.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
 rates = kr.exact(tops).precession
 
 figure, axes = plt.subplots()
