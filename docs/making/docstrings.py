@@ -9,7 +9,7 @@ import re
 
 import kreisel as kr
 
-ROW = re.compile(r"(\S.{0,40}?)\s{2,}(\S.*)")
+ROW = re.compile(r"(\S.{0,60}?)\s{2,}(\S.*)")
 MADE_BY_USERS = {"Body", "Bodies", "Scene", "Ensemble"}
 
 

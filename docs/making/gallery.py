@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
 LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
-BLUE, ORANGE, GREEN, VIOLET, GREY = "#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#7d8590"
+COLOURS = "#1f6fd6 #e07a1f #2a9d68 #8a5cc7 #c23b54 #17a2b8 #8c6d3f #7d8590".split()
 LOOK = {
-    "axes.prop_cycle": cycler(color=[BLUE, ORANGE, GREEN, VIOLET, GREY]),
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,
     "axes.spines.right": False,
     "axes.spines.top": False,

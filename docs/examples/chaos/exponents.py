@@ -2,27 +2,28 @@
 Where is a heavy top chaotic?
 =============================
 
-At one energy and one vertical momentum the starts of a top fill a surface. Each point of it is
-asked for its largest exponent, by one tangent that rides along: islands of order in a chaotic sea.
+A box on a point of its face is tilted, spun about its axis, and let go. Each point of the picture
+is such a top, asked for its largest exponent by one tangent that rides along: dark is order, bright
+is chaos.
 """
 
 import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 
-body = kr.scenes.asymmetric.body
-tops = kr.starts(body, energy=2.0, vertical=1.0, grid=(40, 60))
-chaos = kr.lyapunov(tops, 300)
+body = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
+tilts, spins = np.radians(np.linspace(4, 176, 60)), np.linspace(0.05, 6, 80)
+angles = np.stack(np.broadcast_arrays(0.0, tilts, 0.0), axis=-1)
+rates = np.stack(np.broadcast_arrays(0.0, 0.0, spins), axis=-1)
+tops = kr.Ensemble.from_euler(body, angles[:, None], rates)
+chaos = kr.lyapunov(tops, 200)
 print(chaos, f"certificates below {chaos.certificate.max():.0e}")
 
-begin = kr.solve(tops, [0.0], want=("nutation", "spin_angle"))
-height, angle = np.cos(begin.nutation[:, 0]), begin.spin_angle[:, 0]
-
 figure, axes = plt.subplots(figsize=(8, 4.4))
-shown = axes.scatter(angle, height, c=np.maximum(chaos.value, 0), s=9, cmap="magma", marker="s")
-axes.set(xlabel="spin angle at the start [rad]", ylabel="height of the apex at the start")
+field = axes.pcolormesh(spins, np.degrees(tilts), chaos.value, cmap="magma", rasterized=True)
+axes.set(xlabel="spin at the start", ylabel="tilt at the start [degrees]")
 axes.grid(False)
-figure.colorbar(shown, label="largest exponent at t = 300")
+figure.colorbar(field, label="largest exponent at t = 200")
 
 # %%
 # An exponent of an ordered motion goes to zero as log(t) / t, and is never quite there. MEGNO tells

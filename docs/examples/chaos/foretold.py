@@ -31,8 +31,8 @@ axes.legend(title="apart at the start", loc="lower right")
 
 # %%
 # The truth here has 30 digits, so that its own roundings stay below all that is drawn. With doubles
-# alone nothing is known of this top beyond t = 200, whatever the method: that is the top's nature,
-# and no method's fault. A regular neighbour forgets nothing:
+# alone nothing is known of this top after a few hundred units of time, whatever the method: that is
+# the top's nature, and no method's fault. A regular neighbour forgets nothing:
 
 calm = kr.scenes.asymmetric_regular
 for one in (scene, calm):

@@ -20,12 +20,13 @@ kr.plot(path)
 
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4))
 above.plot(t, path.axial_momentum, linewidth=0.7)
-above.set_ylabel("momentum about the apex")
+above.set_ylabel("<m, apex>")
 below.plot(t, path.kowalewski / path.kowalewski[0] - 1, linewidth=0.7, color="tab:orange")
 below.set(xlabel="time", ylabel="K, relative change")
 
 # %%
-# Nearby starts part linearly, as those of ordered motions do: MEGNO goes to 2. In Goryachev and
+# Nearby starts part linearly, as those of ordered motions do: MEGNO goes to 2, or to 0
+# where they do not part at all. In Goryachev and
 # Chaplygin's case there is such an integral only where the vertical momentum is zero:
 
 print(f"Kowalewski: {kr.megno(scene, 20000).value:.3f}")

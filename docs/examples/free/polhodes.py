@@ -30,15 +30,15 @@ for pole, colour in ((short, "tab:blue"), (long, "tab:green")):
         for sign in (1, -1):
             start = sign * np.cos(angle) * pole + np.sin(angle) * middle
             motion = kr.exact(kr.Scene(body, body_momentum=size * start, gravity=0.0))
-            m = motion(np.linspace(0, motion.period, 400)).body_momentum / size
+            m = motion(np.linspace(0, 2 * motion.period, 600)).body_momentum / size
             axes.plot(*np.where((m @ eye)[:, None] > -0.05, m, np.nan).T, color=colour, linewidth=1)
-motion = kr.Scene(body, body_momentum=size * (middle + 1e-7 * long), gravity=0.0)
-for scene in (motion, motion.replace(body_momentum=size * (1e-7 * long - middle))):
-    for back in (1, -1):
-        m = kr.exact(scene)(back * np.linspace(0, 60, 4000)).body_momentum / size
-        seen = np.where((m @ eye)[:, None] > -0.05, m, np.nan)
-        axes.plot(*seen.T, color="tab:orange", linewidth=1.6)
-axes.set_box_aspect((1, 1, 1))
+for sign in (1, -1):
+    for aside in (1e-7, -1e-7):
+        scene = kr.Scene(body, body_momentum=size * (sign * middle + aside * long), gravity=0.0)
+        motion = kr.exact(scene)
+        m = motion(np.linspace(0, motion.period, 4000)).body_momentum / size
+        axes.plot(*np.where((m @ eye)[:, None] > -0.05, m, np.nan).T, color="tab:orange")
+axes.set_box_aspect((1, 1, 1), zoom=1.4)
 axes.set_axis_off()
 
 # %%

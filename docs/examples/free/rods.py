@@ -19,8 +19,8 @@ starts = {
 }
 figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6))
 for chart, (name, scene) in zip(axes, starts.items(), strict=True):
-    path = kr.solve(scene, np.linspace(0, 16, 900))
-    kr.rod(path).plot(chart, thickness=0.35, elevation=12, azimuth=35)
+    path = kr.solve(scene, np.linspace(0, 16, 1600))
+    kr.rod(path).plot(chart, thickness=0.28, elevation=12, azimuth=35)
     chart.set_title(name)
 
 # %%

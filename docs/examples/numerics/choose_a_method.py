@@ -21,7 +21,7 @@ for name in names:
     error, seconds = np.array([(row.attitude_error, row.seconds) for row in rows]).T
     axes.loglog(1e3 * seconds, error, "o-", markersize=3, label=name)
 axes.set(xlabel="run time [ms]", ylabel="attitude error [rad]", ylim=(1e-14, 10))
-axes.legend(loc="lower left", ncol=2)
+axes.legend(loc="upper right", ncol=2)
 
 # %%
 # To the left and down is better. The Taylor series wins at every error worth having; the

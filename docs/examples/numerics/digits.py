@@ -24,7 +24,7 @@ for digits in (16, 20):
     error = np.maximum(kr.attitude_error(path.q, truth.q), 1e-17)
     axes.semilogy(path.t, error, label=f"{digits} digits, {took:.1f} ms")
 axes.axhline(1, color="tab:gray", linewidth=0.8)
-axes.set(xlabel="time", ylabel="error [rad]")
+axes.set(xlabel="time", ylabel="error [rad]", ylim=(1e-16, 10))
 axes.legend()
 print(f"the truth is itself known to {truth.error:.1e} rad")
 

@@ -25,7 +25,7 @@ left.legend()
 path = kr.solve(scene, 60.0, "bobenko_suris", step=step, every=1)
 right.plot(path.t, path.energy / scale, label="energy")
 right.plot(path.t, path.modified_energy(step) / scale, label="modified energy")
-right.set(xlabel="time", title="bobenko_suris")
+right.set(xlabel="time", title="bobenko_suris", ylim=(1.07, 1.24))
 right.legend()
 
 # %%

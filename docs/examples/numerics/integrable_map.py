@@ -13,7 +13,7 @@ import numpy as np
 
 scene, step = kr.scenes.cusps, 0.4
 figure, axes = plt.subplots(1, 3, figsize=(9.4, 3.6), sharex=True, sharey=True)
-for chart, name in zip(axes, ("bobenko_suris", "strang", "rk4"), strict=True):
+for chart, name in zip(axes, ("bobenko_suris", "strang", "implicit_midpoint"), strict=True):
     path = kr.solve(scene, 4000 * step, name, step=step, every=1)
     x, y, _ = path.apex.T
     chart.scatter(x, y, s=0.7, linewidths=0)
@@ -32,4 +32,4 @@ print(f"walked and jumped, apart by {kr.attitude_error(walked.q, map(steps).q).m
 # %%
 # Side by side with the true top in the page; press *run*:
 
-kr.view(scene, methods=["bobenko_suris", "rk4"], step=0.4, open=False)
+kr.view(scene, methods=["bobenko_suris", "strang"], step=0.4, open=False)

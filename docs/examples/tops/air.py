@@ -30,8 +30,8 @@ below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 # %%
 # A damped top has no closed form, and ``auto`` takes the Taylor series. The event that ends the
 # path is found on its polynomials, to the last digit. About its axis nothing but the drag turns the
-# top, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so that its spin falls exponentially, whatever the axis
-# does:
+# top, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so that its spin falls exponentially, whatever the
+# axis does:
 
 rate = drag / cone.moments[2]
 print("spin, largest relative deviation from an exponential:", end="")

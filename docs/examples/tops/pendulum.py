@@ -3,7 +3,8 @@ Is a top that hangs a pendulum?
 ===============================
 
 Without spin it is a spherical pendulum, and swings in a plane. With a
-little spin the plane of its swing turns, as Foucault's does, and with much spin it hardly swings.
+little spin the plane of its swing turns, as Foucault's does, and the more it spins, the farther
+it passes by the lowest point.
 """
 
 import kreisel as kr

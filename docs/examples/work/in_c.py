@@ -36,8 +36,9 @@ int main(void)
 """
 
 # %%
-# After ``cmake --install`` it is built by ``cc -std=c99 top.c $(pkg-config --cflags --libs kreisel)``.
-# This site did that just now, with the library in ``KREISEL_PREFIX``:
+# After ``cmake --install`` it is built by
+# ``cc -std=c99 top.c $(pkg-config --cflags --libs kreisel)``. This site did that just now, with the
+# library in ``KREISEL_PREFIX``:
 
 prefix = Path(os.environ["KREISEL_PREFIX"])
 with TemporaryDirectory() as folder:

@@ -40,7 +40,7 @@ for chart, name, title in zip(
 axes[0].set_ylabel("spin")
 
 # %%
-# The same from the shell: ``kreisel sweep plan.toml --to runs --parts 0:8``, job by job. What stands
-# in the folder is Parquet, which any tool reads:
+# The same from the shell, job by job: ``kreisel sweep plan.toml --to runs --parts 0:8``. What is in
+# the folder is Parquet, which any tool reads.
 
 folder.cleanup()
