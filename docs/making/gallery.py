@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
 LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
-COLOURS = "#1f6fd6 #e07a1f #2a9d68 #8a5cc7 #c23b54 #17a2b8 #8c6d3f #7d8590".split()
+COLOURS = ["#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#c23b54", "#17a2b8", "#8c6d3f", "#7d8590"]
 LOOK = {
     "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,
