@@ -1,11 +1,14 @@
 """How the gallery looks, and how kreisel's own pictures come into it."""
 
+from weakref import WeakSet
+
 import matplotlib
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
+shown = WeakSet()  # what a block before had ended with
 LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
 COLOURS = ["#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#c23b54", "#17a2b8", "#8c6d3f", "#7d8590"]
 LOOK = {
@@ -35,10 +38,11 @@ def style(conf, file):
 
 def scraper(block, block_vars, gallery_conf):
     """The picture that a block ends with, where pyplot does not know of it."""
-    last = block_vars["example_globals"].pop(LAST, None)
-    figure = figure_of(last)
-    if figure is None or hasattr(figure, "number"):  # pyplot's own have one, and are found
+    figure = figure_of(block_vars["example_globals"].get(LAST))
+    pyplots_own = hasattr(figure, "number")
+    if figure is None or pyplots_own or figure in shown:
         return ""
+    shown.add(figure)
     file = next(block_vars["image_path_iterator"])
     figure.savefig(file, dpi=LOOK["savefig.dpi"])
     return figure_rst([file], gallery_conf["src_dir"])

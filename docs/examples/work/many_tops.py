@@ -18,7 +18,7 @@ source = kr.Source.grid(
 )
 folder = TemporaryDirectory()
 runs = Path(folder.name) / "runs"
-asked = {"reduce": {"nutation": ("max", "where_max")}, "part": 10000}
+asked = {"reduce": {"nutation": ("max", "mean")}, "part": 10000}
 print(kr.sweep(source, np.linspace(0, 20, 201), to=runs, parts=range(2), **asked))
 
 # %%
@@ -31,7 +31,10 @@ table = done.to_xarray()
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True)
 for chart, name, title in zip(
-    axes, ("nutation_max", "nutation_where_max"), ("lowest [rad]", "when"), strict=True
+    axes,
+    ("nutation_max", "nutation_mean"),
+    ("largest nutation [rad]", "its mean [rad]"),
+    strict=True,
 ):
     shown = chart.pcolormesh(table.tilt, table.spin, table[name], rasterized=True)
     figure.colorbar(shown, label=title)

@@ -16,10 +16,10 @@ import numpy as np
 folder = TemporaryDirectory()
 file = Path(folder.name) / "run.kreisel"
 run = kr.start(kr.scenes.asymmetric)
-today = run.solve(np.linspace(0.1, 40, 400))
+today = run.to(np.linspace(0.1, 40, 400))
 run.save(file)
 
-tomorrow = kr.resume(file).solve(np.linspace(40.1, 80, 400))
+tomorrow = kr.resume(file).to(np.linspace(40.1, 80, 400))
 at_once = kr.solve(kr.scenes.asymmetric, np.concatenate([today.t, tomorrow.t]), "taylor")
 same = np.array_equal(np.vstack([today.states, tomorrow.states]), at_once.states)
 print(f"the same bits as in one run: {same}")
