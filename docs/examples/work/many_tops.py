@@ -30,12 +30,8 @@ print(done)
 table = done.to_xarray()
 
 figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True)
-for chart, name, title in zip(
-    axes,
-    ("nutation_max", "nutation_mean"),
-    ("largest nutation [rad]", "its mean [rad]"),
-    strict=True,
-):
+named = {"nutation_max": "largest nutation [rad]", "nutation_mean": "its mean [rad]"}
+for chart, (name, title) in zip(axes, named.items(), strict=True):
     shown = chart.pcolormesh(table.tilt, table.spin, table[name], rasterized=True)
     figure.colorbar(shown, label=title)
     chart.set_xlabel("tilt at the start [rad]")
