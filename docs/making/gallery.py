@@ -18,7 +18,6 @@ LOOK = {
     "axes.spines.top": False,
     "axes.titlesize": 10.5,
     "axes.labelsize": 9.5,
-    "figure.constrained_layout.use": True,
     "figure.dpi": 110,
     "figure.figsize": (7.6, 4.2),
     "font.size": 9.5,

@@ -11,7 +11,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 times = [1.0, 6.0, 20.0, 100.0]
-figure, axes = plt.subplots(2, 4, figsize=(9.4, 4.9), subplot_kw={"xticks": [], "yticks": []})
+figure, axes = plt.subplots(
+    2, 4, figsize=(9.4, 4.9), subplot_kw={"xticks": [], "yticks": []}, layout="constrained"
+)
 around = np.linspace(0, 2 * np.pi, 200)
 for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
     cloud = kr.scenes.named(name).scatter(1000, seed=1, momentum=0.02)

@@ -19,7 +19,7 @@ tops = kr.Ensemble.from_euler(body, angles[:, None], rates)
 chaos = kr.lyapunov(tops, 200)
 print(chaos, f"certificates below {chaos.certificate.max():.0e}")
 
-figure, axes = plt.subplots(figsize=(8, 4.4))
+figure, axes = plt.subplots(figsize=(8, 4.4), layout="constrained")
 field = axes.pcolormesh(spins, np.degrees(tilts), chaos.value, cmap="magma", rasterized=True)
 axes.set(xlabel="spin at the start", ylabel="tilt at the start [degrees]")
 axes.grid(False)
@@ -31,7 +31,7 @@ figure.colorbar(field, label="largest exponent at t = 200")
 
 curves = [kr.megno(one, 1000) for one in (kr.scenes.thesis, kr.scenes.kowalewski)]
 wild = kr.megno(kr.scenes.asymmetric, 1000)
-figure, axes = plt.subplots(figsize=(7.6, 3.2))
+figure, axes = plt.subplots(figsize=(7.6, 3.2), layout="constrained")
 for curve, name in zip([*curves, wild], ("Lagrange", "Kowalewski", "asymmetric"), strict=True):
     axes.plot(curve.t, curve.curve, label=name)
 axes.set(xlabel="time", ylabel="MEGNO", xscale="log", ylim=(0, 12))

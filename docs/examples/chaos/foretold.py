@@ -16,7 +16,7 @@ truth = kr.solve(scene, t, digits=30)
 exponent = kr.lyapunov(scene, 2000).value
 print(f"exponent {exponent:.3f}")
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 for aside in (1e-3, 1e-9, 1e-15):
     turn = np.array([1.0, 0.5 * aside, 0.0, 0.0])
     w, x, y, z = scene.attitude

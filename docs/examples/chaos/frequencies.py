@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 t = np.linspace(0, 400, 8001)
-figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4.8))
+figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4.8), layout="constrained")
 for chart, name in zip(axes, ("cusps", "asymmetric"), strict=True):
     path = kr.solve(kr.scenes.named(name), t, "taylor")
     window = np.hanning(len(t))

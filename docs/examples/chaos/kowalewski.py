@@ -18,7 +18,7 @@ kr.plot(path)
 # %%
 # The integral, beside the apex' momentum, which only a Lagrange top keeps:
 
-figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4))
+figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4), layout="constrained")
 above.plot(t, path.axial_momentum, linewidth=0.7)
 above.set_ylabel("<m, apex>")
 below.plot(t, path.kowalewski / path.kowalewski[0] - 1, linewidth=0.7, color="tab:orange")

@@ -12,7 +12,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 body = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
-figure, axes = plt.subplots(1, 3, figsize=(9.6, 3.9), sharex=True, sharey=True)
+figure, axes = plt.subplots(
+    1, 3, figsize=(9.6, 3.9), sharex=True, sharey=True, layout="constrained"
+)
 for chart, gravity in zip(axes, (0.05, 2.0, 4.0), strict=True):
     tops = kr.starts(body, energy=2.0, vertical=1.0, n=40, seed=3, gravity=gravity)
     cuts = kr.section(tops, n=400)

@@ -17,7 +17,7 @@ starts = {
     "cusps": kr.Scene.spinning(body, spin=3.0, tilt=0.9),
     "elastica": kr.Scene(body, velocity=(1.3, 0, 0), attitude=(0.2, np.sqrt(0.96), 0, 0)),
 }
-figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6))
+figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6), layout="constrained")
 for chart, (name, scene) in zip(axes, starts.items(), strict=True):
     path = kr.solve(scene, np.linspace(0, 16, 1600))
     kr.rod(path).plot(chart, thickness=0.28, elevation=12, azimuth=35)

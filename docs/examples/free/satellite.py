@@ -15,7 +15,7 @@ motion = kr.exact(scene)
 t = np.linspace(0, 40, 2000)
 path = motion(t)
 
-figure, axes = plt.subplots(figsize=(7.6, 3.2))
+figure, axes = plt.subplots(figsize=(7.6, 3.2), layout="constrained")
 for values, name in zip(
     path.body_velocity.T, ("long axis", "middle axis", "short axis"), strict=True
 ):

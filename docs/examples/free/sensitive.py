@@ -24,7 +24,7 @@ turn = np.linalg.norm(path.tangents[:, :3], axis=1)
 scale = 0.01 * np.abs([*book.moments, *book.principal_com, scene.gravity])
 names = ["$I_1$", "$I_2$", "$I_3$", "$x$", "$y$", "$z$", "gravity"]
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 for column, factor, name in zip(turn.T[6:], scale, names, strict=True):
     style = "-" if name.startswith("$I") else "--" if name.startswith("$") else ":"
     axes.semilogy(t, np.degrees(factor * column), style, label=name)

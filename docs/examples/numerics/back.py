@@ -14,7 +14,7 @@ scene = kr.scenes.asymmetric_regular
 names = ["strang", "veselov2", "implicit_midpoint", "rk4"]
 ends = np.geomspace(1, 300, 14).round(1)
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 for name in names:
     missed = []
     for end in ends:

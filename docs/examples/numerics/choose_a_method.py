@@ -15,7 +15,7 @@ steps, tols = [0.1, 0.05, 0.025, 0.0125, 0.00625], [1e-3, 1e-5, 1e-7, 1e-9, 1e-1
 names = ["strang", "takahashi_imada4", "kahan_li6", "veselov4", "rk4", "taylor", "extrap"]
 table = kr.compare(scene, 20.0, names, steps, tols, repeats=3)
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 for name in names:
     rows = [row for row in table if row.method == name and not row.failure]
     error, seconds = np.array([(row.attitude_error, row.seconds) for row in rows]).T

@@ -16,7 +16,7 @@ scene = kr.scenes.asymmetric
 t = np.linspace(1, 320, 400)
 truth = kr.solve(scene, t, digits=30)
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 for digits in (16, 20):
     begin = perf_counter()
     path = kr.solve(scene, t, "taylor", digits=digits)

@@ -13,7 +13,7 @@ import numpy as np
 scene, step = kr.scenes.thesis, 0.1
 scale = scene.body.mass * scene.gravity * np.linalg.norm(scene.body.com)
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8))
+figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
 for name in ("rk4", "strang", "bobenko_suris2", "veselov4"):
     path = kr.solve(scene, 3000.0, name, step=step, every=7)
     left.loglog(

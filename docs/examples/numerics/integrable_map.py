@@ -18,7 +18,9 @@ attitude = np.stack([np.cos(tilts / 2), np.sin(tilts / 2), 0 * tilts, 0 * tilts]
 momentum = np.stack([swings, 0 * swings, 0 * swings], axis=-1)
 tops = kr.Ensemble(body, momentum=momentum, attitude=attitude)
 
-figure, axes = plt.subplots(1, 2, figsize=(9.4, 4.4), sharex=True, sharey=True)
+figure, axes = plt.subplots(
+    1, 2, figsize=(9.4, 4.4), sharex=True, sharey=True, layout="constrained"
+)
 for chart, name in zip(axes, ("bobenko_suris2", "strang"), strict=True):
     paths = kr.solve(tops, 1500 * step, name, step=step, every=1)
     angle = np.arctan2(paths.apex[..., 1], -paths.apex[..., 2])

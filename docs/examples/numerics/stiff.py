@@ -21,7 +21,7 @@ names = [
 ]
 steps = np.geomspace(1e-3, 1, 16)
 
-figure, axes = plt.subplots(1, 2, figsize=(9.2, 4), sharey=True)
+figure, axes = plt.subplots(1, 2, figsize=(9.2, 4), sharey=True, layout="constrained")
 for chart, (title, scene) in zip(axes, scenes.items(), strict=True):
     table = kr.compare(scene, 20.0, names, steps, repeats=1)
     for name in names:

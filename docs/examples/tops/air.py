@@ -19,7 +19,7 @@ end = kr.solve(upright.replace(damping=drag), 300, events=falls)
 path = end(np.linspace(0, end.t[-1], 4000))
 print(f"it lies after {end.t[-1]:.2f} s")
 
-figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 5))
+figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 5), layout="constrained")
 above.plot(path.t, path.spin)
 above.axhline(critical, color="tab:gray", linestyle="--")
 above.text(0.5, critical + 8, "critical spin", color="tab:gray")

@@ -14,7 +14,9 @@ import numpy as np
 bob = kr.Body.cylinder(radius=0.05, height=0.1, pivot=(0, 0, -0.5), mass=1)
 t = np.linspace(0, 20, 6000)
 
-figure, axes = plt.subplots(1, 4, figsize=(9.2, 2.8), sharex=True, sharey=True)
+figure, axes = plt.subplots(
+    1, 4, figsize=(9.2, 2.8), sharex=True, sharey=True, layout="constrained"
+)
 for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
     scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)
     x, y, _ = kr.solve(scene, t).apex.T

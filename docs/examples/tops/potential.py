@@ -17,7 +17,7 @@ angles = np.linspace(0.6, 1.5, 500)
 energy = float(kr.solve(scene, [0.0]).energy[0])
 turns = np.array([motion.least_nutation, motion.greatest_nutation])
 
-figure, (left, right) = plt.subplots(1, 2, sharey=True, figsize=(8.4, 4))
+figure, (left, right) = plt.subplots(1, 2, sharey=True, figsize=(8.4, 4), layout="constrained")
 left.plot(motion.potential(angles), np.degrees(angles))
 left.axvline(energy, color="tab:orange", label="energy")
 left.fill_betweenx(np.degrees(turns), 0, 1, transform=left.get_xaxis_transform(), alpha=0.12)

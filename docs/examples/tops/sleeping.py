@@ -19,7 +19,7 @@ motion = kr.exact(tops)
 fall = np.degrees(motion.greatest_nutation - tilts)
 critical = motion.critical_spin[0, 0]
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 field = axes.pcolormesh(spins, np.degrees(tilts), fall.T, vmin=0, vmax=180, rasterized=True)
 levels = axes.contour(
     spins, np.degrees(tilts), fall.T, [10, 30, 60, 120], colors="w", linewidths=0.8
@@ -45,7 +45,7 @@ pair = [
     kr.Scene.spinning(cone, spin=factor * critical, tilt=np.radians(2), gravity=9.81)
     for factor in (0.95, 1.05)
 ]
-figure, axes = plt.subplots(figsize=(7.6, 3))
+figure, axes = plt.subplots(figsize=(7.6, 3), layout="constrained")
 t = np.linspace(0, 2, 2000)
 for scene, name in zip(pair, ("5 % below", "5 % above"), strict=True):
     axes.plot(t, np.degrees(kr.solve(scene, t).nutation), label=name)

@@ -34,7 +34,7 @@ spins = np.linspace(1.001 * least, 600, 300)
 tops = kr.Ensemble.spinning(gyroscope, spins, tilt=np.radians(60), steady=True, gravity=9.81)
 rates = kr.exact(tops).precession
 
-figure, axes = plt.subplots()
+figure, axes = plt.subplots(layout="constrained")
 axes.plot(spins, rates, label="slow steady precession")
 axes.plot(spins, torque / along / spins, "--", label="$m g l / I_3 \\omega$")
 axes.axvline(least, color="grey", linewidth=0.8)

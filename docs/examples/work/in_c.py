@@ -52,7 +52,7 @@ with TemporaryDirectory() as folder:
 print("\n".join(said.splitlines()[:3]))
 
 t, x, y, z = np.array([line.split() for line in said.splitlines()], dtype=float).T
-figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), width_ratios=(2, 3))
+figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), width_ratios=(2, 3), layout="constrained")
 axes[0].plot(x, y, linewidth=0.8)
 axes[0].set(aspect="equal", title="the apex from above")
 axes[1].plot(t, z)

@@ -29,7 +29,7 @@ done = kr.sweep(source, np.linspace(0, 20, 201), to=runs, **asked)
 print(done)
 table = done.to_xarray()
 
-figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True)
+figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True, layout="constrained")
 named = {"nutation_max": "largest nutation [rad]", "nutation_mean": "its mean [rad]"}
 for chart, (name, title) in zip(axes, named.items(), strict=True):
     shown = chart.pcolormesh(table.tilt, table.spin, table[name], rasterized=True)

@@ -24,7 +24,7 @@ at_once = kr.solve(kr.scenes.asymmetric, np.concatenate([today.t, tomorrow.t]), 
 same = np.array_equal(np.vstack([today.states, tomorrow.states]), at_once.states)
 print(f"the same bits as in one run: {same}")
 
-figure, axes = plt.subplots(figsize=(7.6, 3))
+figure, axes = plt.subplots(figsize=(7.6, 3), layout="constrained")
 for path, name in ((today, "today"), (tomorrow, "tomorrow")):
     axes.plot(path.t, path.nutation, label=name)
 axes.set(xlabel="time", ylabel="nutation [rad]")
