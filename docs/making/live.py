@@ -1,15 +1,20 @@
-"""The page with the scene of an example in it. All examples share one file of the page, which takes
-the scene from its address."""
+"""What moves in an example. All share one file of the page, which takes the scene from its address;
+a film is shown as the GIF that it would save, for the player of matplotlib fetches its icons."""
 
+import base64
 import html
 import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 import kreisel as kr
+from kreisel._drawing.film import Film
 
 
 def setup(app):
     kr.View._repr_html_ = in_a_frame
+    Film._repr_html_ = as_gif
 
 
 def in_a_frame(view):
@@ -19,3 +24,11 @@ def in_a_frame(view):
         f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '
         f'title="{html.escape(view.scene["name"])}, in motion"></iframe>'
     )
+
+
+def as_gif(film):
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "film.gif"
+        film.save(file)
+        data = base64.b64encode(file.read_bytes()).decode()
+    return f'<img class="film" alt="{html.escape(repr(film))}" src="data:image/gif;base64,{data}">'
