@@ -1,6 +1,12 @@
 """Formulas as MathML, which browsers set by themselves: no script, no font, no network."""
 
+from docutils.nodes import SkipNode
 from latex2mathml.converter import convert
+
+BETTER = {  # what latex2mathml writes, and what it means
+    "<mo>&#x0007C;</mo>": '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;</mo>',
+    "<mi>&#x0007E;</mi>": "<mo>&#x0223C;</mo>",
+}
 
 
 def setup(app):
@@ -9,16 +15,17 @@ def setup(app):
 
 
 def inline(writer, node):
-    writer.body.append(convert(node.astext()))
-    raise_skip()
+    writer.body.append(mathml(node))
+    raise SkipNode
 
 
 def display(writer, node):
-    writer.body.append(f'<div class="formula">{convert(node.astext(), display="block")}</div>')
-    raise_skip()
-
-
-def raise_skip():
-    from docutils.nodes import SkipNode
-
+    writer.body.append(f'<div class="formula">{mathml(node, display="block")}</div>')
     raise SkipNode
+
+
+def mathml(node, **how):
+    text = convert(node.astext(), **how)
+    for written, better in BETTER.items():
+        text = text.replace(written, better)
+    return text

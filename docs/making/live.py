@@ -19,7 +19,7 @@ def setup(app):
 
 def in_a_frame(view):
     """In a notebook the same expression shows the page from memory."""
-    address = "../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
+    address = "../../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
     return (
         f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '
         f'title="{html.escape(view.scene["name"])}, in motion"></iframe>'

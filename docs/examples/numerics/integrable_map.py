@@ -40,6 +40,6 @@ walked = kr.solve(scene, 4000 * 0.4, "bobenko_suris", step=0.4, every=1)
 print(f"walked and jumped, apart by {kr.attitude_error(walked.q, map(steps).q).max():.1e} rad")
 
 # %%
-# Two methods side by side in the page; press *run*:
+# Two methods side by side in the page; press the space bar:
 
 kr.view(scene, methods=["bobenko_suris", "strang"], step=0.4, open=False)
