@@ -1,5 +1,5 @@
 # The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
-.PHONY: help build report wheel test fuzz view clean installed
+.PHONY: help build report wheel test fuzz view docs clean installed
 # Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -36,9 +36,14 @@ fuzz:           ## random calls of the C library for HOURS (1) from SEED, under 
 view: build     ## the top in a browser
 	@.venv/bin/kreisel view
 
+docs:           ## the site, in build/docs/index.html: every example runs for it
+	@.ci/need docs
+	@$(MAKE) --no-print-directory build
+	@.ci/docs
+
 clean:  ## removes all that was made here
-	rm -rf build .venv report dist .pytest_cache python/kreisel/viewer.html
-	find csrc python tests validation -name __pycache__ -prune -exec rm -rf {} +
+	rm -rf build .venv report dist docs/gallery .pytest_cache python/kreisel/viewer.html
+	find csrc python tests validation docs -name __pycache__ -prune -exec rm -rf {} +
 
 # The Python package stands in .venv by reference: an edit in python/ is there at once, one in csrc/ by `make build`.
 gsl := $(shell pkg-config --exists gsl 2>/dev/null && echo ON || echo OFF)

@@ -21,7 +21,10 @@ from toolbox import (
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
 PYTHON = sorted(
-    file for folder in ("python", "tests", "validation") for file in (ROOT / folder).rglob("*.py")
+    file
+    for folder in ("python", "tests", "validation", "docs")
+    for file in (ROOT / folder).rglob("*.py")
+    if "gallery" not in file.parts
 )
 BINDING = sorted((ROOT / "python").glob("*.[ch]pp"))
 PAGE = sorted(

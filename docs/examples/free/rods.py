@@ -1,0 +1,40 @@
+"""
+What has a top to do with a bent wire?
+======================================
+
+Kirchhoff's analogy: the tangent of an elastic rod in equilibrium turns along the rod as the axis of
+a top turns in time. So every motion of a top is the shape of a rod.
+"""
+
+import kreisel as kr
+import matplotlib.pyplot as plt
+import numpy as np
+
+body = kr.Body.symmetric(mass=1, i1=1, i3=0.6, height=1, made_up=True)
+starts = {
+    "helix": kr.Scene.spinning(body, spin=3.2, tilt=1.0, steady=True),
+    "loops": kr.Scene.spinning(body, spin=2.5, tilt=0.9, precession=-1.5),
+    "cusps": kr.Scene.spinning(body, spin=3.0, tilt=0.9),
+    "elastica": kr.Scene(body, velocity=(1.3, 0, 0), attitude=(0.2, np.sqrt(0.96), 0, 0)),
+}
+figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6), layout="constrained")
+for chart, (name, scene) in zip(axes, starts.items(), strict=True):
+    path = kr.solve(scene, np.linspace(0, 16, 1600))
+    kr.rod(path).plot(chart, thickness=0.28, elevation=12, azimuth=35)
+    chart.set_title(name)
+
+# %%
+# In a plane the rod is Euler's elastica, and the top a pendulum. A rod as a solid bar, of a body
+# without symmetry, is stiffer one way than the other:
+
+flat = kr.Body.cuboid(half=(0.9, 0.35, 1), pivot=(0, 0, -1))
+path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7)), np.linspace(0, 14, 900))
+rod = kr.rod(path)
+print(rod)
+rod.plot(elevation=15)
+
+# %%
+# Bent and twisted, it stores as elastic energy what the top has as kinetic energy, and along it the
+# sum with the load is what the top's energy is in time:
+
+print(np.ptp(rod.elastic + path.potential) / rod.elastic.max())

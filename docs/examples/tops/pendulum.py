@@ -1,0 +1,39 @@
+"""
+Is a top that hangs a pendulum?
+===============================
+
+Without spin it is a spherical pendulum, and swings in a plane. With a
+little spin the plane of its swing turns, as Foucault's does, and the more it spins, the farther
+it passes by the lowest point.
+"""
+
+import kreisel as kr
+import matplotlib.pyplot as plt
+import numpy as np
+
+bob = kr.Body.cylinder(radius=0.05, height=0.1, pivot=(0, 0, -0.5), mass=1)
+t = np.linspace(0, 20, 6000)
+
+figure, axes = plt.subplots(
+    1, 4, figsize=(9.2, 2.8), sharex=True, sharey=True, layout="constrained"
+)
+for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
+    scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)
+    x, y, _ = kr.solve(scene, t).apex.T
+    chart.plot(x, y, linewidth=0.6)
+    chart.plot(x[:1], y[:1], "o", markersize=4, color="tab:orange")
+    chart.set_title(f"{spin} rad/s: {kr.exact(scene).course}")
+    chart.set_aspect("equal")
+figure.supxlabel("the apex from above", fontsize=9.5)
+
+# %%
+# How fast the plane of the swing turns, by the closed form: while the height of the axis goes down
+# and up once, the plane turns by what its way round the vertical is more than half a turn.
+
+for spin in (20, 60, 400):
+    scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)
+    motion = kr.exact(scene)
+    plane = motion.precession - np.copysign(np.pi / motion.period, motion.precession)
+    print(f"{spin:3} rad/s of spin: the plane turns at {plane:+.5f} rad/s")
+
+kr.view(scene, open=False)

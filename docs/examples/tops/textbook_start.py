@@ -1,0 +1,36 @@
+"""
+How do I begin as my textbook does?
+===================================
+
+Textbooks begin with Euler's angles and their rates; engineers with degrees and a quaternion whose
+scalar comes last; a sensor with an angular velocity seen from the body. All say the same scene.
+"""
+
+import kreisel as kr
+import numpy as np
+
+body = kr.Body.symmetric(mass=0.5, i1=7.5e-3, i3=6e-4, height=0.12)
+first = kr.Scene.from_euler(
+    body, angles=(30, 60, 10), rates=(15, 0, 18000), degrees=True, gravity=9.81
+)
+second = kr.Scene(
+    body,
+    body_velocity=kr.solve(first, [0.0]).body_velocity[0],
+    attitude_xyzw=first.attitude_xyzw,
+    gravity=9.81,
+)
+t = np.linspace(0, 2, 1200)
+one, other = kr.solve(first, t), kr.solve(second, t)
+print(f"the two differ by {kr.attitude_error(one.q, other.q).max():.1e} rad")
+kr.plot(one, degrees=True)
+
+# %%
+# The angles come back as they were given, z-x-z, and any table can have them:
+
+print(one.euler(degrees=True)[0].round(9))
+print(one.to_pandas("nutation", "spin", degrees=True).head(3))
+
+# %%
+# A scene as a file, for the shell: ``kreisel solve top.toml --t 2 --want nutation``.
+
+print(first.to_toml())

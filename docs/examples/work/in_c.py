@@ -1,0 +1,62 @@
+"""
+How do I put a top into my own program in C?
+============================================
+
+One header, ``kreisel.h``, and a library that needs libc and libm alone. No global state, no
+printing, one allocation a top: fit for a game, a controller or a classroom's board.
+"""
+
+import os
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+PROGRAM = r"""
+#include <kreisel.h>
+#include <stdio.h>
+
+int main(void)
+{
+    kr_scene scene = kr_scene_default();
+    kr_config config = {.step = 0.01};
+    kr_top *top;
+    kr_status status = kr_top_create(&scene, kr_method_find("bobenko_suris2"), config, &top);
+    for (int frame = 0; status == KR_OK && frame <= 1500; frame++) {
+        status = kr_top_advance(top, frame / 50.0);
+        kr_state s = kr_top_state(top);
+        kr_vec3 a = kr_state_apex(&scene, &s);
+        printf("%g %.17g %.17g %.17g\n", s.t, a.x, a.y, a.z);
+    }
+    kr_top_free(top);
+    return status;
+}
+"""
+
+# %%
+# After ``cmake --install`` it is built by
+# ``cc -std=c99 top.c $(pkg-config --cflags --libs kreisel)``. This site did that just now, with the
+# library in ``KREISEL_PREFIX``:
+
+prefix = Path(os.environ["KREISEL_PREFIX"])
+with TemporaryDirectory() as folder:
+    source, program = Path(folder) / "top.c", Path(folder) / "top"
+    source.write_text(PROGRAM)
+    where = [f"-I{prefix}/include", f"-L{prefix}/lib", f"-Wl,-rpath,{prefix}/lib"]
+    subprocess.run(
+        ["cc", "-std=c99", source, "-o", program, *where, "-lkreisel", "-lm"], check=True
+    )
+    said = subprocess.run([program], check=True, capture_output=True, text=True).stdout
+print("\n".join(said.splitlines()[:3]))
+
+t, x, y, z = np.array([line.split() for line in said.splitlines()], dtype=float).T
+figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), width_ratios=(2, 3), layout="constrained")
+axes[0].plot(x, y, linewidth=0.8)
+axes[0].set(aspect="equal", title="the apex from above")
+axes[1].plot(t, z)
+axes[1].set(xlabel="time", title="its height")
+
+# %%
+# In C++ the same header serves; in CMake ``find_package(kreisel)`` and ``kreisel::kreisel``.

@@ -1,0 +1,102 @@
+"""Docstrings as they are written in the package, plain text that `help()` shows, as reST.
+
+A paragraph of lines "name  what it is" becomes a list of definitions, a paragraph that is indented
+code or a formula, `kreisel.name` a link; all else stays as it is.
+"""
+
+import inspect
+import re
+
+import kreisel as kr
+
+ROW = re.compile(r"(\S.{0,60}?)\s{2,}(\S.*)")
+MADE_BY_USERS = {"Body", "Bodies", "Scene", "Ensemble"}
+
+
+def setup(app):
+    app.connect("autodoc-process-docstring", as_rest)
+    app.connect("autodoc-process-signature", signature)
+    app.connect("autodoc-process-bases", bases)
+    app.connect("autodoc-skip-member", skipped)
+
+
+def as_rest(app, what, name, thing, options, lines):
+    blocks = re.split(r"\n\s*\n", "\n".join(lines).strip("\n"))
+    lines[:] = [line for block in blocks for line in [*made(block.splitlines()), ""]]
+
+
+def made(block):
+    """The lines of a paragraph, as reST."""
+    text = inspect.cleandoc("\n".join(["", *block])).splitlines()
+    if not text:
+        return []
+    if text[0].startswith(">>>"):
+        return text
+    if block[0].startswith("    "):
+        return ["::", "", *("    " + line for line in text)]
+    if any(line.startswith("- ") for line in text):
+        return bullets(text)
+    if ROW.fullmatch(text[0]) and all(line[0] == " " or ROW.fullmatch(line) for line in text):
+        return definitions(text)
+    return [plain(line) for line in text]
+
+
+def bullets(text):
+    """A list, which a sentence may come before."""
+    first = next(i for i, line in enumerate(text) if line.startswith("- "))
+    rows = [line if line[0] == " " else "\n" + line for line in map(plain, text[first:])]
+    return [*map(plain, text[:first]), "", *"\n".join(rows).splitlines()]
+
+
+def definitions(text):
+    """Names, and what each is."""
+    rows = []
+    for line in text:
+        found = line[0] != " " and ROW.fullmatch(line)
+        if found:
+            rows += ["", f"``{found[1]}``"]
+        rows.append("    " + plain(found[2] if found else line.strip()))
+    return rows
+
+
+def plain(line):
+    """A line without marks of reST that its author did not mean, and with links."""
+    parts = re.split(r"(`[^`]+`)", line)
+    return "".join(code(p[1:-1]) if p[:1] == "`" else linked(escaped(p)) for p in parts)
+
+
+def code(text):
+    return f"``{text}``"
+
+
+def escaped(text):
+    return re.sub(r"([\\*|])|(?<=\w)(_)(?!\w)", lambda mark: "\\" + mark[0], text)
+
+
+def linked(text):
+    return re.sub(r"\bkreisel\.(\w+(?:\.\w+)?)", link, text)
+
+
+def link(found):
+    """A reference, to what is public."""
+    thing = kr
+    for word in found[1].split("."):
+        thing = getattr(thing, word, None)
+    return f":py:obj:`{found[0]}`" if thing is not None and found[0] != "kreisel.h" else found[0]
+
+
+def signature(app, what, name, thing, options, given, returned):
+    """None for classes that kreisel makes and users read."""
+    if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
+        return "", None
+    return None
+
+
+def bases(app, name, thing, options, found):
+    """Public ones alone: which rooms of the house a class comes from is not the users' affair."""
+    found[:] = [base for base in found if not base.__module__.startswith("kreisel._")] or [object]
+
+
+def skipped(app, what, name, thing, skip, options):
+    """What a class has only to be a class."""
+    return True if name in {"count", "index"} and inspect.ismethoddescriptor(thing) else None

@@ -1,0 +1,54 @@
+"""How the gallery looks, and how kreisel's own pictures come into it."""
+
+from weakref import WeakSet
+
+import matplotlib
+from cycler import cycler
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from sphinx_gallery.scrapers import figure_rst
+
+shown = WeakSet()  # what a block before had ended with
+LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
+COLOURS = ["#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#c23b54", "#17a2b8", "#8c6d3f", "#7d8590"]
+LOOK = {
+    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.grid": True,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10.5,
+    "axes.labelsize": 9.5,
+    "figure.dpi": 110,
+    "figure.figsize": (7.6, 4.2),
+    "font.size": 9.5,
+    "grid.alpha": 0.25,
+    "grid.linewidth": 0.6,
+    "image.cmap": "viridis",
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 110,
+}
+
+
+def style(conf, file):
+    """Before each example."""
+    matplotlib.rcParams.update(LOOK)
+
+
+def scraper(block, block_vars, gallery_conf):
+    """The picture that a block ends with, where pyplot does not know of it."""
+    figure = figure_of(block_vars["example_globals"].get(LAST))
+    pyplots_own = hasattr(figure, "number")
+    if figure is None or pyplots_own or figure in shown:
+        return ""
+    shown.add(figure)
+    file = next(block_vars["image_path_iterator"])
+    figure.savefig(file, dpi=LOOK["savefig.dpi"])
+    return figure_rst([file], gallery_conf["src_dir"])
+
+
+def figure_of(thing):
+    if isinstance(thing, Figure):
+        return thing
+    one = thing[0] if isinstance(thing, tuple) and thing else thing
+    return one.get_figure() if isinstance(one, Axes) else None

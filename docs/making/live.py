@@ -1,0 +1,34 @@
+"""What moves in an example. All share one file of the page, which takes the scene from its address;
+a film is shown as the GIF that it would save, for the player of matplotlib fetches its icons."""
+
+import base64
+import html
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from urllib.parse import quote
+
+import kreisel as kr
+from kreisel._drawing.film import Film
+
+
+def setup(app):
+    kr.View._repr_html_ = in_a_frame
+    Film._repr_html_ = as_gif
+
+
+def in_a_frame(view):
+    """In a notebook the same expression shows the page from memory."""
+    address = "../../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
+    return (
+        f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '
+        f'title="{html.escape(view.scene["name"])}, in motion"></iframe>'
+    )
+
+
+def as_gif(film):
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "film.gif"
+        film.save(file)
+        data = base64.b64encode(file.read_bytes()).decode()
+    return f'<img class="film" alt="{html.escape(repr(film))}" src="data:image/gif;base64,{data}">'

@@ -1,0 +1,15 @@
+"""The report and the thesis' chapter beside the site, where `make report` has made them."""
+
+import shutil
+from pathlib import Path
+
+REPORT = Path(__file__).parents[2] / "report"
+
+
+def setup(app):
+    app.connect("build-finished", beside)
+
+
+def beside(app, exception):
+    if exception is None and app.tags.has("report"):
+        shutil.copytree(REPORT, app.outdir / "report", dirs_exist_ok=True)

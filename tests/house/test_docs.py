@@ -1,0 +1,104 @@
+"""The site: what it promises can be told without making it, which `make docs` does."""
+
+import re
+import sys
+
+import kreisel as kr
+import pytest
+from toolbox import CSRC, ROOT, run
+
+sys.path.insert(0, str(ROOT / "docs"))
+from making.docstrings import as_rest
+from making.header import functions
+
+DOCS = ROOT / "docs"
+EXAMPLES = sorted((DOCS / "examples").rglob("*.py"))
+TEXTS = sorted(
+    file
+    for file in DOCS.rglob("*")
+    if file.suffix in {".md", ".rst", ".py", ".css"} and (DOCS / "gallery") not in file.parents
+)
+
+
+def test_every_public_name_has_its_place():
+    text = "".join(file.read_text() for file in (DOCS / "api").glob("*.rst"))
+    shown = re.findall(r"^\.\. auto(?:module:: kreisel\.|\w+:: )(\w+)$", text, re.MULTILINE)
+    assert sorted(shown) == sorted(set(kr.__all__) - {"__version__"})
+
+
+def test_there_are_examples_enough():
+    assert len(EXAMPLES) >= 20
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_an_example_begins_with_a_question(file):
+    title, line = re.match(r'r?"""\n(.+)\n(=+)\n', file.read_text()).groups()
+    assert title.endswith("?") and len(title) == len(line)
+
+
+@pytest.mark.parametrize("file", TEXTS, ids=lambda file: file.name)
+def test_nothing_is_fetched_from_elsewhere(file):
+    assert re.findall(r"(?:https?:)?//[\w-]+\.[\w.-]+", file.read_text()) == []
+
+
+def test_links_to_examples_lead_to_some():
+    named = {f"{file.parent.name}/{file.stem}" for file in EXAMPLES}
+    for file in TEXTS:
+        for name in re.findall(r"gallery/(\w+/\w+)[`>]", file.read_text()):
+            assert name in named, (file, name)
+
+
+def test_the_index_of_the_header_has_every_function():
+    header = (CSRC / "kreisel.h").read_text()
+    public = set(re.findall(r"\b(kr_\w+)\(", re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)))
+    found = list(functions(header))
+    assert {name for _, name, _ in found} == public
+    lines = header.splitlines()
+    assert all(f"{name}(" in lines[number - 1] for _, name, number in found)
+
+
+def test_plain_docstrings_become_lists_code_and_links():
+    lines = [
+        "What |a| is, see kreisel.solve and `kr.x`.",
+        "",
+        "t     times [T], *any*",
+        "      of them",
+        "step  its own",
+        "",
+        "    a + b",
+        "",
+        ">>> 1",
+        "1",
+    ]
+    as_rest(None, "function", "kreisel.x", None, None, lines)
+    assert lines == [
+        r"What \|a\| is, see :py:obj:`kreisel.solve` and ``kr.x``.",
+        "",
+        "",
+        "``t``",
+        r"    times [T], \*any\*",
+        "    of them",
+        "",
+        "``step``",
+        "    its own",
+        "",
+        "::",
+        "",
+        "    a + b",
+        "",
+        ">>> 1",
+        "1",
+        "",
+    ]
+
+
+def test_the_first_steps_run(tmp_path):
+    blocks = re.findall(r"^```python\n(.*?)^```", (DOCS / "start.md").read_text(), re.M | re.S)
+    program = tmp_path / "start.py"
+    program.write_text("\n".join(blocks))
+    assert len(blocks) == 3
+    run(sys.executable, "-W", "error", program, cwd=tmp_path)
+
+
+def test_make_tells_of_it():
+    assert "make docs" in run("make", "--no-print-directory", "help")
