@@ -1,4 +1,5 @@
-/* Tangents in bundles in double-doubles, for 20 and 30 digits. This file is compiled once per instruction set. */
+/* Tangents in bundles in double-doubles, for 20 and 30 digits. This file is compiled once per
+ * instruction set. */
 #include "lanes_dd.h"
 enum { WORDS = 2 };
 #include "bundle.h"

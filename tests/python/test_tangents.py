@@ -125,7 +125,7 @@ def test_what_has_no_tangents_says_so():
 
 DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
 START = {"tangents": "start"}
-# Each verb, word and kind of scene beside tangents: what it gives, or the words in which it refuses.
+# Each verb, word and kind of scene beside tangents: what it gives, or the words of its refusal.
 PAIRS = {
     "times": (lambda: kr.solve(kr.scenes.asymmetric, [-1.0, -2.0], **START), (2, 6, 6)),
     "damping": (lambda: kr.solve(DAMPED, [1.0], **START), (1, 6, 6)),
