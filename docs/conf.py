@@ -32,6 +32,7 @@ suppress_warnings = [
 ]
 default_role = "literal"
 nitpicky = True
+smartquotes = False  # words in quotes are often to be typed
 exclude_patterns = ["examples/*", "making/*"]
 
 html_theme = "furo"

@@ -23,7 +23,13 @@ print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 scene = kr.Scene.from_euler(
     hammer, angles=(0, 150, 0), rates=(0, 0, 3000), degrees=True, gravity=9.81
 )
-kr.solve(scene, 1.5).animate(fps=20, size=320)
+path = kr.solve(scene, np.linspace(0, 1.5, 900))
+path.animate(fps=20, size=320)
+
+# %%
+# The way of its handle:
+
+kr.plot(path, degrees=True)
 
 # %%
 # What it is not is refused with a reason:
