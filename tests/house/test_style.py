@@ -7,7 +7,15 @@ from pathlib import Path
 from toolbox import ROOT, run
 
 TOOLS = Path(sys.executable).parent
-PYTHON = ["python", "validation", "tests", ".ci/names", ".ci/requirements", ".ci/wheel.py", ".ci/wheels"]
+PYTHON = [
+    "python",
+    "validation",
+    "tests",
+    ".ci/names",
+    ".ci/requirements",
+    ".ci/wheel.py",
+    ".ci/wheels",
+]
 
 
 def sources(*endings):
