@@ -1,7 +1,7 @@
 /* Vectors of doubles whose lanes know nothing of each other: each lane is a top of its own, and the
  * bits of a lane are the same at every width. `wide` has as many lanes as the instruction set's
- * vectors (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1); one lane alone where KR_ONE_LANE is
- * defined. + - * / and unary - are those of the language, also between a wide and a double. A
+ * vectors (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1); one lane alone where KR_ONE_LANE
+ * is defined. + - * / and unary - are those of the language, also between a wide and a double. A
  * `mask` holds a truth for each lane. A product and a sum are fused in wide_fma alone, where the
  * hardware can. This header is source that is compiled once per instruction set. */
 #ifndef KR_WIDE_H

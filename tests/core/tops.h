@@ -67,7 +67,7 @@ static inline kr_state state_at(double t, const kr_scene *s, const kr_method *me
 
 /* Bit by bit; a state has no gaps between its numbers. */
 static inline int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-/* The same, for what became of two tops; behind the status of one is a gap, which may hold anything. */
+/* The same, for what became of two tops; behind the status is a gap, which may hold anything. */
 static inline int same_outcome(const kr_outcome *a, const kr_outcome *b)
 {
     return a->status == b->status && a->done == b->done && same(a->last, b->last) &&

@@ -7,7 +7,16 @@ from pathlib import Path
 from toolbox import ROOT, run
 
 TOOLS = Path(sys.executable).parent
-PYTHON = ["python", "validation", "tests", "docs", ".ci/names", ".ci/requirements"]
+PYTHON = [
+    "python",
+    "validation",
+    "tests",
+    "docs",
+    ".ci/names",
+    ".ci/requirements",
+    ".ci/wheel.py",
+    ".ci/wheels",
+]
 
 
 def sources(*endings):
