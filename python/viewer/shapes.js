@@ -56,7 +56,7 @@ export function box({ half }, { colour: color, role }) {
   }
   const thickness = Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
   group.look = (opacity, times) => {
-    glass.opacity = opacity;
+    Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(times * thickness);
       scale.y += userData.length;
@@ -79,10 +79,20 @@ export function arrow(color, radius, opacity = 1) {
   group.tip = target; // larger than the tip, for fingers
   group.point = (...v) => {
     const [direction, length] = [vector(...v), Math.hypot(...v) || 1e-9];
+    shaft.visible = tip.visible = length > 1e-3; // nothing has no direction
     group.quaternion.setFromUnitVectors(UNITS[2], direction.divideScalar(length));
     shaft.scale.z = tip.position.z = target.position.z = length;
   };
   return group;
+}
+
+// Light about a handle.
+export function halo() {
+  const light = mesh(BALL, flat({ color: "#ffb020", opacity: 0.45, depthTest: false }));
+  light.scale.setScalar(0.16);
+  light.renderOrder = 12;
+  light.visible = false;
+  return light;
 }
 
 // The apex moves on a faint sphere with parallels, which are edges that bend by more than ten

@@ -19,8 +19,8 @@ export class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
-    const label = "The top, its momentum in green and its angular velocity in blue";
-    Object.assign(this.canvas, { tabIndex: 0, role: "img", ariaLabel: label });
+    const label = "The top, its momentum in green and its angular velocity in blue; arrows turn";
+    Object.assign(this.canvas, { tabIndex: 0, role: "application", ariaLabel: label });
     this.world = new THREE.Scene();
     this.floor = ground(this.world);
     const flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 200);
@@ -28,6 +28,7 @@ export class View {
     for (const camera of this.cameras) camera.up.set(0, 0, 1);
     this.cameras[0].position.set(5.4, -9.6, 4.4);
     this.cameras[1].position.set(0, -12, 0);
+    this.from = this.cameras.map((camera) => camera.position.clone());
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
     Object.assign(this.orbit, { minDistance: 3, minZoom: 0.2, maxZoom: 10 });
     this.orbit.addEventListener("change", () => (this.dirty = true));
@@ -64,7 +65,10 @@ export class View {
     this.body = cuboidOf(page.scene.body);
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
-    if (fit || !this.zoom) this.fit();
+    const sides = Math.max(...page.tops.map((top) => top.side)) + 1;
+    const more = sides > (this.sides ?? 1); // than fit into the picture
+    this.sides = sides;
+    if (fit || more || !this.zoom) this.fit();
     // The way of the apex is drawn on a sphere of this radius.
     this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach);
     for (const top of this.tops) {
@@ -75,14 +79,14 @@ export class View {
     this.show(page.scene);
   }
   fit() {
-    const { tops, scene } = this.page;
+    const { scene } = this.page;
     const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
     [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
     this.orbit.target.set(0, 0, -0.1);
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const beside = tops.some((top) => top.side);
-    const far = 12.6 + (beside ? scene.distance * wide : scene.show.rod ? 5 : 0);
+    const beside = (this.sides - 1) * scene.distance * wide;
+    const far = 12.6 + (beside || (scene.show.rod ? 5 : 0));
     this.orbit.maxDistance = 2.5 * far;
     this.cameras[0].position.setLength(far);
     this.cameras[1].zoom = 12.6 / far;
@@ -118,17 +122,17 @@ export class View {
     group.add(parts.globe, parts.rod, parts.p, needle());
     return parts;
   }
-  // Shows what of a scene is looks alone. The first method stands left, what is beside it right.
+  // Shows what of a scene is looks alone. Methods stand beside each other from left to right.
   show({ show, distance }) {
-    const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
-      top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
+      top.group.position.x = (top.side - (this.sides - 1) / 2) * distance;
       top.cuboid.look(show.opacity, show.thickness);
       const apart = distance > 0 || !top.side; // else the faces of two would mix
       top.cuboid.children[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
     this.orbit.object = this.cameras[+show.flat];
+    this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI; // above the floor
     this.orbit.update();
     this.camera.updateMatrixWorld();
     this.draw();
@@ -168,7 +172,7 @@ export class View {
 
   // Finds what is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const handles = this.tops.flatMap((top) => top.handles);
+    const handles = this.tops.flatMap((top) => top.handles.filter((part) => part.visible));
     const hits = this.ray(x, y).intersectObjects(handles, false);
     hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
     return hits[0] && { ...hits[0].object.userData, point: hits[0].point };
