@@ -25,7 +25,7 @@ export class Bar {
         html`<span id="clock" role="timer" aria-label="Time"></span>`,
         tool("⌂", "Home view", "Home", () => home(page.view)),
         tool("☞", "Push", "X", push, { pressed: !!hands.pushes }),
-        document.fullscreenEnabled ? tool("⛶", "Full screen", "F", fill) : "",
+        document.fullscreenEnabled ? tool("⤢", "Full screen", "F", fill) : "",
         tool("?", "Keys", "?", () => keys.toggle()),
       ],
       this.place,

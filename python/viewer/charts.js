@@ -50,13 +50,13 @@ export class Charts {
   }
   // Makes the charts anew for other tops, another measure or scale.
   build() {
-    const { tops, scene, large } = this.page;
+    const { tops, scene, large, big } = this.page;
     const width = document.getElementById("panel").clientWidth - 28;
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const { chart, integral, log, shown } = scene;
-    const looks = JSON.stringify([chart, integral, log, shown, width, dark, large]);
+    const looks = JSON.stringify([chart, integral, log, shown, width, dark, large, big]);
     if (width < 0 || (this.tops === tops && this.looks === looks)) return;
-    Object.assign(this, { tops, looks, width, height: large ? LARGE : SMALL });
+    Object.assign(this, { tops, looks, width, height: large || big ? LARGE : SMALL });
     this.plots?.forEach((plot) => plot.destroy());
     this.plots = [...document.querySelectorAll(".chart")].map((place) => this.make(place));
   }
@@ -93,15 +93,15 @@ export class Charts {
     };
   }
   axes(log) {
-    const grid = { stroke: style("preset").borderTopColor, width: 1 };
-    const font = `${style("panel").fontSize === "14px" ? 11 : 16}px system-ui`;
+    const grid = { stroke: style("charts").borderBottomColor, width: 1 };
+    const font = `${this.page.big ? 16 : 11}px system-ui`;
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
     const values = (_, all, axis, room, step) => all.map((x) => tick(x, log ? x : step));
     const splits = (_, axis, low, high) => decades(low, high);
     // The lowest would stand where the time begins.
     const high = (plot, x) => (plot.valToPos(x, "y") < plot.over.clientHeight - 8 ? x : null);
     const powers = log && { splits, filter: (plot, all) => all.map((x) => high(plot, x)) };
-    const wide = (_, all) => Math.max(50, 10 + 6.2 * Math.max(0, ...(all ?? []).map((x) => x.length)));
+    const wide = (_, all) => Math.max(50, 10 + (this.page.big ? 9 : 6.2) * Math.max(0, ...(all ?? []).map((x) => x.length)));
     return [
       { ...ink, size: 22 },
       { ...ink, size: wide, space: 16, values, ...powers },

@@ -137,4 +137,4 @@ requestAnimationFrame(frame);
 const at = (part, i = 0, number = 0) => view.project(view.handle(part, i, number));
 const advance = (t) => page.advance(Math.round(t * TICKS));
 const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
-window.kreisel = { page, view, charts, stage, presets, choose, at, advance, states };
+window.kreisel = { page, view, hands, charts, stage, presets, choose, at, advance, states };

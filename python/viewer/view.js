@@ -71,11 +71,11 @@ export class View {
     if (fit || more || !this.zoom) this.fit();
     // The way of the apex is drawn on a sphere of this radius.
     this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach);
-    for (const top of this.tops) {
-      this.world.remove(top.group);
-      top.group.traverse((part) => part.geometry?.dispose());
-    }
-    this.tops = page.tops.map((top, i) => this.makeTop(top, i));
+    const { body, gravity } = page.scene;
+    const ground = this.world.background.getHex();
+    const looks = JSON.stringify([body, gravity, page.tops, this.trail, this.zoom, ground]);
+    if (looks !== this.looks) this.makeTops();
+    this.looks = looks;
     this.show(page.scene);
   }
   fit() {
@@ -92,6 +92,14 @@ export class View {
     this.cameras[1].zoom = 12.6 / far;
     this.cameras[1].updateProjectionMatrix();
     Object.assign(this.world.fog, { near: far, far: 6 * far });
+  }
+  // Parts that look the same stay, for a hand that moves a top asks for it with each of its moves.
+  makeTops() {
+    for (const top of this.tops) {
+      this.world.remove(top.group);
+      top.group.traverse((part) => part.geometry?.dispose());
+    }
+    this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
   }
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
