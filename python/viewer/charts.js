@@ -63,7 +63,7 @@ export class Charts {
   make(place) {
     const what = place.dataset.of;
     const plot = new uPlot(this.options(what), this.data(what), place);
-    return Object.assign(plot, { what, place });
+    return Object.assign(plot, { what, place, tops: this.tops });
   }
   measure(what) {
     return measureOf(what === "error" ? what : this.page.scene[what]);
@@ -135,7 +135,7 @@ export class Charts {
     const place = plot.place?.nextElementSibling;
     if (!place) return;
     const row = plot.cursor.idx ?? plot.data[0].length - 1;
-    const words = this.tops.map((top, i) => {
+    const words = plot.tops.map((top, i) => {
       const x = plot.series[i + 1].show ? plot.data[i + 1][row] : null;
       const value = document.createElement("span");
       value.textContent = x === null || x === undefined ? "" : `${plainly(+x.toPrecision(4))}`;

@@ -70,7 +70,7 @@ export class Panel {
     // Somebody is at it.
     const type = () => {
       this.typed = place;
-      if (this.wrong) this.wrong = null;
+      if (this.wrong?.place === place) this.wrong = null;
       this.draw();
     };
     const leave = () => (this.typed = null);

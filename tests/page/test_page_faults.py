@@ -229,19 +229,13 @@ def test_what_cannot_be_seen_is_not_picked(page):
 
 
 def test_a_solid_body_hides_what_is_behind_it(page):
-    load(page, show={"opacity": 1, "floor": False, "trace": True})
-    seen = []
-    for trace in (True, False):
-        page.evaluate(f"kreisel.page.set('show.trace', {str(trace).lower()})")
-        seen.append(
-            page.evaluate("""() => { const {view} = kreisel, [x, y] = kreisel.at('face');
-            view.dirty = true; view.render();
-            const c = document.createElement('canvas'), at = c.getContext('2d');
-            [c.width, c.height] = [60, 60];
-            at.drawImage(view.canvas, Math.round(30 - x), Math.round(30 - y));
-            return Array.from(at.getImageData(0, 0, 60, 60).data); }""")
-        )
-    assert seen[0] == seen[1]
+    hides = """(({transparent, depthWrite}) => !transparent && depthWrite)(
+        kreisel.view.tops[0].cuboid.children[0].material)"""
+    assert not page.evaluate(hides)
+    page.get_by_role("slider", name="Opacity").press("End")
+    assert page.evaluate(hides)
+    page.get_by_role("slider", name="Opacity").press("Home")
+    assert not page.evaluate(hides)
 
 
 def test_nothing_has_no_arrow(page):
