@@ -5,7 +5,6 @@ import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js"
 
 export class Hands {
   drag = null; // what is held, and how
-  tipSeen = false;
   constructor(view, page) {
     Object.assign(this, { view, page });
     const listen = (name, act, early) => view.canvas.addEventListener(name, act.bind(this), early);
@@ -34,7 +33,6 @@ export class Hands {
     const part = pivot ? "pivot" : hit.part;
     this.drag = { ...hit, part, top: view.tops[hit.i], plane, offset, x, y, pointerId };
     view.moving = pivot;
-    this.tipSeen ||= hit.part === "tip";
   }
   move(event) {
     const { view, page, drag } = this;

@@ -1,5 +1,5 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here.
-import { kindOf, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
+import { kindOf, limitsOf, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
 import { assign, bytes, chartOf, complete, topsOf } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
@@ -63,11 +63,13 @@ export class Page {
       this.say(`${name} is not for this body: strang instead`);
     });
   }
-  enter({ track, method, side, role, ticks, against }) {
+  enter(top) {
+    const { track, method, side, role, ticks, against } = top;
     const { scene, body } = this;
     const start = (side && scene.second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" ? 1e-13 : scene.tol;
+    top.limits = limitsOf(body, scene.gravity, q, m);
     const states = track && new Float64Array(bytes(track.states).buffer);
     if (track) stage.addTrack(body, scene.gravity, states, ticks, against);
     else stage.add(body, scene.gravity, q, m, methods.get(method), ticks, tol, against);
@@ -123,9 +125,11 @@ export class Page {
   }
   // Takes a scene that differs in looks alone.
   dress(scene) {
+    const isOther = scene.show.solid !== this.scene.show.solid;
     this.scene = scene;
     this.chart();
-    this.view.show(scene);
+    if (isOther) this.view.build(this, false);
+    else this.view.show(scene);
     this.tell();
   }
   // Sets what a control asks for, at a place such as "show.trace". All that a hand does to a

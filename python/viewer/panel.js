@@ -5,6 +5,7 @@ import { symbol, title } from "./charts.js";
 import { measureOf, methods, stage, TICKS } from "./core.js";
 import presets from "./presets.json";
 import { valueAt } from "./scene.js";
+import { aboutOf, tries } from "./tries.js";
 import { toPython } from "./words.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
@@ -22,7 +23,7 @@ const button = (words, act, key = nothing, off = false) =>
 const section = (words, content, { open = false, key = nothing } = {}) =>
   html`<details ?open=${open}>
     <summary aria-keyshortcuts=${key}>${words}</summary>${content}</details>`;
-const HANDS = `1 .. ${presets.length}  What to look at
+const HANDS = `1 .. ${Math.min(9, presets.length)}  What to look at
 Escape  leave a drag or a jump
 Shift, while dragging the green tip  along itself
 Alt or middle button, at a corner  moves the fixed point
@@ -113,13 +114,14 @@ export class Panel {
       <div class="row"><label for="preset">What to look at</label>
         <span id="clock" role="timer" aria-label="Time"></span></div>
       <select id="preset" @change=${choose}>${presets.map(option)}${given}</select>
-      <p id="about">${page.scene.about}</p>
+      <p id="about">${aboutOf(page)}</p>
       <div class="row">
         ${button(moving ? "Stop" : "Start", () => page.run(!moving), "Space")}
         ${button("Step", () => page.step(), "ArrowRight")}
         ${button("Reset", () => page.reset(), "R")}
         ${button("Undo", () => page.undo(), "Z Control+Z", !page.past.length)}
       </div>
+      ${tries(page, this.choose)}
     </header>`;
   }
   plots() {
@@ -206,7 +208,12 @@ export class Panel {
     ];
   }
   looks() {
+    const solids = [
+      ["top", "top: turned", !this.page.view.turned],
+      ["box", "box"],
+    ];
     return [
+      this.pair("Show as", this.select("Show as", "show.solid", solids)),
       this.check("Trace of the apex", "show.trace", "T"),
       this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
       this.check("Principal axes and centre of mass", "show.axes", "P"),
