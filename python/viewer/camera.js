@@ -5,7 +5,6 @@ import { stage } from "./core.js";
 // Looks from where it looked first, at all of the scene.
 export function home(view) {
   view.side = undefined;
-  view.cameras.forEach((camera, i) => camera.position.copy(view.from[i]));
   view.build(view.page, true);
   view.orbit.update();
 }

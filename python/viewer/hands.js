@@ -13,7 +13,6 @@ const STRENGTH = 0.35;
 export class Hands {
   drag = null; // what is held, and how
   pushes = false;
-  tipSeen = false;
   constructor(view, page) {
     Object.assign(this, { view, page, halo: halo(), band: arrow("#c2386f", 0.02) });
     view.world.add(this.halo, this.band);
@@ -53,7 +52,6 @@ export class Hands {
     const place = top.body.worldToLocal(grip.clone());
     this.drag = { ...hit, part, top, plane, offset, x, y, pointerId, goesOn, place };
     view.moving = pivot;
-    this.tipSeen ||= hit.part === "tip";
     this.light(isHandle && hit);
   }
   move(event) {
@@ -65,7 +63,7 @@ export class Hands {
     if (!at) return;
     if (!drag.moved) {
       page.begin({ top: drag.top }); // now that it moves: a click changes nothing
-      drag.moved = true;
+      drag.moved = view.held = true;
     }
     page.edit((scene) => changes[drag.part](view, scene, drag, at, event));
     this.light(this.lit);
@@ -113,7 +111,8 @@ export class Hands {
     const { view, page, drag } = this;
     if (drag?.pointerId !== pointerId) return;
     this.drag = null;
-    view.moving = this.band.visible = false;
+    view.moving = view.held = this.band.visible = false;
+    if (drag.moved) view.build(page, false);
     view.orbit.enabled = true;
     view.draw();
     this.light(null);

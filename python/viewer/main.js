@@ -7,6 +7,7 @@ import { Charts } from "./charts.js";
 import { Hands } from "./hands.js";
 import { fileButtons } from "./files.js";
 import { Keys } from "./keys.js";
+import { Numbers } from "./numbers.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
@@ -26,6 +27,7 @@ const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
+const numbers = new Numbers($("view"));
 const hands = new Hands(view, page);
 
 const keys = new Keys($("keys"), { page, view, hands, presets, choose });
@@ -78,10 +80,10 @@ function frame(now) {
     shown = { at: now, clock: page.clock, tops: page.tops };
     draw();
     charts.update();
+    numbers.update(page);
     $("times").textContent = behind();
   }
   hands.light(hands.lit);
-  label();
   view.render();
   requestAnimationFrame(frame);
 }
@@ -95,19 +97,6 @@ function behind() {
     return isBehind ? `${nameOf(top)} is drawn at t = ${+t.toFixed(6)}` : "";
   });
   return words.filter(Boolean).join("\n");
-}
-// Beside the green tip stands what it is for, until it was taken once: away from the top if there
-// is room.
-function label() {
-  const [tip, first] = [$("tip"), view.tops.findIndex((top) => top.m)];
-  const was = tip.hidden;
-  tip.hidden = hands.tipSeen || first < 0 || (innerWidth <= 700 && page.running);
-  if (tip.hidden || !(view.dirty || was)) return;
-  const [x, y] = view.project(view.handle("tip", first));
-  const [width, room] = [view.pixels[0], 220];
-  const left = x > width - room || (x < width / 2 && x > room);
-  Object.assign(tip.style, { left: `${x}px`, top: `${y}px` });
-  tip.classList.toggle("left", left);
 }
 
 const linked = () =>

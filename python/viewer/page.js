@@ -1,7 +1,7 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here. Initial
 // data are sacred: what only computes begins again from the same start and goes on to the same
 // time; a hand that moves the top takes the state of the moment as the start, and that is told.
-import { kindOf, makeBody, measureOf, measures, methods, stage, TICKS, TOPS } from "./core.js";
+import { kindOf, limitsOf, makeBody, measureOf, measures, methods, stage, TICKS, TOPS } from "./core.js";
 import { assign, meeting, nameOf } from "./rules.js";
 import { bytes, chartOf, complete, rangeOf, topsOf } from "./scene.js";
 
@@ -73,11 +73,13 @@ export class Page {
       this.say(`${name} is not for this body: strang instead`);
     });
   }
-  enter({ track, method, side, role, ticks, against }) {
+  enter(top) {
+    const { track, method, side, role, ticks, against } = top;
     const { scene, body } = this;
     const start = (side === 1 && !track && scene.second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" || role === "truth" ? 1e-15 : scene.tol;
+    top.limits = limitsOf(body, scene.gravity, q, m);
     const states = track && new Float64Array(bytes(track.states).buffer);
     if (track) stage.addTrack(body, scene.gravity, states, ticks, against);
     else stage.add(body, scene.gravity, q, m, methods.get(method), ticks, tol, against);
@@ -156,9 +158,11 @@ export class Page {
   }
   // Takes a scene that differs in looks alone.
   dress(scene) {
+    const isOther = scene.show.solid !== this.scene.show.solid;
     this.scene = scene;
     this.chart();
-    this.view.show(scene);
+    if (isOther) this.view.build(this, false);
+    else this.view.show(scene);
     this.tell();
   }
   // Sets what a control asks for, at a place such as "show.trace", and returns why it cannot be.

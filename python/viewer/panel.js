@@ -6,6 +6,7 @@ import { chartPlace, compute } from "./compute.js";
 import { measureOf, stage } from "./core.js";
 import presets from "./presets.json";
 import { valueAt } from "./rules.js";
+import { aboutOf, tries } from "./tries.js";
 import { toPython } from "./words.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
@@ -21,7 +22,6 @@ const section = (words, content, { open = false, toggle = nothing } = {}) =>
   html`<details ?open=${open} @toggle=${toggle}>
     <summary>${words}</summary>${content}</details>`;
 
-const CHANGED = "You changed this scene: what was told of it may no longer be so.";
 // What is nothing beside a size, but for rounding, is nothing.
 const dusted = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
 
@@ -129,8 +129,9 @@ export class Panel {
     return html`<header>
       <label for="preset">What to look at</label>
       <select id="preset" @change=${choose}>${presets.map(option)}${given}</select>
-      <p id="about">${page.scene.about || CHANGED}</p>
+      <p id="about">${aboutOf(page)}</p>
       ${this.start()}
+      ${tries(page, this.choose)}
     </header>`;
   }
   // Says where the start is from.
@@ -208,7 +209,12 @@ export class Panel {
     ];
   }
   looks() {
+    const solids = [
+      ["top", "top: turned", !this.page.view.turned],
+      ["box", "box"],
+    ];
     return [
+      this.pair("Show as", this.select("Show as", "show.solid", solids)),
       this.check("Trace of the apex", "show.trace", "T"),
       this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
       this.check("Principal axes and centre of mass", "show.axes", "P"),

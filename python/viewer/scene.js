@@ -1,6 +1,7 @@
 // What is on the stage, as plain data that JSON can hold, and the rules by which it changes.
 import { Quaternion, Vector3 } from "three";
 import { cuboidOf, measureOf, methods, TICKS, TOPS } from "./core.js";
+import { begun } from "./starts.js";
 
 export const plain = {
   version: 1,
@@ -20,7 +21,7 @@ export const plain = {
   distance: 4,
   stop: null,
   speed: 1,
-  chart: "energy", // the name of a measure
+  chart: "nutation", // the name of a measure
   integral: "energy", // the measure whose change tells of the computation
   log: false, // of changes and errors
   shown: Array(TOPS).fill(true), // in the charts, of the tops
@@ -32,6 +33,7 @@ export const plain = {
     axes: false,
     floor: true,
     flat: false,
+    solid: "top", // or "box": as what a symmetric body is drawn; others are boxes
     opacity: 0.3,
     thickness: 1,
   },
@@ -61,8 +63,11 @@ const [word, flag, size, three] = [
 ];
 const isStep = within(1 / TICKS, 2000);
 const isTrack = (track) => word(track?.name) && word(track.states) && isStep(track.step);
-const isShow = ({ opacity, thickness, ...flags }) =>
-  within(0, 1)(opacity) && within(0.1, 20)(thickness) && Object.values(flags).every(flag);
+const isShow = ({ opacity, thickness, solid, ...flags }) =>
+  within(0, 1)(opacity) &&
+  within(0.1, 20)(thickness) &&
+  ["top", "box"].includes(solid) &&
+  Object.values(flags).every(flag);
 const isMeasure = (x) => word(x) && !!measureOf(chartOf(x, "kowalewski"));
 const CHECKS = {
   version: Object.assign((x) => x === plain.version, { range: `this page reads ${plain.version}` }),
@@ -88,7 +93,7 @@ const CHECKS = {
 // Completes a scene from anywhere: what it leaves out is as in `plain`, what it has must fit.
 export function complete(given) {
   if (given?.constructor !== Object) throw new Error("it is no scene");
-  const scene = structuredClone({ ...plain, ...saysStep(given) });
+  const scene = structuredClone(begun({ ...plain, ...saysStep(given) }));
   scene.show = { ...plain.show, ...scene.show };
   if (Array.isArray(scene.tracks)) scene.tracks = scene.tracks.map((t) => saysStep(t ?? {}));
   for (const [key, model] of Object.entries(plain)) {
