@@ -15,14 +15,14 @@ export class Letters {
       const span = Object.assign(document.createElement("span"), { textContent: words });
       Object.assign(span, { title: about, className: colour ? "arrow" : "" });
       span.style.color = colour;
-      return { span, at };
+      return { span, at, wide: 8 * words.length + 12 };
     });
     this.place.replaceChildren(...this.all.map(({ span }) => span));
   }
   // Puts all where they belong. Of two that would lie over each other the second gives way.
   follow([width, height]) {
     const taken = [];
-    for (const { span, at } of this.all) {
+    for (const { span, at, wide } of this.all) {
       const place = at();
       const inside = place && place[0] > 4 && place[0] < width - 8;
       span.hidden = !inside || place[1] < 4 || place[1] > height - 8;
@@ -31,7 +31,9 @@ export class Letters {
       const meets = ([a, b]) => Math.abs(a - x) < 3 * GAP && Math.abs(b - y) < GAP;
       for (let i = 0; i < 4 && taken.some(meets); i++) y += GAP;
       taken.push([x, y]);
+      const over = x + wide > width; // then it stands on the other side
       span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
+      span.classList.toggle("left", over);
     }
   }
 }

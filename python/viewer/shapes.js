@@ -5,7 +5,7 @@ import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { ROD_RINGS, ROD_SIDES, stage, WAY_POINTS } from "./core.js";
 import { cornerSigns, quaternion } from "./scene.js";
-import { surface } from "./turned.js";
+import { hull, surface } from "./turned.js";
 
 const vector = (...numbers) => new THREE.Vector3(...numbers);
 const mesh = (shape, paint) => new THREE.Mesh(shape, paint);
@@ -38,18 +38,18 @@ export function turnedTop(turned, { colour, role }, pen) {
   const wide = Math.max(...profile.map(([, r]) => r));
   part(surface(turned, 0, 1 - SECTOR), colour);
   part(surface(turned, 1 - SECTOR, SECTOR), CREAM);
-  group.shading = [...group.children];
   const thin = 0.028 * wide;
   const [low, high] = height ? [-height, pen - height] : [-pen, pen];
   const length = high - low - 6 * thin;
   const rod = new THREE.CylinderGeometry(thin, thin, length, 20);
-  const axle = part(rod.translate(0, high - length / 2, 0), STEEL);
+  part(rod.translate(0, high - length / 2, 0), STEEL);
   const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI);
   part(tip.translate(0, low + 3 * thin, 0), STEEL);
-  group.shading.push(axle);
   group.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis].clone().multiplyScalar(up));
-  const solid = new THREE.Group().add(group);
-  return Object.assign(solid, { shading: group.shading, handles: group.children, look() {} });
+  const handles = [...group.children];
+  const caster = put(group, mesh(surface(hull(turned), 0, 1)));
+  caster.visible = false;
+  return Object.assign(new THREE.Group().add(group), { shading: [caster], handles, look() {} });
 }
 
 // A cuboid has translucent faces, and edges and corners to take hold of.

@@ -84,6 +84,15 @@ export function turnedOf({ half, centre }) {
   return { axis, up, height, profile: stands || !height ? top : fit(DRUM) };
 }
 
+// What casts the shadow is a simpler solid that has no hollow, from the tip on: pressed flat, each of
+// its places is covered once.
+export function hull({ profile, height }) {
+  const wide = Math.max(...profile.map(([, r]) => r));
+  const rim = profile.filter(([, r]) => r > 0.99 * wide);
+  const top = profile.filter(([, r]) => r > 0.1 * wide).at(-1);
+  const low = height ? Math.min(0, profile[0][0]) : profile[0][0];
+  return { profile: [[low, 0], rim[0], rim.at(-1), top, [top[0], 0]], height };
+}
 // Makes the surface over a part of the whole turn, from `from` on, about the y axis and with the
 // centre in the middle.
 export function surface({ profile, height }, from, part) {

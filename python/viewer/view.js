@@ -99,8 +99,8 @@ export class View {
     this.zoom = 2.4 / this.reach;
     // Out of a turned top they look by their own length, or they would not be seen.
     const now = this.asTop ? Math.max(Math.hypot(...this.page.leader().slice(5)), momentum / 4) : 0;
-    this.momentumZoom = 3.2 / (now || momentum);
-    this.velocityZoom = (this.asTop ? 3.7 : 2.4) / velocity;
+    this.momentumZoom = (this.asTop ? 3 : 3.2) / (now || momentum);
+    this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
     this.fresh = true;
   }
   // Looks at all there is from the usual side: from the floor to the globe's top.
@@ -108,9 +108,9 @@ export class View {
     const { scene } = this.page;
     const [low, high] = [this.floor.height, Math.max(this.trail, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const far = Math.max(10, 2.05 * (high - low) + 2.1);
+    const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
-    this.orbit.target.set(0, 0, (low + high) / 2 - 0.1);
+    this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * (far + more);
     this.cameras[0].position.copy(HOME).setLength(far + more).add(this.orbit.target);
     this.cameras[1].position.set(0, -12, 0).add(this.orbit.target);

@@ -49,7 +49,7 @@ def write(page, name, value):
 
 
 def test_ticks_are_as_far_apart_as_they_say(page):
-    load(page, "Steady precession", chart="energy")
+    load(page, chart="energy", methods=["bobenko_suris2"])
     advance(page, 0.98)
     page.evaluate("kreisel.charts.update()")
     ticks = page.evaluate("kreisel.charts.plots[0].axes[1]._values").copy()
@@ -230,7 +230,7 @@ def test_what_cannot_be_seen_is_not_picked(page):
 
 def test_a_solid_body_hides_what_is_behind_it(page):
     hides = """(({transparent, depthWrite}) => !transparent && depthWrite)(
-        kreisel.view.tops[0].cuboid.children[0].material)"""
+        kreisel.view.tops[0].solid.children[0].material)"""
     assert not page.evaluate(hides)
     page.get_by_role("slider", name="Opacity").press("End")
     assert page.evaluate(hides)
