@@ -125,7 +125,8 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int
     if (status != KR_OK) return status;
     if (stage->tops == KR_STAGE_TOPS || stage->clock || step < 1 || step > LARGEST)
         return KR_ERR_ARGUMENT;
-    if (against < KR_STAGE_TRUTH || against >= KR_STAGE_TOPS || against == stage->tops) return KR_ERR_ARGUMENT;
+    if (against < KR_STAGE_TRUTH || against >= KR_STAGE_TOPS || against == stage->tops)
+        return KR_ERR_ARGUMENT;
     if (scene->start.t != 0.0) return KR_ERR_ARGUMENT;
     kr_actor *a = &stage->actor[stage->tops];
     a->scene = *scene;

@@ -18,7 +18,9 @@ export class Bar {
     render(
       [
         tool("↺", "Rewind", "R", () => page.restart()),
-        tool(moving ? "❚❚" : "▶", moving ? "Stop" : "Start", "Space", () => page.run(!moving)),
+        moving
+          ? tool("❚❚", "Stop", "Space", () => page.run(false))
+          : tool("▶", "Start", "Space", () => page.run(true)),
         tool("▶❚", "Step", ".", () => page.step()),
         tool("↶", "Undo", "Z Control+Z", () => page.undo(), { off: !page.past.length }),
         this.speed(),

@@ -39,19 +39,9 @@ UNUSED = {
     "renderers/webgl/WebGLShadowMap.js": "export class WebGLShadowMap { render() {} }",
     "renderers/webgl/WebGLOutput.js": "export class WebGLOutput {}",
     "renderers/webxr/WebXRManager.js": "export class WebXRManager {"
-    "enabled = false; addEventListener() {} removeEventListener() {} setAnimationLoop() {} dispose() {}"
+    "enabled = false; addEventListener() {} removeEventListener() {} setAnimationLoop() {} "
+    "dispose() {} "
     "getEnvironmentBlendMode() {}}",
-    "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
-}
-
-# These of three.js's parts are never used, but the renderer asks for them: glasses for both eyes,
-# and environments that things reflect.
-STUBS = {
-    "renderers/webxr/WebXRManager.js": """export class WebXRManager {
-    enabled = false; isPresenting = false;
-    addEventListener() {} removeEventListener() {} setAnimationLoop() {} dispose() {}
-    getEnvironmentBlendMode() { return "opaque"; }
-}""",
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
 
@@ -118,8 +108,6 @@ def libraries(work: Path) -> Path:
         "--loglevel=error",
     ]
     subprocess.run(["npm", "ci", *quiet], cwd=work, check=True, stdout=subprocess.DEVNULL)
-    for name, stub in STUBS.items():
-        (work / "node_modules/three/src" / name).write_text(stub, encoding="utf-8")
     shaders = work / "node_modules/three/src/renderers/shaders"
     for file in shaders.glob("*/*.glsl.js"):
         if not SHADERS.match(file.name):

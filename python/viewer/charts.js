@@ -1,5 +1,5 @@
-// Charts of the record, each with its values under the cursor, and what the table of integrals says.
-// A place in the panel says which measure it draws: the chart's, the integral's, or the error.
+// Charts of the record, each with its values under the cursor, and what the table of integrals
+// says. A place in the panel says which measure it draws: the chart's, the integral's, or the error.
 import uPlot from "uplot";
 import { measureOf, stage } from "./core.js";
 
@@ -86,7 +86,10 @@ export class Charts {
       height: this.height,
       legend: { show: false },
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
-      scales: { x: { time: false, range: timeRange }, y: log ? { distr: 3, range: logRange } : { range } },
+      scales: {
+        x: { time: false, range: timeRange },
+        y: log ? { distr: 3, range: logRange } : { range },
+      },
       axes: this.axes(log),
       series: [{}, ...series],
       hooks: { setCursor: [(plot) => this.read(plot)] },
@@ -101,7 +104,9 @@ export class Charts {
     // The lowest would stand where the time begins.
     const high = (plot, x) => (plot.valToPos(x, "y") < plot.over.clientHeight - 8 ? x : null);
     const powers = log && { splits, filter: (plot, all) => all.map((x) => high(plot, x)) };
-    const wide = (_, all) => Math.max(50, 10 + (this.page.big ? 9 : 6.2) * Math.max(0, ...(all ?? []).map((x) => x.length)));
+    const letter = this.page.big ? 9 : 6.2;
+    const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
+    const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
     return [
       { ...ink, size: 22 },
       { ...ink, size: wide, space: 16, values, ...powers },

@@ -38,7 +38,8 @@ export function compute(panel) {
 }
 function ways(panel) {
   const { scene, body } = panel.page;
-  const choices = [...methods].map(([name, { suits }]) => [name, name, !suits(body, scene.gravity)]);
+  const choice = ([name, { suits }]) => [name, name, !suits(body, scene.gravity)];
+  const choices = [...methods].map(choice);
   const beside = [["", "nothing"], ...choices];
   const { length } = scene.methods;
   return [

@@ -1,7 +1,7 @@
 // Drags: faces and edges turn, corners resize or move the fixed point, the tip of m sets the
 // momentum, and a push gives it a jerk. They change the scene through `page`, which makes the state
-// of the moment the start, and goes on where it stood still for the hand. A finger on the body looks
-// around, unless it may push: then as ever only the tip is held.
+// of the moment the start; a top that stood still for the hand goes on. A finger holds the tip
+// alone, and looks around on the body, unless it may push.
 import { Plane, Quaternion, Vector3 } from "three";
 import { fitArrows } from "./camera.js";
 import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js";

@@ -1,7 +1,8 @@
 // The page's state: the scene, its undo, the clock. What happens to them goes through here. Initial
 // data are sacred: what only computes begins again from the same start and goes on to the same
 // time; a hand that moves the top takes the state of the moment as the start, and that is told.
-import { kindOf, limitsOf, makeBody, measureOf, measures, methods, stage, TICKS, TOPS } from "./core.js";
+import { kindOf, limitsOf, makeBody, measureOf, measures, methods } from "./core.js";
+import { stage, TICKS, TOPS } from "./core.js";
 import { assign, meeting, nameOf } from "./rules.js";
 import { bytes, chartOf, complete, rangeOf, topsOf } from "./scene.js";
 
@@ -76,7 +77,8 @@ export class Page {
   enter(top) {
     const { track, method, side, role, ticks, against } = top;
     const { scene, body } = this;
-    const start = (side === 1 && !track && scene.second) || [...scene.attitude, ...scene.momentum];
+    const { second } = scene;
+    const start = (side === 1 && !track && second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
     const tol = role === "ghost" || role === "truth" ? 1e-15 : scene.tol;
     top.limits = limitsOf(body, scene.gravity, q, m);
@@ -108,8 +110,9 @@ export class Page {
 
   // Keeps scene and time for undo, before a change.
   keep(how) {
-    const { scene, origin } = this;
-    this.past.push({ scene: structuredClone(scene), origin, clock: this.goal ?? this.clock, ...how });
+    const { origin, goal, clock } = this;
+    const scene = structuredClone(this.scene);
+    this.past.push({ scene, origin, clock: goal ?? clock, ...how });
     if (this.past.length > 200) this.past.shift();
     this.say("");
   }

@@ -244,7 +244,7 @@ def test_files(page, browser, tmp_path):
 def test_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
     assert "cannot be shown" in words(page)
-    assert scene(page)["name"] == UPRIGHT and page.troubles == []
+    assert scene(page)["name"] == PRESETS[0] and page.troubles == []
     page.context.close()
 
 

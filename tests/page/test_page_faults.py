@@ -6,10 +6,9 @@ from urllib.parse import quote
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel.quaternion import attitude_error
 from browser import (
     PHONE,
-    UPRIGHT,
+    PRESETS,
     WIDE,
     advance,
     changed,
@@ -25,6 +24,7 @@ from browser import (
     wait_for,
     words,
 )
+from kreisel.quaternion import attitude_error
 
 START = ("attitude", "momentum", "second", "body", "gravity")
 
@@ -87,7 +87,11 @@ def test_what_computes_keeps_the_start_and_the_time(page, place, value):
     assert start(page) == before and scene(page)["taken"] is None
     top = page.evaluate("kreisel.page.tops[0]")
     path = kr.solve(
-        scene_in_python(scene(page)), 20, top["method"], step=top["step"], every=round(20 / top["step"])
+        scene_in_python(scene(page)),
+        20,
+        top["method"],
+        step=top["step"],
+        every=round(20 / top["step"]),
     )
     assert states(page)[0] == path.states[-1].tolist()
 
@@ -162,7 +166,11 @@ def test_the_table_keeps_to_its_lines(page):
     before = page.evaluate(lines)
     page.evaluate("kreisel.page.jump(40)")
     until(page, 40)
-    wait_for(page, "[...document.querySelectorAll('#integrals td')].some((c) => /e-\\d\\d/.test(c.textContent))")
+    wait_for(
+        page,
+        "[...document.querySelectorAll('#integrals td')]"
+        ".some((cell) => /e-\\d\\d/.test(cell.textContent))",
+    )
     assert page.evaluate(lines) == before
 
 
@@ -308,7 +316,7 @@ def test_a_message_goes_with_its_cause(page):
 def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
     page = visit(browser, reduced_motion="reduce", fragment='#scene={"version": 99}')
     assert "version cannot be 99: this page reads 1" in words(page)
-    assert scene(page)["name"] == UPRIGHT
+    assert scene(page)["name"] == PRESETS[0]
     page.context.close()
 
 

@@ -25,8 +25,9 @@ SEND = """([type, points]) => {
     const touch = {pointerId: 7, pointerType: type, button: 0, buttons: 1, isPrimary: true};
     const event = {...touch, bubbles: true, cancelable: true};
     points.forEach(([x, y], i) => {
-        const name = i === 0 ? 'pointerdown' : i === points.length - 1 ? 'pointerup' : 'pointermove';
-        canvas.dispatchEvent(new PointerEvent(name, {...event, clientX: x, clientY: y}));
+        const last = i === points.length - 1;
+        const name = i === 0 ? 'down' : last ? 'up' : 'move';
+        canvas.dispatchEvent(new PointerEvent(`pointer${name}`, {...event, clientX: x, clientY: y}));
     });
 }"""
 
@@ -255,7 +256,9 @@ def test_three_methods_stand_beside_each_other(page):
     advance(page, 5)
     given = scene_in_python(scene(page))
     names = [(top["method"], top["step"]) for top in page.evaluate("kreisel.page.tops")]
-    assert len(names) == 6 and len({top["colour"] for top in page.evaluate("kreisel.page.tops")}) == 6
+    assert (
+        len(names) == 6 and len({top["colour"] for top in page.evaluate("kreisel.page.tops")}) == 6
+    )
     for state, (name, step) in zip(states(page), names, strict=True):
         expected = kr.solve(given, 5, name, step=step, every=round(5 / step)).states[-1]
         assert state == expected.tolist()
