@@ -1,4 +1,4 @@
-// Letters in the picture, beside what they name: they stand still on the glass while all else moves.
+// Letters in the picture, beside what they name. They stand upright while all else moves.
 const GAP = 17; // between two letters, in pixels
 
 export class Letters {
