@@ -106,7 +106,11 @@ def test_too_little_spin_for_steady_precession_is_told(page):
 def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page, preset):
     assert len(preset["tries"]) == 3
     page.evaluate(
-        "name => kreisel.page.load(kreisel.presets.find((p) => p.name === name))", preset["name"]
+        """name => {
+        kreisel.page.load(kreisel.presets.find((preset) => preset.name === name));
+        kreisel.page.say("");
+    }""",
+        preset["name"],
     )
     for each in [None, *preset["tries"]]:
         if each:
@@ -201,9 +205,7 @@ def test_the_live_numbers_are_those_of_python(page, t):
         page, "tilt => document.querySelector('#numbers dd')?.textContent === tilt", f"{tilt:.1f}°"
     )
     numbers = told(page)
-    assert numbers["spin"] == [f"{spin:.3g}" + (".0" if spin == 22 else ""), "critical 14.2"] or (
-        float(numbers["spin"][0]) == pytest.approx(spin, rel=1e-2)
-    )
+    assert numbers["spin"] == [f"{spin:#.3g}", "critical 14.2"]
     rate = np.diff(np.unwrap(now.precession_angle)).mean() / 1e-4
     assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
     assert numbers["precession"][1] == f"a round in {2 * np.pi / exact.precession:.1f}"
