@@ -49,7 +49,7 @@ SIZE(kr_box, 11);
 
 static kr_stage stage;
 static double measured[KR_STAGE_MEASURES];
-static kr_vec3 velocity;
+static kr_vec3 velocity, apex;
 static double reach[2];
 static kr_box box;
 static double limits[6];
@@ -117,6 +117,11 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 {
     velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
     return &velocity;
+}
+EXPORT(const kr_vec3 *, kr_page_apex, (int i))
+{
+    apex = kr_state_apex(&stage.actor[i].scene, &stage.actor[i].now);
+    return &apex;
 }
 
 /* Measures and their record */

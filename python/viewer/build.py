@@ -39,7 +39,8 @@ UNUSED = {
     "renderers/webgl/WebGLShadowMap.js": "export class WebGLShadowMap { render() {} }",
     "renderers/webgl/WebGLOutput.js": "export class WebGLOutput {}",
     "renderers/webxr/WebXRManager.js": "export class WebXRManager {"
-    "enabled = false; addEventListener() {} removeEventListener() {} setAnimationLoop() {} dispose() {}"
+    "enabled = false; addEventListener() {} removeEventListener() {} setAnimationLoop() {} "
+    "dispose() {} "
     "getEnvironmentBlendMode() {}}",
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
@@ -173,7 +174,7 @@ def main(work: Path, page: Path) -> None:
     core(wasm)
     modules = libraries(work).resolve()
     script = bundle(modules, wasm, HERE / "main.js", "--format=esm", "--target=es2022")
-    style = bundle(modules, wasm, HERE / "style.css")
+    style = bundle(modules, wasm, HERE / "page.css")
     text = (HERE / "index.html").read_text(encoding="utf-8")
     notices = (
         f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'

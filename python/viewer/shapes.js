@@ -75,7 +75,7 @@ export function box({ half }, { colour: color, role }) {
   group.handles = group.children;
   const thickness = Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
   group.look = (opacity, times) => {
-    glass.opacity = opacity;
+    Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(times * thickness);
       scale.y += userData.length;
@@ -101,10 +101,20 @@ export function arrow(color, radius, opacity = 1, depthTest = false) {
   group.end = () => tip.getWorldPosition(vector());
   group.point = (...v) => {
     const [direction, length] = [vector(...v), Math.hypot(...v) || 1e-9];
+    shaft.visible = tip.visible = length > 1e-3; // nothing has no direction
     group.quaternion.setFromUnitVectors(UNITS[2], direction.divideScalar(length));
     shaft.scale.z = tip.position.z = target.position.z = length;
   };
   return group;
+}
+
+// Light about a handle.
+export function halo() {
+  const light = mesh(BALL, flat({ color: "#ffb020", opacity: 0.45, depthTest: false }));
+  light.scale.setScalar(0.16);
+  light.renderOrder = 12;
+  light.visible = false;
+  return light;
 }
 
 // The way of the apex begins with the newest point, which is strongest in colour. Each point ends

@@ -25,8 +25,8 @@ export class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
-    const label = "The top, its momentum in green and its angular velocity in blue";
-    Object.assign(this.canvas, { tabIndex: 0, role: "img", ariaLabel: label });
+    const label = "The top, its momentum in green and its angular velocity in blue; arrows turn";
+    Object.assign(this.canvas, { tabIndex: 0, role: "application", ariaLabel: label });
     this.world = new THREE.Scene();
     this.world.fog = new THREE.Fog("#000");
     this.world.background = this.world.fog.color;
@@ -75,18 +75,20 @@ export class View {
     this.asTop = asTop;
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
-    if (fit || !this.zoom) this.fit();
+    const sides = Math.max(...page.tops.map((top) => top.side)) + 1;
+    const more = sides > (this.sides ?? 1); // than fit into the picture
+    this.sides = sides;
+    if (fit || more || !this.zoom) this.fit();
     // The way of the apex is drawn on a sphere of this radius.
     const [lever, least] = [Math.hypot(...centre), 0.85 * this.reach];
     this.trail = this.zoom * Math.max((asTop ? 1.7 : 2) * lever, asTop ? 1.1 * least : least);
-    for (const top of this.tops) {
-      this.world.remove(top.group);
-      top.group.traverse((part) => part.geometry?.dispose());
-    }
-    this.floor.place(this.ground(asTop), this.world.background.r < 0.2);
-    this.tops = page.tops.map((top, i) => this.makeTop(top, i, asTop));
-    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
-    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+    const { body, gravity } = page.scene;
+    const paper = this.world.background.getHex();
+    const kept = (key, x) => (key === "limits" ? undefined : x);
+    const looks = JSON.stringify([body, gravity, page.tops, this.trail, asTop, paper], kept);
+    if (this.held && looks === this.looks) this.bound();
+    else this.makeTops();
+    this.looks = looks;
     if (this.fresh) this.home();
     this.fresh = false;
     this.show(page.scene);
@@ -103,12 +105,11 @@ export class View {
   }
   // Looks at all there is from the usual side: from the floor to the globe's top.
   home() {
-    const { tops, scene } = this.page;
+    const { scene } = this.page;
     const [low, high] = [this.floor.height, Math.max(this.trail, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const beside = tops.some((top) => top.side);
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
-    const more = beside ? scene.distance * wide : scene.show.rod ? 5 : 0;
+    const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * (far + more);
     this.cameras[0].position.copy(HOME).setLength(far + more).add(this.orbit.target);
@@ -116,6 +117,32 @@ export class View {
     this.cameras[1].zoom = 12.6 / (far + more);
     this.cameras[1].updateProjectionMatrix();
     Object.assign(this.world.fog, { near: far + more, far: 6 * (far + more) });
+  }
+  makeTops() {
+    for (const top of this.tops) {
+      this.world.remove(top.group);
+      top.group.traverse((part) => part.geometry?.dispose());
+    }
+    this.floor.place(this.ground(this.asTop), this.world.background.r < 0.2);
+    this.tops = this.page.tops.map((top, i) => this.makeTop(top, i, this.asTop));
+    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
+    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+  }
+  // Tops in hand stay as they are made, but for the circles between which they now go.
+  bound() {
+    this.tops.forEach((top, i) => {
+      top.limits = this.page.tops[i].limits;
+      if (!top.globe) return;
+      top.globe.traverse((part) => part.geometry?.dispose());
+      top.group.remove(top.globe);
+      this.addGlobe(top);
+    });
+    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+  }
+  addGlobe(top) {
+    top.globe = globe(top.limits, this.floor.height / this.trail);
+    top.globe.scale.setScalar(this.trail);
+    top.group.add(top.globe);
   }
   // Finds the height of the floor: that of the tip, or as much lower as the body needs.
   ground(asTop) {
@@ -149,8 +176,7 @@ export class View {
     parts.handles = top.track ? [] : [parts.m.tip, ...solid.handles];
     for (const { userData } of parts.handles) userData.i = i;
     if (!thick) return parts;
-    parts.globe = globe(top.limits, this.floor.height / this.trail);
-    parts.globe.scale.setScalar(this.trail);
+    this.addGlobe(parts);
     parts.rod = rodMesh(top.colour);
     parts.axes = axisLines(this.page.body, this.zoom, this.reach);
     parts.p = arrow("#8a93a6", 0.02, 0.6);
@@ -158,21 +184,21 @@ export class View {
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
     body.add(parts.axes);
-    group.add(parts.globe, parts.rod, parts.p);
+    group.add(parts.rod, parts.p);
     if (scene.gravity) group.add(stand(-this.floor.height));
     return parts;
   }
-  // Shows what of a scene is looks alone. The first method stands left, what is beside it right.
+  // Shows what of a scene is looks alone. Methods stand beside each other from left to right.
   show({ show, distance }) {
-    const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
-      top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
+      top.group.position.x = (top.side - (this.sides - 1) / 2) * distance;
       top.solid.look(show.opacity, show.thickness);
       const apart = distance > 0 || !top.side; // else the faces of two would mix
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
     this.orbit.object = this.cameras[+show.flat];
+    this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI; // above the floor
     this.orbit.update();
     this.camera.updateMatrixWorld();
     this.draw();
@@ -244,7 +270,7 @@ export class View {
 
   // Finds what is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const handles = this.tops.flatMap((top) => top.handles);
+    const handles = this.tops.flatMap((top) => top.handles.filter((part) => part.visible));
     const hits = this.ray(x, y).intersectObjects(handles, false);
     hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
     return hits[0] && { ...hits[0].object.userData, point: hits[0].point };
