@@ -11,7 +11,10 @@ const SYMBOLS = {
   kowalewski: "K",
   goryachev_chaplygin: "G",
 };
-const inWords = (name) => name.replaceAll("_", " ");
+const WORDS = { nutation: "tilt (nutation) [°]", spin_angle: "spin angle [rad]" };
+const inWords = (name) => WORDS[name] ?? name.replaceAll("_", " ");
+// Charts tell the tilt in degrees, as all else does.
+const scaleOf = (name) => (name === "nutation" ? 180 / Math.PI : 1);
 export const symbol = ({ name }) => SYMBOLS[name] ?? inWords(name);
 // Integrals are drawn as a change, for only that is to be seen of them.
 export const title = ({ name, kept }) => (kept ? "Change of " : "") + inWords(name);
@@ -120,7 +123,7 @@ export class Charts {
     const lines = this.tops.map((_, i) => {
       const start = kept ? stage.record(i, name)[0] : 0;
       const ends = pairs(stage.record(i, name, -1), stage.record(i, name, 1));
-      return ends.map((x) => drawn(x - start));
+      return ends.map((x) => drawn((x - start) * scaleOf(name)));
     });
     const times = stage.time();
     return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds

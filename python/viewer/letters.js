@@ -1,4 +1,4 @@
-// Letters in the picture, beside what they name: they stand still on the glass while all else moves.
+// Letters in the picture, beside what they name. They stand upright while all else moves.
 const GAP = 17; // between two letters, in pixels
 
 export class Letters {
@@ -15,7 +15,7 @@ export class Letters {
       const span = Object.assign(document.createElement("span"), { textContent: words });
       Object.assign(span, { title: about, className: colour ? "arrow" : "" });
       span.style.color = colour;
-      return { span, at, wide: 8 * words.length + 12 };
+      return { span, at, wide: 7 * words.length + 12 };
     });
     this.place.replaceChildren(...this.all.map(({ span }) => span));
   }
@@ -31,9 +31,8 @@ export class Letters {
       const meets = ([a, b]) => Math.abs(a - x) < 3 * GAP && Math.abs(b - y) < GAP;
       for (let i = 0; i < 4 && taken.some(meets); i++) y += GAP;
       taken.push([x, y]);
-      const over = x + wide > width; // then it stands on the other side
+      x = Math.min(x, width - wide);
       span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
-      span.classList.toggle("left", over);
     }
   }
 }

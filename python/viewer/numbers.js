@@ -27,7 +27,7 @@ export class Numbers {
     const { limits } = page.tops[i];
     const lines = [
       ["tilt", degrees(nutation), limits && between(limits), "between axis and vertical"],
-      ["spin", short(spin), limits && against(limits), "about the top's own axis, in radians a time"],
+      ["spin", short(spin), limits && against(limits), "about its own axis, in radians a time"],
       ...this.precession(stage.velocity(i), spin, nutation, limits),
     ];
     const time = stage.state(i)[0];

@@ -118,7 +118,8 @@ export function halo() {
 }
 
 // The way of the apex begins with the newest point, which is strongest in colour. Each point ends
-// one piece and begins the next.
+// one piece and begins the next. No older piece covers a fresh one.
+const FRESH = 256; // points
 export function pathLine(colour, ground) {
   const geometry = new LineGeometry();
   geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
@@ -134,17 +135,25 @@ export function pathLine(colour, ground) {
     const strength = Math.max(0.2, 1 - (0.9 * i) / WAY_POINTS);
     mixed.lerpColors(ground, paint, strength).toArray(shades.array, 3 * i);
   }
-  const line = new Line2(geometry, new LineMaterial({ vertexColors: true }));
-  line.frustumCulled = false;
+  const line = new Line2(geometry, new LineMaterial({ vertexColors: true, depthWrite: false }));
+  const fresh = new Line2(new LineGeometry(), new LineMaterial({ vertexColors: true }));
+  Object.assign(fresh.geometry, { attributes: geometry.attributes, index: geometry.index });
+  fresh.geometry.boundingSphere = geometry.boundingSphere;
+  line.frustumCulled = fresh.frustumCulled = false;
+  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after what is solid, and the fresh one last
+  line.add(fresh);
   line.follow = (i, radius, thickness) => {
-    line.material.linewidth = 2.4 * thickness;
+    line.material.linewidth = fresh.material.linewidth = 2.4 * thickness;
     geometry.instanceCount = stage.way(i, radius, places.array) - 1;
+    fresh.geometry.instanceCount = Math.min(geometry.instanceCount, FRESH);
     places.needsUpdate = true;
   };
   return line;
 }
 
-// The elastic rod is made of rings of points about its centre line.
+// The elastic rod is made of rings of points about its centre line. The longer it gets, the smaller
+// it is drawn, so that it stays in the picture.
+const ROOM = 3.4; // from the fixed point
 const FACES = Array.from({ length: (ROD_RINGS - 1) * ROD_SIDES }, (_, a) => {
   const b = a % ROD_SIDES === ROD_SIDES - 1 ? a + 1 - ROD_SIDES : a + 1;
   return [a, b, a + ROD_SIDES, b, b + ROD_SIDES, a + ROD_SIDES];
@@ -159,6 +168,9 @@ export function rodMesh(color) {
   rod.follow = (i, scale, radius) => {
     const n = stage.rod(i, scale, radius, places.array);
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
+    let far = ROOM;
+    for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));
+    rod.scale.setScalar(ROOM / far);
     places.needsUpdate = true;
     geometry.computeVertexNormals();
   };

@@ -41,7 +41,7 @@ const COURSES = {
   circle: "No torque: the axis goes round the momentum, on a circle.",
   resting: "No torque: the axis rests.",
 };
-// Returns what is true of a scene in words: its own, or if it was changed by hand, what is computed.
+// Returns what is true of a scene in words: its own, or what is computed if a hand changed it.
 export function aboutOf({ scene, tops }) {
   const facts = factsOf(scene);
   const preset = presetOf(scene);
@@ -60,12 +60,13 @@ export function tries(page, choose) {
     if (words.momentum || words.attitude) delete scene.start;
     scene.show = { ...preset.show, ...words.show };
     const on = page.scene.about === look;
-    return html`<button class="try" aria-pressed=${on} @click=${() => choose(scene)}>${ask}</button>`;
+    const act = () => choose(scene);
+    return html`<button class="try" aria-pressed=${on} @click=${act}>${ask}</button>`;
   };
   if (!preset?.tries) return "";
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
   return html`<section aria-label="Try this" class="tries"><b>Try this</b>
     ${preset.tries.map(attempt)}
-    <button class="try" ?hidden=${!again} @click=${() => choose(preset)}>Back to the beginning</button>
+    <button class="try" ?hidden=${!again} @click=${() => choose(preset)}>Back to the start</button>
     </section>`;
 }

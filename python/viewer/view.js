@@ -241,10 +241,11 @@ export class View {
       ...this.circlesOf(top),
     ];
   }
-  circlesOf({ limits, globe: { visible }, group }) {
+  circlesOf({ limits, globe: sphere, group }) {
     if (!limits) return [];
     const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
     const side = (angle) => () => {
+      if (!sphere.visible) return null;
       const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0).setZ(0);
       right.setLength(Math.sin(angle)).setZ(Math.cos(angle));
       return this.project(right.multiplyScalar(this.trail).add(group.position));

@@ -135,6 +135,7 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
     path = kr.solve(scene_in_python(scene(page)), 3, "strang", step=0.01, every=1)
     values = getattr(path, name)
     values = values - values[0] if each["kept"] else values
+    values = np.degrees(values) if name == "nutation" else values
     assert drawn(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
 
 
