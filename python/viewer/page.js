@@ -252,7 +252,7 @@ export class Page {
     this.tell();
   }
   approach() {
-    this.advance(this.goal, 4 * MOMENT);
+    this.advance(this.goal, 12 * MOMENT);
     if (!this.late && this.goal !== null) this.run(this.resume);
   }
   // Does what a frame does after so many seconds. Returns the speed of the last half second, if it

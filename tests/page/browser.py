@@ -103,8 +103,8 @@ def scene(page):
 
 
 def changed(before, after):
-    """The words in which two scenes of the page differ, but for the name."""
-    return {key for key in before if before[key] != after[key] and key != "name"}
+    """The words in which two scenes of the page differ, but for its name and what it tells."""
+    return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
 def clock(page):
