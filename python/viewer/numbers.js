@@ -32,7 +32,7 @@ export class Numbers {
     ];
     const time = stage.state(i)[0];
     const turns = (time * spin) / (2 * Math.PI);
-    if (limits) lines.push(["turns", turns.toFixed(1), "", "about its own axis, since the start"]);
+    if (limits) lines.push(["turns", Math.abs(turns).toFixed(1), "", "about its own axis, since the start"]);
     this.write(lines);
   }
   precession(velocity, spin, nutation, limits) {

@@ -97,9 +97,10 @@ export class View {
   fit() {
     const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
-    // Out of a turned top they look by their own length, or they would not be seen.
-    const now = this.asTop ? Math.max(Math.hypot(...this.page.leader().slice(5)), momentum / 4) : 0;
-    this.momentumZoom = (this.asTop ? 3 : 3.2) / (now || momentum);
+    // Out of a turned top that spins it looks by its own length, or it would not be seen.
+    const now = Math.hypot(...this.page.leader().slice(5));
+    const long = this.asTop && now > momentum / 4 ? now : momentum;
+    this.momentumZoom = (this.asTop ? 3 : 3.2) / long;
     this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
     this.fresh = true;
   }
