@@ -235,7 +235,7 @@ def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
     field = page.get_by_label(name, exact=True)
     field.fill(str(value))
     field.press("Tab")
-    assert changed(before, scene(page)) == {"body"}
+    assert changed(before, scene(page)) - {"methods"} == {"body"}  # one may not be for this body
     assert scene(page)["body"][key] == pytest.approx(expected)
     assert float(field.input_value()) == pytest.approx(value)
 
@@ -245,7 +245,7 @@ def test_a_path_that_is_lost_is_told(page):
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
     page.evaluate("kreisel.page.set('gravity', 2)")
     assert "The path was of another motion" in page.locator("#words").inner_text()
-    page.keyboard.press("z")
+    page.get_by_role("button", name="Undo").click()
     assert len(scene(page)["tracks"]) == 1
 
 
