@@ -271,7 +271,9 @@ def test_a_chart_tells_its_values_under_the_cursor(page):
     page.evaluate("kreisel.charts.update()")
     told = page.locator("#charts .read")
     assert told.inner_text().startswith("t = 30")
-    box = page.locator("#charts .u-over").bounding_box()
+    chart = page.locator("#charts .u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
     wait_for(page, "/^t = 1[45]/.test(document.querySelector('#charts .read').textContent)")
     assert len(page.locator("#charts .read span").all_inner_texts()) == 4
