@@ -40,7 +40,11 @@ const LEVEL = 1e-16; // A line that does not move has this height.
 const isNothing = (low, high) => low === null || high === null;
 const range = (_, low, high) => {
   if (isNothing(low, high)) return [-1, 1];
-  return high > low ? uPlot.rangeNum(low, high, 0.1, true) : [low - LEVEL, high + LEVEL];
+  // Below this doubles cannot be told apart at the axis.
+  const least = Math.max(LEVEL, 1e-9 * Math.max(Math.abs(low), Math.abs(high)));
+  return high - low > least
+    ? uPlot.rangeNum(low, high, 0.1, true)
+    : [low - least, high + least];
 };
 const logRange = (_, low, high) =>
   isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
