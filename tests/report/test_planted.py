@@ -28,6 +28,11 @@ FAMILIES = {
 ALL = [*FAMILIES, "led on by reset"]
 
 
+# Where an ulp of the time turns the top by 2^-13 rad: closed forms alone get there.
+LATE = Case("planted", "late", at(lagrange, **SPUN), 2**40 / (2 * np.pi), 16, closed=True)
+BEYOND = Case("planted", "beyond", at(lagrange, **SPUN), 2**54 / (2 * np.pi), 16, closed=True)
+
+
 def offset(angle):
     """Turned about e3 by this, but for the start."""
     turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
@@ -149,3 +154,52 @@ def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
             assert silent(cell) == (cell["shown_by"] is None)
             if cell["step"]:
                 assert cell["shown_by"] in ("second run", "large step")
+
+
+def jumping(fault):
+    """Gives the closed form alone with a fault: a function of (scene, times, attitudes)."""
+
+    def run(problem, scene, times, setting):
+        path = kr.exact(scene)(times)
+        q = np.array(fault(scene, times, path.q))
+        return problem.principal(q), path.m, path.stats.steps, path.stats.evaluations
+
+    return lambda scene, radians: [
+        replace(who, run=run) for who in cells.everybody(scene, radians) if who.name == "exact"
+    ]
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
+    """What the data tell of a late time, a closed form must tell."""
+    (cell,) = cells.examine(LATE, jumping(lambda _, t, q: FAULTS[fault](q, q)))
+    told_by_data = fault in ("sound", "1e-9", "tenfold")
+    assert 1e-5 < cell["conditioning"] < 1e-2
+    assert silent(cell) != told_by_data
+
+
+def test_a_jump_to_the_wrong_time_is_silent():
+    """As to one that is off by some of the roundings of a single."""
+    (cell,) = cells.examine(LATE, jumping(lambda s, t, q: kr.exact(s)(t * (1.0 - 2.0**-36)).q))
+    assert silent(cell)
+
+
+def test_no_method_goes_to_times_that_no_double_tells():
+    found = cells.examine(BEYOND)
+    assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in found}
+    for cell in found:
+        assert cell["verdict"] == "refused" and "turn" in cell["message"], cell
+
+
+def test_who_goes_there_all_the_same_is_lost_not_right():
+    """As one that takes the last time that can be told in place of a later."""
+
+    def run(problem, scene, times, setting):
+        path = kr.exact(scene)(np.minimum(times, 2.0**50))
+        return problem.principal(path.q), path.m, 0, 0
+
+    def goes_on(scene, radians):
+        return [cells.Candidate("goes on", "", 0, run)]
+
+    (cell,) = cells.examine(BEYOND, goes_on)
+    assert cell["verdict"] == "lost" and cell["conditioning"] > 1.0
