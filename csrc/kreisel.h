@@ -270,7 +270,8 @@ typedef struct kr_config {
      * negative one leads back in time. The points of a grid have to be told apart: from 2^50 steps
      * before and after 0 on they are not (KR_ERR_STEP) [T]. */
     double step;
-    double tol; /* adaptive: local error of a step; implicit: residual; 0: the method's own */
+    /* Below 1. Adaptive: local error of a step; implicit: residual; 0: the method's own. */
+    double tol;
     /* 0: no limit. Those that an adaptive method takes aside, to a time inside one of its steps,
      * are limited likewise, and to 1024. */
     int64_t max_steps;

@@ -217,7 +217,7 @@ static size_t work_of_all(const kr_method *method) { return (method->at ? 1 : 3)
 static kr_status check(const kr_scene *scene, const kr_method *method, const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
-    if (!isfinite(step) || !isfinite(config->tol) || config->tol < 0.0) return KR_ERR_ARGUMENT;
+    if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
     if (digits_of(method, config) < 0) return KR_ERR_ARGUMENT;
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;

@@ -99,6 +99,10 @@ static void configs(void)
     kr_top *top = NULL;
     for (int i = 0; i < 3; i++) IS(kr_top_create(&s, strang, wrong[i], &top) != KR_OK);
     for (int i = 0; i < 4; i++) IS(kr_top_create(&s, extrap, loose[i], &top) != KR_OK);
+    for (size_t i = 0; i < kr_method_count(); i++) { /* as much as there is to err by, or more */
+        const kr_config none = {.step = 0.1, .tol = i % 2 ? 1.0 : 18.0};
+        IS(kr_top_create(&s, kr_method_at(i), none, &top) != KR_OK && !top);
+    }
     IS(kr_top_create(NULL, strang, good, &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);

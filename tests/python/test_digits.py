@@ -80,6 +80,21 @@ def test_a_steady_precession_has_all_its_digits():
     assert paths[0].error < 1e-18
 
 
+@pytest.mark.parametrize("lone", [1e-4, 1e-7, 1e-10])
+def test_of_a_needle_too_few_digits_are_told_not_too_many(lone):
+    """A rounding of its momentum turns it by as much over its least moment, alike in a second run
+    of shorter steps: the tangents tell."""
+    random, ratios = np.random.default_rng(5), []
+    body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), made_up=True)
+    with mp.workdps(60):
+        for end in (8.0, -8.0) * 4:
+            turned, push = unit(random.normal(size=4)), random.normal(size=3) * (1, 1, lone)
+            scene = kr.Scene(body, body_momentum=push, attitude=turned, gravity=0)
+            path = kr.solve(scene, [end], "taylor", digits=30)
+            ratios.append(path.error / off(path))
+    assert min(ratios) > 0.3 and np.median(ratios) < 30
+
+
 def test_a_path_of_thirty_digits_knows_how_many_are_right():
     """By luck the roundings of a run may come to less or more than the typical."""
     with mp.workdps(60):

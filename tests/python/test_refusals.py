@@ -210,6 +210,11 @@ def test_an_attitude_may_be_off_by_rounding():
         ({"tol": 0}, ValueError, "tol must be positive, not 0"),
         ({"tol": INF}, ValueError, "tol must be finite"),
         ({"method": "taylor", "tol": 2}, ValueError, "tol must be below 1: .* not 2"),
+        (
+            {"method": "veselov4", "step": 0.1, "tol": 2},
+            ValueError,
+            "tol must be below 1: .* not 2",
+        ),
         ({"step": -1}, ValueError, "step must be positive"),
         ({"every": 2}, ValueError, "every needs a method of fixed step; exact has none"),
         ({**FIXED, "every": 0}, ValueError, "every must be at least 1"),

@@ -1,5 +1,8 @@
 """kreisel.view without a browser: what it refuses, where it shows itself, which steps it takes."""
 
+import base64
+import hashlib
+import re
 import sys
 import types
 import webbrowser
@@ -9,6 +12,19 @@ import numpy as np
 import pytest
 
 TOP = kr.scenes.thesis
+
+
+def test_the_page_may_run_its_own_script_and_ask_nobody():
+    """By its content policy, whatever a scene's text or a link may say."""
+    page = kr.view(TOP, open=False).html
+    (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
+    policy = dict(part.split(" ", 1) for part in told.split("; "))
+    assert policy["default-src"] == policy["form-action"] == policy["base-uri"] == "'none'"
+    assert not {"connect-src", "frame-src", "object-src"} & set(policy)
+    (script,) = re.findall(r'<script type="module">(.*?)</script>', page, re.DOTALL)
+    own = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert policy["script-src"] == f"'sha256-{own}' 'wasm-unsafe-eval'"
+    assert "unsafe" not in policy["style-src-elem"]
 
 
 @pytest.mark.parametrize("step", [0.5e-6, 0.99e-6, 2148.0, 1.5e-6, 0.0100005])

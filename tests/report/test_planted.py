@@ -1,6 +1,7 @@
 """Errors planted into sound runs of every method: which of them the atlas calls silent, family by
 family. What both runs are off by alike, nothing tells."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -26,6 +27,11 @@ FAMILIES = {
     "2 steps a turn": Case("planted", "2", at(general, **SPUN), 4, 2),
 }
 ALL = [*FAMILIES, "led on by reset"]
+
+
+# Where an ulp of the time turns the top by 2^-19 rad: closed forms alone get there.
+LATE = Case("planted", "late", at(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True)
+BEYOND = Case("planted", "beyond", at(lagrange, **SPUN), 2**54 / (2 * np.pi), 16, closed=True)
 
 
 def offset(angle):
@@ -149,3 +155,51 @@ def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
             assert silent(cell) == (cell["shown_by"] is None)
             if cell["step"]:
                 assert cell["shown_by"] in ("second run", "large step")
+
+
+def earlier(scene, times, share):
+    return kr.exact(scene)(times * share).q
+
+
+def jumping(name, fault):
+    """The closed form alone with a fault: a function of (scene, times, attitudes)."""
+
+    def run(problem, scene, times, setting):
+        q = fault(scene, times, kr.exact(scene)(times).q)
+        return problem.principal(np.array(q)), np.tile(scene.momentum, (len(q), 1)), 0, 0
+
+    return cells.Candidate(name, "", 0, run)
+
+
+@cache
+def late():
+    """The cells of closed forms with each fault, {fault: cell}; and with one of their own, which is
+    off by a share of the time."""
+    faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
+    faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
+    found = cells.examine(LATE, lambda *_: [jumping(*one) for one in faults.items()])
+    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
+    return {cell["method"]: cell for cell in found}
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, "time"])
+def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
+    """What the data tell of a late time, a closed form must tell."""
+    told_by_data = fault in ("sound", "1e-9", "tenfold")
+    assert silent(late()[fault]) != told_by_data
+
+
+def test_nobody_is_right_at_times_that_no_double_tells():
+    """Every method refuses them; one that goes there all the same, by part of the way, is lost."""
+    goes_on = cells.Candidate(
+        "goes on",
+        "",
+        0,
+        lambda problem, scene, t, _: (earlier(scene, t, 0.25), np.ones((len(t), 3)), 0, 0),
+    )
+    found = cells.examine(BEYOND, lambda *words: [*cells.everybody(*words), goes_on])
+    *ours, lost = found
+    assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
+    assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}
+    for cell in ours:
+        assert cell["verdict"] == "refused" and re.search("turns|count", cell["message"]), cell

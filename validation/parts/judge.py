@@ -57,10 +57,11 @@ def carried(true):
     return max(true["worst"], reference.ROUNDING)
 
 
-def roundings(problem, true, cell):
+def roundings(problem, true, cell, by_steps):
     """Gives the angles that rounding explains [rad]: once a step in random directions, and once an
-    evaluation all in the same one."""
-    radians = problem.rate * cell["end"]
+    evaluation all in the same one. A closed form has no way on which to round: of a late time it
+    is as exact as the data."""
+    radians = problem.rate * cell["end"] if by_steps else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
     aligned = max(10.0, cell["evaluations"], radians)
     return carried(true) * random, carried(true) * aligned
@@ -121,7 +122,7 @@ def mark(cell):
 def judge(cell, finer, problem, true, who):
     """Gives the verdict on a run with its energy and attitude errors, from the truth and from the
     error of the finer run."""
-    rounding, most = roundings(problem, true, cell)
+    rounding, most = roundings(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
     per_turn = 2 * pi / (problem.rate * cell["step"]) if order else inf

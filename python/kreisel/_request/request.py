@@ -155,7 +155,7 @@ def checked_tol(method: Method, tol: object) -> float | None:
             f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out"
         )
     accuracy = positive("tol", tol)
-    if method.adaptive and accuracy >= 1.0:
+    if accuracy >= 1.0:
         raise ValueError(
             f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}"
         )

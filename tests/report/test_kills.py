@@ -1,0 +1,32 @@
+"""Files stay whole when their writers are killed at random moments; and one that did not would be
+seen."""
+
+import random
+
+import pytest
+
+from validation.trust import kills
+
+KINDS = ["run", "path", "table", "scene", "page", "part"]
+
+
+@pytest.fixture(scope="module")
+def writers(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("killed")
+    return {name: (folder / file, ways) for name, (file, ways) in kills.writers(folder).items()}
+
+
+def test_no_writer_is_forgotten(writers):
+    assert list(writers) == KINDS
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_killed_writer_leaves_the_old_file_or_a_new_one(writers, kind):
+    found = kills.tried(*writers[kind], 8, random.Random(kind))
+    assert found[kills.OLD] + found[kills.WHOLE] == 8
+    assert not found[kills.TORN] + found[kills.STRANGE] + found[kills.ENDED]
+
+
+def test_a_file_that_is_written_in_its_place_is_seen_torn(tmp_path):
+    ways = [lambda file, n=n: file.write_bytes(b"x" * n) for n in (1 << 24, (1 << 24) + 1)]
+    assert kills.tried(tmp_path / "file", ways, 12, random.Random(1))[kills.TORN]

@@ -1,0 +1,134 @@
+"""Does a file stay whole when its writer is killed? Processes that save again and again, each ended
+by kill -9 at a random moment: python -m validation.trust.kills [--times 400] [--seed S]
+
+Each process writes two contents in turn over an old one. Whatever then stands under the name is
+one of the three, to the byte; what else is left is named as no file of a user is.
+"""
+
+import argparse
+import os
+import random
+import re
+import signal
+import tempfile
+import time
+from collections import Counter
+from itertools import cycle
+from pathlib import Path
+
+import kreisel as kr
+from kreisel._sweeping.folder import opened
+
+JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # a file that was on its way to its place
+OLD, WHOLE, ON_ITS_WAY = "old", "whole", "on its way"
+TORN, STRANGE, ENDED = "torn", "strange", "ended"  # none of these may be
+LONGEST = 3.0  # a process may write before it is killed, over what a write takes
+
+
+def writers(folder):
+    """Gives for each writer its file and two ways to write it, by name."""
+    top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
+    runs, paths, views = [], [], []
+    for scene in (top, other):
+        run = kr.start(scene, "strang", step=0.01)
+        paths.append(run.to(20.0, every=1))
+        runs.append(run)
+        views.append(kr.view(scene, open=False))
+    sweep = folder / "sweep"
+    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, to=sweep, part=2, threads=1)
+    parts = opened(sweep)
+    rows = [parts.get(i) for i in (0, 1)]
+    return {
+        "run": ("run", [run.save for run in runs]),
+        "path": ("path", [path.save for path in paths]),
+        "table": ("table.csv", [path.to_csv for path in paths]),
+        "scene": ("top.toml", [top.to_toml, other.to_toml]),
+        "page": ("page.html", [view.save for view in views]),
+        "part": (parts.file(0), [lambda _, r=r: parts.put(0, r) for r in rows]),
+    }
+
+
+def written(file, ways):
+    """What each way to write leaves in a file, and the longest time that one takes [s]."""
+    contents, longest = [], 0.0
+    for write in ways:
+        begin = time.perf_counter()
+        write(file)
+        longest = max(longest, time.perf_counter() - begin)
+        contents.append(file.read_bytes())
+    return contents, longest
+
+
+def killed(file, ways, seconds):
+    """Has a process of its own write a file in these ways until it is killed, so long after it
+    began; says whether it was at work till then."""
+    told, tell = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            os.write(tell, b"begun")
+            for write in cycle(ways):
+                write(file)
+        finally:
+            os._exit(1)
+    os.read(told, 5)
+    time.sleep(seconds)
+    os.kill(child, signal.SIGKILL)
+    os.close(told)
+    os.close(tell)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+
+
+def left(file, contents):
+    """How a file stands, and how many are left beside it that were on their way; these are taken
+    away."""
+    beside = {name for name in os.listdir(file.parent) if JUNK.fullmatch(name)}
+    for name in beside:
+        os.unlink(file.parent / name)
+    found = file.read_bytes() if file.is_file() else None
+    return (OLD if found == OLD.encode() else WHOLE if found in contents else TORN), len(beside)
+
+
+def tried(file, ways, times, chance):
+    """Kills a writer so many times; gives how often its file stood how, how many files on their
+    way were left, and strange ones, and how often it ended before."""
+    contents, longest = written(file, ways)
+    assert contents[0] != contents[1]
+    found, before = Counter(), set(os.listdir(file.parent))
+    for _ in range(times):
+        file.write_bytes(OLD.encode())
+        found[ENDED] += not killed(file, ways, chance.uniform(0.0, LONGEST * longest))
+        how, on_their_way = left(file, contents)
+        found[how] += 1
+        found[ON_ITS_WAY] += on_their_way
+        found[STRANGE] += set(os.listdir(file.parent)) != before
+    return found
+
+
+def command_line():
+    parser = argparse.ArgumentParser(prog="python -m validation.trust.kills", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--times", type=int, default=400, help="of each writer")
+    parser.add_argument("--seed", type=int, default=20261122, help="of the moments")
+    parser.add_argument("--only", default="", help="writers whose name begins so")
+    return parser
+
+
+def main(argv=None):
+    asked = command_line().parse_args(argv)
+    chance, columns = random.Random(asked.seed), (OLD, WHOLE, ON_ITS_WAY, TORN, STRANGE, ENDED)
+    print(f"killed {asked.times} times each, seed {asked.seed}; what stood there then:")
+    print(f"{'':8}" + "".join(f"{word:>12}" for word in columns))
+    bad = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for name, (file, ways) in writers(Path(folder)).items():
+            if not name.startswith(asked.only):
+                continue
+            found = tried(Path(folder) / file, ways, asked.times, chance)
+            print(f"{name:8}" + "".join(f"{found[word]:12}" for word in columns), flush=True)
+            bad += found[TORN] + found[STRANGE] + found[ENDED]
+    return int(bad > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
