@@ -1,5 +1,5 @@
 // Charts of the record, each with its values under the cursor, and what the table of integrals
-// says. A place in the panel says which measure it draws: the chart's, the integral's, or the error.
+// says. A place in the panel says which measure it draws: the chart's, the integral's, the error.
 import uPlot from "uplot";
 import { measureOf, stage } from "./core.js";
 

@@ -32,7 +32,8 @@ export class Numbers {
     ];
     const time = stage.state(i)[0];
     const turns = (time * spin) / (2 * Math.PI);
-    if (limits) lines.push(["turns", Math.abs(turns).toFixed(1), "", "about its own axis, since the start"]);
+    const since = "about its own axis, since the start";
+    if (limits) lines.push(["turns", Math.abs(turns).toFixed(1), "", since]);
     this.write(lines);
   }
   precession(velocity, spin, nutation, limits) {

@@ -84,8 +84,8 @@ export function turnedOf({ half, centre }) {
   return { axis, up, height, profile: stands || !height ? top : fit(DRUM) };
 }
 
-// What casts the shadow is a simpler solid without hollows, from the tip on: pressed flat, it covers
-// each place once.
+// What casts the shadow is a simpler solid without hollows, from the tip on: pressed flat, it
+// covers each place once.
 export function hull({ profile, height }) {
   const wide = Math.max(...profile.map(([, r]) => r));
   const rim = profile.filter(([, r]) => r > 0.99 * wide);
