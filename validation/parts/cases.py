@@ -242,6 +242,8 @@ def long_times():
             closed=True,
             most=2_000_000,
         )
+    # Later than a double tells where the top is.
+    yield Case("long", "Lagrange, 2^54 rad", at(lagrange, **SPUN), 2**54 / (2 * pi), closed=True)
 
 
 def sizes():
