@@ -68,5 +68,5 @@ python/kreisel/viewer.html: .venv/requirements.txt $(core) $(wildcard python/vie
 	@echo "getting what report and tests need into .venv; the first time takes minutes"
 	@.venv/bin/python -m pip --version >/dev/null 2>&1 || { rm -rf build/venv && python3 -m venv --clear .venv; }
 	@.venv/bin/python .ci/requirements >$@.new
-	@.venv/bin/python -m pip install -q --disable-pip-version-check -r $@.new
+	@.venv/bin/python -m pip install -q --no-compile --disable-pip-version-check -r $@.new
 	@mv $@.new $@

@@ -105,9 +105,8 @@ struct kr_method {
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-#define X(id) extern const kr_method kr_method_##id;
-#include "methods.def"
-#undef X
+/* Those that others than the table (driver/registry.c) know by name. */
+extern const kr_method kr_method_bobenko_suris, kr_method_exact, kr_method_taylor;
 
 /* The torque at an attitude: e3 x (q lever q*). */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)

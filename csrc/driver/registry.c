@@ -3,6 +3,9 @@
 #include "exact/dispatch.h"
 #include "model/body.h"
 
+#define X(id) extern const kr_method kr_method_##id;
+#include "methods.def"
+#undef X
 static const kr_method *const methods[] = {
 #define X(id) &kr_method_##id,
 #include "methods.def"
