@@ -38,12 +38,14 @@ typedef struct {
 static place place_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
     const size_t bundled = KR_BUNDLE * bundles(n);
-    const size_t apart = words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double);
+    if (i >= bundled) {
+        const size_t behind = KR_BUNDLE_OF * bundles(n) + (i - bundled);
+        const place by_itself = {tangent(motion, memory, behind), 0, 0};
+        return by_itself;
+    }
     const place in_bundle = {tangent(motion, memory, i / KR_BUNDLE * KR_BUNDLE_OF), i % KR_BUNDLE,
-                             apart},
-                by_itself = {tangent(motion, memory, KR_BUNDLE_OF * bundles(n) + (i - bundled)), 0,
-                             0};
-    return i < bundled ? in_bundle : by_itself;
+                             words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
+    return in_bundle;
 }
 /* The component k of a deviation, behind the first of the eight numbers that begin there. */
 static double *component(const place *at, double *numbers, size_t k)
