@@ -24,11 +24,11 @@ ROD_SIDES = 12  # of a rod's section
 def wait_for(page, condition, arg=None):
     """Waits until the page is so. It lets no script but its own look again and again, so that it is
     looked at from here."""
-    for _ in range(1000):
+    for _ in range(3000):
         if page.evaluate(condition, arg):
             return
         page.wait_for_timeout(10)
-    raise AssertionError(f"in 10 s it has not come to {condition}")
+    raise AssertionError(f"in 30 s it has not come to {condition}")
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
@@ -38,7 +38,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
     """
     window = {"width": size[0], "height": size[1]}
     context = browser.new_context(viewport=window, offline=True, **how)
-    context.set_default_timeout(10000)
+    context.set_default_timeout(30000)
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
