@@ -8,6 +8,9 @@
 #  include "gsl/gsl.h"
 #endif
 
+#define X(id) extern const kr_method kr_method_##id;
+#include "methods.def"
+#undef X
 static const kr_method *const methods[] = {
     &kr_method_extrap,
 #ifdef KREISEL_GSL
