@@ -35,7 +35,8 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
 /* Sets what a tangent has where it begins, but for itself. */
 static void begin_growth(kr_growth *growth, int lane)
 {
-    growth->power[lane] = growth->area[lane] = growth->moment[lane] = growth->most[lane] = 0.0;
+    growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
+    growth->most[lane] = growth->last[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
 static void rest_tangent(kr_lane_tangents *g, int lane)

@@ -74,6 +74,21 @@ INLINE wide wide_log(wide x)
     return wide_fma(power, wide_splat(0.69314718055994531), sum);
 }
 
+/* The same to 1e-8, of a mean's summands, without a quotient. */
+INLINE wide close_log(wide x)
+{
+    static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
+                                   0.199569774831,  -0.25002153461, 0.333341833385,
+                                   -0.499999870323, 0.999999974267};
+    const whole one = wide_bits(wide_splat(1.0)), root = wide_bits(wide_splat(0.70710678118654752));
+    const whole bits = wide_bits(x) + (one - root);
+    const wide m = wide_of_bits((bits & 0x000fffffffffffffu) + root) - 1.0;
+    const wide power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
+    wide sum = wide_splat(0.0874394535206);
+    for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
+    return wide_fma(power, wide_splat(0.69314718055994531), m * sum);
+}
+
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
     triple plus, minus; /* next(theta) * prev(W), prev(theta) * next(W) */
@@ -144,6 +159,25 @@ INLINE deviation purified(kr_lane_tangents *g, const point *at, deviation d)
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return without(without(d, flow), deviation_axpy(keep, own, nothing));
 }
+/* Returns the square of what purified() leaves of a deviation. It errs by roundings of the
+ * deviation's own square, which a mean's summands can bear. */
+INLINE wide pure_square(kr_lane_tangents *g, const point *at, deviation d)
+{
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    const triple momentum = triple_times(triple_load(g->moments), at->w);
+    const deviation flow = {at->w, triple_cross(at->p, triple_load(g->c))},
+                    turn = {at->p, triple_cross(at->p, momentum)};
+    const wide f = deviation_dot(flow, flow);
+    const mask moves = wide_less(wide_splat(0x1p-1000), f);
+    const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one);
+    const deviation own = deviation_axpy(-(per * deviation_dot(turn, flow)), flow, turn);
+    const wide all = deviation_dot(d, d), along = deviation_dot(d, flow),
+               about = deviation_dot(d, own), u = deviation_dot(own, own),
+               least = 0x1p-60 * deviation_dot(turn, turn);
+    const mask is_own = wide_less(least, u);
+    const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
+    return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
+}
 INLINE wide log_of_size(kr_lane_tangents *g, deviation d)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(0.69314718055994531),
@@ -169,41 +203,57 @@ INLINE void weigh_forms(kr_lane_tangents *g, const point *at, deviation d)
                                                wide_sqrt(size * triple_dot(at->p, at->p)));
 }
 
-/* What a part of a step adds: the integrals of ln|delta| and of it times ln t, and the largest. */
+/* Lobatto's rule of six points: those inside, of a step from 0 to 1, and the weight of its ends. */
+static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
+                                0.88252766196473235},
+                    weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
+                                 0.18923747814892349};
+#define END_WEIGHT (1.0 / 30.0)
+
+/* The integrals of ln|delta| and of it times ln t, the largest, and the last. */
 typedef struct {
-    wide area, moment, most;
+    wide area, moment, most, last;
 } growth_areas;
-/* Adds the part of the path from l->t over h, by Gauss' five points: the logarithm turns sharply
- * where the deviation is short, and three of them err by 1e-3 of MEGNO at t = 10. */
-INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, growth_areas a)
+/* Adds the share of time that ln|delta| stands for, which is the last one; t is that time. A lane
+ * that has arrived has no share. */
+INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
 {
-    static const double places[] = {0.04691007703066802, 0.23076534494715845, 0.5,
-                                    0.76923465505284155, 0.95308992296933193},
-                        weights[] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
-                                     0.23931433524968324, 0.11846344252809454};
-    const wide forward = wide_load(l->forward), t = wide_load(l->t), tiny = wide_splat(0x1p-1000);
-    for (int i = 0; i < 5; i++) {
-        const wide span = places[i] * h, at = t + span;
-        const point here = sum_series(l, at, 1);
-        const wide size = log_of_size(g, purified(g, &here, sum_growth(g, l->order, span)));
-        const wide share = weights[i] * (forward * h) * size;
-        a.area = a.area + share;
-        a.moment = wide_fma(share, wide_log(wide_max(forward * at, tiny)), a.moment);
-        a.most = wide_max(a.most, size);
-    }
+    const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
+    a.area = a.area + weight;
+    a.moment = wide_fma(weight, close_log(wide_max(forward * t, wide_splat(0x1p-1000))), a.moment);
+    a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
+}
+/* Adds the path from l->t over h, up to whose begin the last one is known, by Lobatto's rule:
+ * the logarithm turns sharply where the deviation is short. At the end the deviation is d, without
+ * what is known. */
+INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, deviation d, growth_areas a)
+{
+    const wide t = wide_load(l->t);
+    a = add_look(l, a, END_WEIGHT * h, t);
+    for (int i = 0; i < 4; i++) {
+        const wide span = places[i] * h, time = t + span;
+        const int order = g->terms[i];
+        const point here = sum_terms(l, order, time, 1);
+        const wide square = pure_square(g, &here, sum_growth(g, order, span));
+        a.last = wide_fma(wide_load(g->begin.power), wide_splat(0.69314718055994531),
+                          0.5 * close_log(square));
+        a = add_look(l, a, weights[i] * h, time);
+    }
+    a.last = log_of_size(g, d);
+    return add_look(l, a, END_WEIGHT * h, t + h);
 }
 
 /* The share of h at whose end the last terms of a deviation, which is `all` after h, are small
  * enough. */
-INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all, double log2_most)
+INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     wide power = wide_splat(1.0);
     for (int n = 0; n < order; n++) power = power * h;
     const deviation last = deviation_load(g->x[order]);
     const wide size = deviation_dot(all, all), rest = power * power * deviation_dot(last, last);
-    const wide most = wide_splat(exp2(2.0 * log2_most)) * size;
+    const wide most = wide_splat(g->rest) * size;
     const mask is_small = mask_or(wide_at_most(rest, most), wide_equal(size, zero));
     const wide share =
         0.9 * rough_exp2((rough_log2(most) - rough_log2(wide_max(rest, wide_splat(0x1p-1000)))) *
@@ -232,8 +282,10 @@ APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
     expand(part, 1);
 }
 /* Takes the deviation from where the piece begins to a time inside it, in parts where its series
- * asks for shorter ones than the path's. A lane that has arrived stays where it is, to the bit. */
-INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, growth_areas *areas)
+ * asks for shorter ones than the path's. A lane that has arrived stays where it is, to the bit.
+ * Returns it without what is known; `at` is the path there. */
+INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, const point *at,
+                       growth_areas *areas)
 {
     kr_lanes *path = l;
     deviation d = deviation_load(g->begin.d);
@@ -241,23 +293,27 @@ INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, growth_areas *
         const wide t = wide_load(path->t), left = to - t;
         expand_growth(path, g, d);
         const deviation all = sum_growth(g, l->order, left);
-        const wide share = share_allowed(g, l->order, left, all, l->log2_tol + GROWTH_SLACK);
+        const wide share = share_allowed(g, l->order, left, all);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
+        if (mask_all(whole_way) || parts == GROWTH_PARTS) {
+            const deviation own = purified(g, at, all);
+            *areas = add_part(path, g, left, own, *areas);
+            return own;
+        }
         const wide h = share * left;
-        *areas = add_part(path, g, h, *areas);
-        if (mask_all(whole_way)) return all;
+        kr_lane_number time;
+        wide_store(time, wide_choose(whole_way, to, t + h));
         d = sum_growth(g, l->order, h);
-        if (parts == GROWTH_PARTS) return d;
-        kr_lane_number at;
-        wide_store(at, wide_choose(whole_way, to, t + h));
-        begin_part(l, g, at);
+        const point here = sum_series(path, wide_load(time), 1);
+        *areas = add_part(path, g, h, purified(g, &here, d), *areas);
+        begin_part(l, g, time);
         path = &g->part;
     }
 }
 INLINE growth_areas areas_of(kr_lane_tangents *g)
 {
     const growth_areas a = {wide_load(g->begin.area), wide_load(g->begin.moment),
-                            wide_load(g->begin.most)};
+                            wide_load(g->begin.most), wide_load(g->begin.last)};
     return a;
 }
 /* Takes the deviation over the step that has just been made: without what is known, and by a power
@@ -267,11 +323,11 @@ INLINE void follow(kr_lanes *l, kr_lane_tangents *g)
     const point at = {triple_load(l->end_p), triple_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = areas_of(g);
-    const deviation d = purified(g, &at, carry(l, g, wide_load(l->end), &areas)),
-                    nothing = {none(), none()};
+    const deviation d = carry(l, g, wide_load(l->end), &at, &areas), nothing = {none(), none()};
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
-    wide_store(g->end.most, wide_max(areas.most, log_of_size(g, d)));
+    wide_store(g->end.most, areas.most);
+    wide_store(g->end.last, areas.last);
     const wide moved = 0x1.8p52 - 0.5 * rough_log2(deviation_dot(d, d)),
                power = wide_of_bits((wide_bits(moved) + 1023) << 52);
     deviation_store(g->end.d, deviation_axpy(power, d, nothing));
@@ -285,17 +341,27 @@ INLINE void tell_growth(kr_lanes *l, kr_lane_tangents *g)
     const wide t = wide_max(wide_load(l->forward) * at, tiny);
     const point here = sum_series(l, at, 1);
     growth_areas areas = areas_of(g);
-    const deviation d = purified(g, &here, carry(l, g, at, &areas));
-    const wide size = log_of_size(g, d);
-    wide_store(g->out[KR_GROWTH_LOG], size);
+    const deviation d = carry(l, g, at, &here, &areas);
+    wide_store(g->out[KR_GROWTH_LOG], areas.last);
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
-    wide_store(g->out[KR_GROWTH_MOST], wide_max(areas.most, size));
+    wide_store(g->out[KR_GROWTH_MOST], areas.most);
     weigh_forms(g, &here, d);
+}
+/* Sets what a deviation's last term may be, and how many terms count inside a step, to 2^-24: the
+ * n-th one is about tol^(n/order) at the end, and less before by the n-th power of the place. */
+static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
+{
+    g->rest = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
+    for (int i = 0; i < 4; i++) {
+        const double fall = -log2(places[i]) - l->log2_tol / l->order;
+        g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
+    }
 }
 /* Begins with a deviation of unit length in every lane that has none yet. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
+    set_limits(l, g);
     const point at = {triple_load(l->end_p), triple_load(l->end_w), wide_splat(0.0)};
     const deviation d = purified(g, &at, deviation_load(g->end.d)), nothing = {none(), none()};
     const wide size = wide_sqrt(deviation_dot(d, d));

@@ -208,10 +208,11 @@ typedef struct {
     triple p, w;
     wide turn;
 } point;
-INLINE point sum_series(kr_lanes *l, wide at, int headless)
+/* Sums the terms up to an order. */
+INLINE point sum_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
-    int n = l->order;
+    int n = order;
     point r = {triple_load(l->p[n]), triple_load(l->w[n]), wide_splat(0.0)};
     if (!headless) r.turn = wide_load(l->turn[n]);
     while (--n >= 0) {
@@ -225,6 +226,10 @@ INLINE point sum_series(kr_lanes *l, wide at, int headless)
         if (!headless) r.turn = wide_fma(h, r.turn, wide_load(l->turn[n]));
     }
     return r;
+}
+INLINE point sum_series(kr_lanes *l, wide at, int headless)
+{
+    return sum_terms(l, l->order, at, headless);
 }
 
 /* Gives sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the

@@ -62,7 +62,7 @@ typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;
     kr_lane_number area, moment; /* int ln|delta| dt, and of that times ln t */
-    kr_lane_number most;         /* the largest ln|delta| */
+    kr_lane_number most, last;   /* the largest ln|delta|, and the last */
 } kr_growth;
 /* A tangent a lane, in the words of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
@@ -75,6 +75,8 @@ typedef struct kr_lane_tangents {
     kr_lane_vector first[2]; /* what would be begun with, at the end of the piece */
     kr_lane_number first_energy, first_vertical, first_size;
     kr_lanes part; /* the path about a part of a step */
+    double rest;   /* the square of what the last term may be, over the deviation */
+    int terms[4];  /* of the series that count at the places where the integrals look */
 } kr_lane_tangents;
 
 typedef struct kr_lanes_isa {

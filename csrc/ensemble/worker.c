@@ -165,10 +165,17 @@ static int is_sound(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
+/* Rounds a size up, so that what follows begins a line of the cache as well: a vector that lies in
+ * two of them is loaded in twice the time. */
+static size_t in_lines(size_t size)
+{
+    const size_t line = LINE * sizeof(double);
+    return (size + line - 1) / line * line;
+}
 /* Lays out the memory of a worker behind it. */
 static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed, int grows)
 {
-    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? sizeof(kr_lanes) : 0,
+    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? in_lines(sizeof(kr_lanes)) : 0,
                  plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
                  tangents = grows ? sizeof(kr_lane_tangents) : 0,
                  size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + tangents + plans +

@@ -114,7 +114,7 @@ def heyoka():
 
 
 def rate():
-    for tol in (None, 1e-9):
+    for tol in (None, 1e-9, 1e-6, 1e-5):
         tops = kr.scenes.asymmetric.vary(gravity=1.0 + 0.01 * np.linspace(-1.0, 1.0, 512))
         (spent,) = least(
             lambda tops=tops, tol=tol: kr.megno(tops, [1000.0], tol=tol, threads=2), rounds=3
