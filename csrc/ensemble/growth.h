@@ -281,6 +281,15 @@ APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
     triple_store(part->w[0], here.w);
     expand(part, 1);
 }
+INLINE point chosen(mask m, const point *yes, const point *no)
+{
+    const point r = {{wide_choose(m, yes->p.x, no->p.x), wide_choose(m, yes->p.y, no->p.y),
+                      wide_choose(m, yes->p.z, no->p.z)},
+                     {wide_choose(m, yes->w.x, no->w.x), wide_choose(m, yes->w.y, no->w.y),
+                      wide_choose(m, yes->w.z, no->w.z)},
+                     wide_splat(0.0)};
+    return r;
+}
 /* Takes the deviation from where the piece begins to a time inside it, in parts where its series
  * asks for shorter ones than the path's. A lane that has arrived stays where it is, to the bit.
  * Returns it without what is known; `at` is the path there. */
@@ -304,7 +313,8 @@ INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, const point *a
         kr_lane_number time;
         wide_store(time, wide_choose(whole_way, to, t + h));
         d = sum_growth(g, l->order, h);
-        const point here = sum_series(path, wide_load(time), 1);
+        const point there = sum_series(path, wide_load(time), 1),
+                    here = chosen(whole_way, at, &there);
         *areas = add_part(path, g, h, purified(g, &here, d), *areas);
         begin_part(l, g, time);
         path = &g->part;

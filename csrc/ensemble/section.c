@@ -127,7 +127,7 @@ kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ke
 kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops)
 {
     const int is_one = event && event->count > 0 && event->terms;
-    if (!worker || !tops || !is_one || worker->config.tangents) return KR_ERR_ARGUMENT;
+    if (!worker || !tops || !is_one || kr_worker_grows(worker)) return KR_ERR_ARGUMENT;
     if (worker->method != &kr_method_taylor) return KR_ERR_METHOD;
     worker->watches = 1;
     worker->event = *event;

@@ -15,14 +15,11 @@ void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_sta
     slot->last = *state;
     slot->done++;
 }
-static int has_tangents(const kr_worker *worker)
-{
-    return worker->lanes && worker->lanes->tangents;
-}
+int kr_worker_grows(const kr_worker *worker) { return worker->lanes && worker->lanes->tangents; }
 /* The row of a top's growth at its k-th time; NULL where nobody asks for it. */
 static double *growth_of(const kr_worker *worker, size_t top, size_t k)
 {
-    double *growth = has_tangents(worker) ? worker->tops->growth : NULL;
+    double *growth = kr_worker_grows(worker) ? worker->tops->growth : NULL;
     return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
 }
 void kr_worker_put_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
@@ -94,7 +91,7 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
                                  : record(worker, top, &slot, kept);
         stats = kr_top_stats(top);
     }
-    if (has_tangents(worker)) {
+    if (kr_worker_grows(worker)) {
         slot.done = 0; /* no tangent has gone along */
         if (status == KR_OK) status = KR_ERR_TANGENT;
     }
@@ -107,7 +104,7 @@ static void move(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
     kr_top *alone = worker->alone ? worker->alone : worker->closed;
-    if (damped && has_tangents(worker)) {
+    if (damped && kr_worker_grows(worker)) {
         const kr_slot slot = {.top = i, .last = worker->tops->scenes[i].start};
         const kr_stats none = {0};
         kr_worker_end(worker, &slot, NULL, KR_ERR_METHOD, none);

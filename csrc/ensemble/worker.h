@@ -41,6 +41,8 @@ struct kr_worker {
 /* Writes a state of the top `slot` is about, and counts it. */
 void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_state *state);
 /* Writes how the tangent of a lane has grown beside the state that comes next; NULL: not at all. */
+/* Whether tangents ride along with its lanes. */
+int kr_worker_grows(const kr_worker *worker);
 void kr_worker_put_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Tells what became of a top. */
 void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,

@@ -62,6 +62,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
         pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
     const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
     own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
+    if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
 /* Brings the closed form to the frame of description and the user's units; `unit` is its unit of

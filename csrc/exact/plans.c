@@ -203,7 +203,7 @@ INLINE mask moves(const exact_top *top)
     const wide side = wide_max(wide_abs(top->q[1].hi), wide_abs(top->q[2].hi)),
                up = wide_max(wide_abs(top->q[0].hi), wide_abs(top->q[3].hi)),
                push = wide_max(wide_abs(top->m.x), wide_abs(top->m.y));
-    return mask_and(wide_less(wide_splat(0.0), wide_abs(top->lever.hi)),
+    return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
 /* What became of a group, as bits of lanes. */

@@ -86,6 +86,10 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
+/* What pulls less than this, in own units, where either the momentum or the pull is about one, moves
+ * nothing at any time that a double resolves: it is no pull. The squares of smaller ones underflow. */
+#define LEAST_LEVER 1e-100
+
 /* A scene in working axes and own units, where nothing is rounded. */
 typedef struct exact_top {
     vec3_lanes inertia;

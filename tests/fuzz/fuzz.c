@@ -11,7 +11,7 @@
 #include "choice.h"
 #include "rounds.h"
 
-enum { PLACES = 64, PATIENCE = 10 /* seconds of work that a call may take */ };
+enum { PLACES = 64, PATIENCE = 60 /* seconds of work that a call may take */ };
 static struct {
     uint64_t seed, at_last_tick;
     int ticks, failed_times[PLACES], places;

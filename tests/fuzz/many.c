@@ -16,13 +16,15 @@ static struct {
     kr_config config;
     const kr_method *method;
     size_t n, times, reductions;
-    int own_times;
-    search watched; /* where it is a section: of the first event of these, if there is one */
+    int own_times, directed;
+    double direction[6]; /* of the tangents, where they have one of their own */
+    search watched;      /* where it is a section: of the first event of these, if there is one */
     int watches;
 } asked;
 typedef struct answer {
     kr_state states[MOST * TIMES];
     double reduced[MOST * REDUCTIONS];
+    double growth[MOST * TIMES * KR_GROWTH_COUNT];
     kr_outcome outcomes[MOST];
 } answer;
 
@@ -36,6 +38,13 @@ static void choose_times(size_t i)
         asked.t[i * asked.times + k] = spoiled(t, 3);
         if (k + 1 == asked.times) break;
     }
+}
+/* Tangents ride along with taylor; elsewhere they are refused. */
+static void choose_tangents(void)
+{
+    asked.config.tangents = odds(20) ? KR_TANGENT_GROWTH : odds(2) ? choose(64) : 0;
+    asked.directed = odds(30);
+    for (int i = 0; i < 6; i++) asked.direction[i] = spoiled(between(-1.0, 1.0), 3);
 }
 static void choose_all(void)
 {
@@ -61,6 +70,7 @@ static void choose_all(void)
                               .digits = odds(85) ? 0 : (int)choose(32),
                               .leave_heading = odds(10)};
     asked.config = config;
+    choose_tangents();
     asked.reductions = (size_t)choose(REDUCTIONS + 1);
     for (size_t r = 0; r < REDUCTIONS; r++) {
         const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
@@ -83,6 +93,8 @@ static int move(kr_worker *worker, size_t i, size_t n, answer *a)
                           .own_times = asked.own_times,
                           .states = a->states,
                           .reduced = a->reduced,
+                          .growth = a->growth,
+                          .direction = asked.directed ? asked.direction : NULL,
                           .outcomes = a->outcomes};
     leave_mark(a, sizeof *a);
     if (!asked.watches) {
@@ -92,7 +104,9 @@ static int move(kr_worker *worker, size_t i, size_t n, answer *a)
     const kr_event *event = asked.watched.count > 0 ? asked.watched.event : NULL;
     const int is_one = event && event->terms, fits = asked.method == kr_method_find("taylor");
     const kr_status status = kr_worker_section(worker, event, &tops);
-    CLAIM(status == (!is_one ? KR_ERR_ARGUMENT : !fits ? KR_ERR_METHOD : KR_OK));
+    CLAIM(status == (!is_one || asked.config.tangents ? KR_ERR_ARGUMENT
+                     : !fits                          ? KR_ERR_METHOD
+                                                      : KR_OK));
     return status == KR_OK;
 }
 static void claim_top(size_t i, const answer *a)
@@ -110,6 +124,9 @@ static void claim_top(size_t i, const answer *a)
     }
     for (size_t r = 0; r < asked.reductions && wrong != NONE; r++)
         CLAIM(isnan(a->reduced[i * asked.reductions + r]));
+    const double *growth = a->growth + i * asked.times * KR_GROWTH_COUNT;
+    for (size_t j = 0; asked.config.tangents && j < asked.times * KR_GROWTH_COUNT; j++)
+        CLAIM(isnan(growth[j]) == (j >= o->done * KR_GROWTH_COUNT));
 }
 /* Whether numbers are the same, one that is none like any other. */
 static int alike(const double *one, const double *other, size_t n)
@@ -124,6 +141,8 @@ static void claim_same(size_t i, const answer *a, const answer *one)
     const kr_outcome *o = &a->outcomes[i], *p = &one->outcomes[0];
     CLAIM(alike((const double *)(a->states + i * asked.times), (const double *)one->states, row));
     CLAIM(alike(a->reduced + i * asked.reductions, one->reduced, asked.reductions));
+    const size_t grown = asked.times * KR_GROWTH_COUNT;
+    if (asked.config.tangents) CLAIM(alike(a->growth + i * grown, one->growth, grown));
     CLAIM(o->status == p->status && o->done == p->done);
     CLAIM(
         alike((const double *)&o->last, (const double *)&p->last, sizeof o->last / sizeof(double)));
@@ -134,9 +153,9 @@ void call_many(void)
     static answer all, one;
     kr_worker *worker = NULL;
     choose_all();
-    call("%zu tops at once by %s, step %a, tol %a, digits %d", asked.n,
+    call("%zu tops at once by %s, step %a, tol %a, digits %d, tangents %d", asked.n,
          asked.method ? kr_method_name(asked.method) : "auto", asked.config.step, asked.config.tol,
-         asked.config.digits);
+         asked.config.digits, (int)asked.config.tangents);
     const kr_status status =
         kr_worker_create(asked.method, asked.config, asked.reductions, asked.reduction, &worker);
     CLAIM((status == KR_OK) == (worker != NULL) && (!status || went_wrong(status) == INPUT));
