@@ -30,9 +30,14 @@ enum {
     /* and the others so often, for angles cost more than integrals. */
     KR_STAGE_GLANCES = 32,
     KR_STAGE_TICKS = 1000000, /* ticks to the unit of time */
-    /* In one call the methods take so many steps of their own, and so many more for each step. */
-    KR_STAGE_BREATH = 4096,
-    KR_STAGE_BREATHS = 16
+    /* What stands for the top with which one is compared: there is none, or it is itself a truth
+     * for the others, which goes on only while one of those does. */
+    KR_STAGE_ALONE = -1,
+    KR_STAGE_TRUTH = -2,
+    /* In one call the methods take so many steps of their own, and so many more for each step: a
+     * call for few steps is over in milliseconds, however fast a top may be. */
+    KR_STAGE_BREATH = 32,
+    KR_STAGE_BREATHS = 4
 };
 
 typedef struct kr_actor {
@@ -44,7 +49,7 @@ typedef struct kr_actor {
     int64_t step;          /* in ticks */
     int64_t steps;         /* done so far */
     int restarts;          /* begins anew after each step */
-    int against;           /* the top with which it is compared; -1: none */
+    int against;           /* the top with which it is compared, which may come later */
     kr_status status;      /* not KR_OK: it stays where it is */
     /* what is measured of it; NULL for what is NaN at the start, as K of a body that has none */
     const kr_quantity *quantity[KR_STAGE_ERROR];

@@ -1,6 +1,7 @@
 /* What the page calls beside kreisel.h: one stage, what is to be seen on it, and the numbers of the
  * core by which the page is made. It is built for WebAssembly only. A page has one stage, hence the
  * only global state there is. */
+#include <math.h>
 #include <stddef.h>
 #include "page/picture.h"
 #include "page/stage.h"
@@ -48,9 +49,10 @@ SIZE(kr_box, 11);
 
 static kr_stage stage;
 static double measured[KR_STAGE_MEASURES];
-static kr_vec3 velocity;
+static kr_vec3 velocity, apex;
 static double reach[2];
 static kr_box box;
+static double limits[6];
 static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
 /* Numbers and names */
@@ -66,6 +68,29 @@ EXPORT(int, kr_page_adaptive, (const kr_method *method))
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
+}
+
+/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form. These
+ * are the least and the greatest nutation, the critical spin, the mean precession and the period of
+ * the nutation, NaN where there is none, and the spin; NULL for tops that are not symmetric. */
+EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
+{
+    kr_turning turning;
+    kr_exact exact;
+    if (kr_exact_turning(scene, &turning) != KR_OK) return NULL;
+    const int known = kr_exact_plan(scene, &exact) == KR_OK;
+    limits[0] = turning.least;
+    limits[1] = turning.greatest;
+    limits[2] = turning.critical_spin;
+    limits[3] = known ? exact.precession : NAN;
+    limits[4] = known && isfinite(exact.period) ? exact.period : NAN;
+    kr_quantity_values(kr_quantity_find("spin"), scene, 1, &scene->start, &limits[5]);
+    return limits;
+}
+EXPORT(const char *, kr_page_course, (const kr_scene *scene))
+{
+    kr_turning turning;
+    return kr_exact_turning(scene, &turning) == KR_OK ? turning.course : "";
 }
 
 /* The stage */
@@ -92,6 +117,11 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 {
     velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
     return &velocity;
+}
+EXPORT(const kr_vec3 *, kr_page_apex, (int i))
+{
+    apex = kr_state_apex(&stage.actor[i].scene, &stage.actor[i].now);
+    return &apex;
 }
 
 /* Measures and their record */

@@ -66,6 +66,17 @@ export function makeBody(body) {
 }
 export const kindOf = (body) => text(C.kr_page_kind(putBody(body)));
 
+// Tells how the axis of a symmetric top moves from a start on: between which nutations, how fast
+// about the vertical on the mean, with what period, beyond which spin it would sleep, and its own
+// spin at the start. null for other tops.
+export function limitsOf(body, gravity, q, m) {
+  const told = C.kr_page_limits(putScene(body, gravity, q, m));
+  if (!told) return null;
+  const [least, greatest, critical, precession, period, spin] = doubles(told, 6);
+  const course = text(C.kr_page_course(SCENE));
+  return { least, greatest, critical, precession, period, spin, course };
+}
+
 // Finds the cuboid as which a body is drawn: its half edges, its centre seen from the fixed point,
 // its turn in the frame in which the body was described.
 export function cuboidOf(body) {

@@ -26,13 +26,16 @@ export function toPython({ body, momentum, attitude, gravity, methods: names, st
   const ways = (name) =>
     methods.get(name).adaptive ? [`tol=${tol}`] : step.map((h) => `step=${h}, every=1`);
   const solve = (name) =>
-    ways(name).map((way) => `path = kr.solve(scene, t=100, method="${name}", ${way})`);
+    ways(name).map((way) => `    kr.solve(scene, t=100, method="${name}", ${way}),`);
   const start = `momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity}`;
   return `import kreisel as kr
 
 body = kr.Body${made}
 scene = kr.Scene(body, ${start})
+paths = [
 ${names.flatMap(solve).join("\n")}
-print(path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
+]
+for path in paths:
+    print(path.method, path.step, path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
 `;
 }

@@ -139,7 +139,7 @@ def test_next_side_brings_all_back_into_sight(page, on, way):
 def test_panel_can_be_put_away(page):
     narrow = picture(page)["width"]
     for hide, show in (
-        (lambda: page.keyboard.press("d"),) * 2,
+        (lambda: page.keyboard.press("h"),) * 2,
         (page.get_by_role("button", name="Panel").click,) * 2,
     ):
         hide()

@@ -1,0 +1,42 @@
+// The globe on which the apex writes. Where a closed form knows between which circles that is, they
+// are drawn with the zone between them; elsewhere the parallels are.
+import * as THREE from "three";
+import { Line2 } from "three/addons/lines/Line2.js";
+import { LineGeometry } from "three/addons/lines/LineGeometry.js";
+import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+
+const INK = "#7c8698";
+const upright = (shape) => shape.rotateX(Math.PI / 2); // what three.js makes along y
+const PARALLELS = upright(new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10));
+const film = (color, opacity) =>
+  new THREE.MeshBasicMaterial({ color, transparent: true, opacity, depthWrite: false });
+// Below this angle a circle is a point.
+const POINT = 0.01;
+
+// Makes a globe of radius 1 above a level floor; `limits` may be null.
+export function globe(limits, floor) {
+  const rim = Math.acos(Math.max(-1, Math.min(1, floor)));
+  const bowl = new THREE.SphereGeometry(1, 64, 40, 0, 2 * Math.PI, 0, rim);
+  const all = new THREE.Mesh(upright(bowl), film(INK, 0.07));
+  if (!limits) {
+    const color = { color: INK, transparent: true, opacity: 0.3 };
+    return all.add(new THREE.LineSegments(PARALLELS, new THREE.LineBasicMaterial(color)));
+  }
+  const { least, greatest } = limits;
+  for (const angle of new Set([least, greatest]))
+    if (Math.sin(angle) > POINT) all.add(circle(angle));
+  if (greatest - least < POINT) return all;
+  const zone = new THREE.SphereGeometry(1, 64, 24, 0, 2 * Math.PI, least, greatest - least);
+  all.add(new THREE.Mesh(upright(zone), film("#e0a100", 0.1)));
+  return all;
+}
+function circle(angle) {
+  const [height, radius] = [Math.cos(angle), Math.sin(angle)];
+  const points = Array.from({ length: 129 }, (_, i) => {
+    const turn = (2 * Math.PI * i) / 128;
+    return [radius * Math.cos(turn), radius * Math.sin(turn), height];
+  });
+  const geometry = new LineGeometry().setPositions(points.flat());
+  const look = { color: INK, linewidth: 1.6, transparent: true, opacity: 0.9 };
+  return new Line2(geometry, new LineMaterial(look));
+}
