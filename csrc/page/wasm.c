@@ -49,7 +49,7 @@ SIZE(kr_box, 11);
 
 static kr_stage stage;
 static double measured[KR_STAGE_MEASURES];
-static kr_vec3 velocity, apex;
+static kr_vec3 velocity;
 static double reach[2];
 static kr_box box;
 static double limits[6];
@@ -70,8 +70,8 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form. These
- * are the least and the greatest nutation, the critical spin, the mean precession and the period of
+/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form.
+ * These are the least and the greatest nutation, the critical spin, the mean precession and the period of
  * the nutation, NaN where there is none, and the spin; NULL for tops that are not symmetric. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
@@ -117,11 +117,6 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 {
     velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
     return &velocity;
-}
-EXPORT(const kr_vec3 *, kr_page_apex, (int i))
-{
-    apex = kr_state_apex(&stage.actor[i].scene, &stage.actor[i].now);
-    return &apex;
 }
 
 /* Measures and their record */

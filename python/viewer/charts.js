@@ -11,7 +11,11 @@ const SYMBOLS = {
   kowalewski: "K",
   goryachev_chaplygin: "G",
 };
-const WORDS = { nutation: "tilt (nutation) [°]", spin_angle: "spin angle [rad]" };
+const WORDS = {
+  nutation: "tilt (nutation) [°]",
+  spin_angle: "spin angle [rad]",
+  error: "frame error [rad]",
+};
 const inWords = (name) => WORDS[name] ?? name.replaceAll("_", " ");
 // Charts tell the tilt in degrees, as all else does.
 const scaleOf = (name) => (name === "nutation" ? 180 / Math.PI : 1);
@@ -169,7 +173,7 @@ export class Charts {
   }
   csv() {
     const { tops, measures } = this.page;
-    const names = [...measures.map(({ name }) => name), "error"];
+    const names = [...new Set([...measures.map(({ name }) => name), "error"])];
     const heads = (top, i) => names.map((name) => `${name} ${i}:${top.method}:${top.step}`);
     const columns = (_, i) => names.map((name) => stage.record(i, name));
     const all = [stage.time(), ...tops.flatMap(columns)];

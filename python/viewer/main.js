@@ -44,6 +44,7 @@ function draw() {
   stale = false;
   panel.draw();
   bar.draw();
+  numbers.update(page);
   charts.build();
 }
 page.tell = () => (hands.drag ? (stale = true) : draw());
@@ -80,7 +81,6 @@ function frame(now) {
     shown = { at: now, clock: page.clock, tops: page.tops };
     draw();
     charts.update();
-    numbers.update(page);
     $("times").textContent = behind();
   }
   hands.light(hands.lit);

@@ -3,8 +3,10 @@
 // long a round takes.
 import { stage } from "./core.js";
 
-const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
-const short = (x) => (Math.abs(x) < 5e-4 ? "0" : x.toPrecision(3));
+// A top that failed is nowhere, and has no numbers.
+const known = (x, words) => (Number.isNaN(x) ? "–" : words);
+const degrees = (angle) => known(angle, `${((180 * angle) / Math.PI).toFixed(1)}°`);
+const short = (x) => known(x, Math.abs(x) < 5e-4 ? "0" : x.toPrecision(3));
 // Closer than this to the vertical no precession can be told.
 const UPRIGHT = 0.02;
 
@@ -33,11 +35,11 @@ export class Numbers {
     const time = stage.state(i)[0];
     const turns = (time * spin) / (2 * Math.PI);
     const since = "about its own axis, since the start";
-    if (limits) lines.push(["turns", Math.abs(turns).toFixed(1), "", since]);
+    if (limits) lines.push(["turns", known(turns, Math.abs(turns).toFixed(1)), "", since]);
     this.write(lines);
   }
   precession(velocity, spin, nutation, limits) {
-    if (!limits || Math.sin(nutation) < UPRIGHT) return [];
+    if (!limits || !(Math.sin(nutation) >= UPRIGHT)) return [];
     const now = precessionOf(velocity, spin, nutation);
     const round = (2 * Math.PI) / Math.abs(limits.precession);
     const note = round < 1e4 ? `a round in ${round.toFixed(1)}` : "";

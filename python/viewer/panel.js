@@ -84,7 +84,7 @@ export class Panel {
   // Returns a number as it is shown. Momentum, tilt and spin are those of now.
   shown(place) {
     const x = this.value(place);
-    return x === null || x === undefined ? "" : +x.toPrecision(6);
+    return Number.isFinite(x) ? +x.toPrecision(6) : ""; // a top that failed has no tilt
   }
   value(place) {
     const { page } = this;

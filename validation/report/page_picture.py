@@ -13,7 +13,7 @@ TARGET = Path(__file__).with_name("page.png")
 PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # as `make build` made it
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1120, "height": 640}
-UNTIL = 9_000_000  # of the clock, which counts a million in a unit of time
+UNTIL = 9  # units of time
 
 
 def main(target=TARGET):
@@ -21,10 +21,11 @@ def main(target=TARGET):
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=SOFTWARE
         )
-        page = browser.new_page(viewport=SIZE)
+        page = browser.new_page(viewport=SIZE, reduced_motion="reduce")  # it waits
         page.goto(PAGE.as_uri())
-        while page.evaluate("kreisel.page.clock") < UNTIL:
-            page.wait_for_timeout(100)
+        while not page.evaluate("!!window.kreisel"):
+            page.wait_for_timeout(50)
+        page.evaluate(f"kreisel.advance({UNTIL}); kreisel.page.tell(); kreisel.charts.update()")
         page.screenshot(path=target)
 
 
