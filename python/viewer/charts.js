@@ -113,8 +113,9 @@ export class Charts {
     const values = (_, all, axis, room, step) => all.map((x) => tick(x, log ? x : step));
     const splits = (_, axis, low, high) => decades(low, high);
     // The lowest would stand where the time begins.
-    const high = (plot, x) => (plot.valToPos(x, "y") < plot.over.clientHeight - 8 ? x : null);
-    const powers = log && { splits, filter: (plot, all) => all.map((x) => high(plot, x)) };
+    const isHigh = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
+    const high = (plot, all) => all.map((x) => (isHigh(plot.scales.y, x) ? x : null));
+    const powers = log && { splits, filter: high };
     const letter = this.page.big ? 9 : 6.2;
     const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
     const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
