@@ -46,6 +46,9 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
             kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
         measure[KR_STAGE_ERROR] = 0.5 * kr_attitude_error(a->now.q, b->now.q);
+    if (a->modified)
+        measure[KR_STAGE_MODIFIED] =
+            kr_state_modified_energy(&a->scene, &a->now, (double)a->step / KR_STAGE_TICKS);
 }
 void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES])
 {
@@ -134,7 +137,7 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int
     a->top = NULL;
     a->track = NULL;
     a->length = a->steps = 0;
-    a->restarts = 0;
+    a->restarts = a->modified = 0;
     a->step = step;
     a->against = against;
     a->status = KR_OK;
@@ -173,6 +176,7 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     const unsigned flags = kr_method_flags(method);
     kr_actor *a = &stage->actor[stage->tops];
     a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    a->modified = method == kr_method_find("bobenko_suris");
     if (!(flags & KR_ADAPTIVE)) config.step = (double)step / KR_STAGE_TICKS;
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) enter(stage);

@@ -71,8 +71,9 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
 }
 
 /* How the axis of a symmetric top moves: the turning points and mean rates of its closed form.
- * These are the least and the greatest nutation, the critical spin, the mean precession and the period of
- * the nutation, NaN where there is none, and the spin; NULL for tops that are not symmetric. */
+ * These are the least and the greatest nutation, the critical spin, the mean precession and the
+ * period of the nutation, NaN where there is none, and the spin; NULL for tops that are not
+ * symmetric. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
@@ -123,16 +124,21 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
 EXPORT(const char *, kr_page_measure_name, (int k))
 {
-    return k == KR_STAGE_ERROR ? "error" : kr_quantity_name(kr_stage_quantity(k));
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_name(quantity);
+    return k == KR_STAGE_ERROR ? "error" : "modified_energy";
 }
 EXPORT(const char *, kr_page_measure_text, (int k))
 {
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_text(quantity);
     return k == KR_STAGE_ERROR ? "half the attitude error against another top, in radians"
-                               : kr_quantity_text(kr_stage_quantity(k));
+                               : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))
 {
-    return k != KR_STAGE_ERROR && (kr_quantity_flags(kr_stage_quantity(k)) & KR_KEPT);
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    return k == KR_STAGE_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {

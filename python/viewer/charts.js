@@ -6,15 +6,19 @@ import { measureOf, stage } from "./core.js";
 // What has no symbol goes by its name.
 const SYMBOLS = {
   energy: "E",
+  modified_energy: "H_ε",
   vertical_momentum: "⟨m, e₃⟩",
   axial_momentum: "⟨m, a⟩",
   kowalewski: "K",
   goryachev_chaplygin: "G",
 };
 const WORDS = {
+  kowalewski: "K (Kowalewski)",
+  goryachev_chaplygin: "G (Goryachev-Chaplygin)",
   nutation: "tilt (nutation) [°]",
   spin_angle: "spin angle [rad]",
   error: "frame error [rad]",
+  modified_energy: "modified energy H_ε",
 };
 const inWords = (name) => WORDS[name] ?? name.replaceAll("_", " ");
 // Charts tell the tilt in degrees, as all else does.
@@ -42,10 +46,10 @@ function decades(low, high) {
 }
 const LEVEL = 1e-16; // A line that does not move has this height.
 const isNothing = (low, high) => low === null || high === null;
-const range = (_, low, high) => {
+// A line that is level but for rounding is drawn level: `fine` of its size is nothing.
+const range = (fine) => (_, low, high) => {
   if (isNothing(low, high)) return [-1, 1];
-  // Below this doubles cannot be told apart at the axis.
-  const least = Math.max(LEVEL, 1e-9 * Math.max(Math.abs(low), Math.abs(high)));
+  const least = Math.max(LEVEL, fine * Math.max(Math.abs(low), Math.abs(high)));
   return high - low > least
     ? uPlot.rangeNum(low, high, 0.1, true)
     : [low - least, high + least];
@@ -80,7 +84,8 @@ export class Charts {
     return measureOf(what === "error" ? what : this.page.scene[what]);
   }
   isLog(what) {
-    return this.page.scene.log && (what === "error" || this.measure(what).kept);
+    const { name, kept } = this.measure(what);
+    return this.page.scene.log && (name === "error" || kept);
   }
   options(what) {
     const series = this.tops.map((top, i) => ({
@@ -92,6 +97,7 @@ export class Charts {
       spanGaps: true,
     }));
     const log = this.isLog(what);
+    const fine = what === "error" || this.measure(what).kept ? 1e-9 : 1e-3;
     return {
       width: this.width,
       height: this.height,
@@ -99,7 +105,7 @@ export class Charts {
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
       scales: {
         x: { time: false, range: timeRange },
-        y: log ? { distr: 3, range: logRange } : { range },
+        y: log ? { distr: 3, range: logRange } : { range: range(fine) },
       },
       axes: this.axes(log),
       series: [{}, ...series],

@@ -46,8 +46,8 @@ export const methods = new Map(
   }),
 );
 
-// These are measured of a top: quantities of its state, integrals among them (`kept`), and the
-// frame error against another top, "error".
+// These are measured of a top: quantities of its state, integrals among them (`kept`), the frame
+// error against another top, "error", and "modified_energy", which one method keeps.
 export const measures = list(C.kr_page_measures(), (number) => ({
   number,
   name: text(C.kr_page_measure_name(number)),

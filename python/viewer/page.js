@@ -12,7 +12,7 @@ const [LEAST, MOST] = [TOPS, 2000];
 const MOVES = /^(body|shape|attitude|momentum|second|gravity|taken)/; // what a track cannot follow
 // These are set without beginning anew.
 const GOES_ON = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
-const COMPUTES = /^(methods|step|both|tol|ghost)/; // the motion stays, and its time
+const COMPUTES = /^(methods|step|both|own|tol|ghost)/; // the motion stays, and its time
 const OF_NOW = /^(momentum|tilt|spin)/; // read off the moment, and set in it
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 

@@ -21,6 +21,7 @@ const NAMES = {
   half: "Size",
   pivot: "Fixed point",
   both: "Second step",
+  own: "Step",
 };
 export function nameOf(place) {
   const [, last] = /([a-z]+)[.\d]*$/.exec(place);
@@ -53,7 +54,13 @@ const above = (x, name) => {
 const rules = {
   "step.0": (scene, x) => (scene.step[0] = wholeTicks(x)),
   "step.1": (scene, x) => (scene.step = [scene.step[0], wholeTicks(x)]),
-  both: (scene, on) => (scene.step = on ? [scene.step[0], 0.2] : [scene.step[0]]),
+  both(scene, on) {
+    Object.assign(scene, { step: on ? [scene.step[0], 0.2] : [scene.step[0]], own: false });
+  },
+  own(scene, on) {
+    scene.own = on;
+    if (on && scene.step.length < 2) scene.step.push(0.2);
+  },
   methods(scene, name, k) {
     scene.methods[k] = name;
     scene.methods = scene.methods.filter(Boolean);

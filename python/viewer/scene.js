@@ -15,7 +15,8 @@ export const plain = {
   taken: null, // the time at which the start was taken out of a motion
   gravity: 1,
   methods: ["bobenko_suris"], // one to three,
-  step: [0.01], // each with one or two steps
+  step: [0.01], // each with one or two steps,
+  own: false, // or each with its own: the first with the first, the others with the second
   tol: 1e-5, // of adaptive methods: the thesis' Atol = Rtol
   ghost: false,
   distance: 4,
@@ -112,16 +113,20 @@ export const wxyz = (q) => [q.w, q.x, q.y, q.z];
 export const cornerSigns = (corner) =>
   [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 
+// Returns the steps of a method.
+export const stepsOf = ({ step, own }, side) =>
+  own ? [step[Math.min(side, step.length - 1)]] : step;
 // Returns the tops that a scene asks for, in the order of the stage. `side` counts the methods from
 // left to right; `against` is the truth with which a top is compared. A truth stands behind the
 // others and is drawn as a ghost or not at all.
 const COLOURS = ["#d8432e", "#2f6fde", "#b07a00", "#2c8a45", "#9a4fd0", "#12858d"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the truth
 const [ALONE, TRUTH] = [-1, -2];
-export function topsOf({ step: steps, ghost, second, tracks, methods: names, gravity }, body) {
+export function topsOf(scene, body) {
+  const { step, ghost, second, tracks, methods: names, gravity } = scene;
   const sharpest = SHARPEST.find((name) => methods.get(name)?.suits(body, gravity));
   const tops = names.flatMap((method, side) =>
-    steps.map((step, thin) => {
+    stepsOf(scene, side).map((step, thin) => {
       const colour = COLOURS[2 * side + thin];
       return { method, step, side, role: thin ? "thin" : "thick", colour };
     }),
@@ -132,7 +137,7 @@ export function topsOf({ step: steps, ghost, second, tracks, methods: names, gra
   const isApart = (top) => second && top.side === 1 && !top.track;
   for (const top of tops)
     top.against = top.method === "exact" && !top.track ? ALONE : first + +!!isApart(top);
-  const truth = { colour: "#7d8491", method: sharpest, step: steps[0], against: TRUTH };
+  const truth = { colour: "#7d8491", method: sharpest, step: step[0], against: TRUTH };
   tops.push({ ...truth, side: 0, role: ghost ? "ghost" : "truth" });
   if (second) tops.push({ ...truth, side: 1, role: "truth" });
   return tops;

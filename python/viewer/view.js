@@ -16,6 +16,8 @@ const SIDES = [
   new THREE.Vector3(0, -1e-3, 1),
 ];
 const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
+const FRONT = new THREE.Vector3(0, -11, 4.4); // from there tops side by side are equally far
+const ROD = "#2f7f86"; // what else is drawn of a first top is red
 const FLOOR = -2.7; // the lowest that it lies
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
@@ -113,7 +115,8 @@ export class View {
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * (far + more);
-    this.cameras[0].position.copy(HOME).setLength(far + more).add(this.orbit.target);
+    const from = this.sides > 1 ? FRONT : HOME;
+    this.cameras[0].position.copy(from).setLength(far + more).add(this.orbit.target);
     this.cameras[1].position.set(0, -12, 0).add(this.orbit.target);
     this.cameras[1].zoom = 12.6 / (far + more);
     this.cameras[1].updateProjectionMatrix();
@@ -178,7 +181,7 @@ export class View {
     for (const { userData } of parts.handles) userData.i = i;
     if (!thick) return parts;
     this.addGlobe(parts);
-    parts.rod = rodMesh(top.colour);
+    parts.rod = rodMesh(top.side ? top.colour : ROD);
     parts.axes = axisLines(this.page.body, this.zoom, this.reach);
     parts.p = arrow("#8a93a6", 0.02, 0.6);
     // It stays in sight, however strong gravity is.

@@ -112,7 +112,21 @@ static void test_measures_are_those_of_the_table(void)
         if (kr_quantity_doubles(quantity) > 1 || kr_quantity_flags(quantity) & KR_TURNS) continue;
         IS(kr_stage_quantity(k++) == quantity);
     }
-    IS(k == KR_STAGE_ERROR && kr_stage_quantity(k) == NULL && KR_STAGE_MEASURES == k + 1);
+    IS(k == KR_STAGE_ERROR && kr_stage_quantity(k) == NULL);
+    IS(KR_STAGE_MODIFIED == k + 1 && KR_STAGE_MEASURES == k + 2);
+}
+/* Only bobenko_suris has a modified energy, which it keeps; the energy itself swings. */
+static void test_modified_energy(void)
+{
+    const double own_step = (double)step2 / KR_STAGE_TICKS;
+    set(&stage, step1, step2);
+    const double start = measured(1, KR_STAGE_MODIFIED);
+    kr_stage_advance(&stage, 7000000, INT64_MAX);
+    const kr_actor *actor = &stage.actor[1];
+    const double now = measured(1, KR_STAGE_MODIFIED);
+    IS(now == kr_state_modified_energy(&actor->scene, &actor->now, own_step));
+    IS(fabs(now - start) < 1e-12 * fabs(start) && isnan(measured(2, KR_STAGE_MODIFIED)));
+    IS(now != measured(0, KR_STAGE_MODIFIED));
 }
 static void test_measures_are_the_quantities_of_the_state(void)
 {
@@ -327,6 +341,7 @@ int main(void)
     test_compares_at_common_multiples_only();
     test_measures_are_those_of_the_table();
     test_measures_are_the_quantities_of_the_state();
+    test_modified_energy();
     test_record_is_bounded();
     test_extremes_are_not_lost("energy", 0.02);
     test_extremes_are_not_lost("nutation", 0.1);

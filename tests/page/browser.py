@@ -16,7 +16,7 @@ UPRIGHT = "Lagrange's top"  # the preset with which every test of a shared page 
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 TICKS = 1_000_000  # of the clock, in a unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-MEASURES = [*(each["name"] for each in LEVEL), "error"]  # that the page records
+MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]  # on the record
 TRACE = 2048  # the most points that a trace is drawn with
 ROD_SIDES = 12  # of a rod's section
 

@@ -161,8 +161,8 @@ def test_presets_keep_their_integrals(page, preset):
         energy = record(page, i, "energy")
         vertical, axial = (record(page, i, f"{about}_momentum") for about in ("vertical", "axial"))
         size = np.abs(energy).max() + np.abs(vertical).max()
-        coarse = 0.2 if top["step"] > 0.1 else 0.01
-        kept = 1e-4 if top["method"] == "extrap" else 1e-6
+        coarse = min(top["step"], 0.2)
+        kept = {"extrap": 1e-4, "rk4": 0.01}.get(top["method"], 1e-6)
         assert np.ptp(energy) <= coarse * size and np.ptp(vertical) <= kept * size, top["method"]
         if page.evaluate("kreisel.page.kind") == "lagrange":
             assert np.ptp(axial) <= kept * size
