@@ -11,7 +11,8 @@ import numpy as np
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
-from .._request.quantities import LOW, QUANTITIES, WANTED, Quantity
+from .._request.quantities import LOW, WANTED
+from .columns import add_quantities
 from .many_events import ManyEvents, events_of, joined
 from .outcomes import Outcomes
 from .path import Events, Path
@@ -172,19 +173,4 @@ class Paths(Outcomes, Quantities):
         return dataset(self, tabled(self, names, degrees, unwrap))
 
 
-def _quantity(quantity: Quantity) -> cached_property[Array]:
-    """The attribute of Paths for a quantity: computed once, and read-only."""
-
-    def of(paths: Paths) -> Array:
-        return paths._column(quantity.name)
-
-    shape = ", ".join(map(str, ("*shape", "k", *quantity.shape)))
-    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
-    of.__doc__ = f"({shape}) {quantity.text}{unit}."
-    attribute = cached_property(of)
-    attribute.__set_name__(Paths, quantity.name)
-    return attribute
-
-
-for _name in [name for name in QUANTITIES if name not in vars(Paths)]:
-    setattr(Paths, _name, _quantity(QUANTITIES[_name]))
+add_quantities(Paths, ("*shape", "k"), Paths._column)

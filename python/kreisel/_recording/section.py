@@ -14,7 +14,7 @@ from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
 from .._request.many import Order
-from .._request.quantities import QUANTITIES, Quantity
+from .columns import add_quantities
 from .outcomes import Outcomes
 from .path import Path, stopped
 from .places import number_of
@@ -129,22 +129,11 @@ class Section(Outcomes, Quantities):
         raise TypeError("a section is no array: take one of its own, as section.q")
 
 
-def _quantity(quantity: Quantity) -> cached_property[Array]:
-    """The attribute for a quantity: computed once, and read-only."""
-
-    def of(section: Section) -> Array:
-        return section._flat(values(quantity.name, section.tops, section._rows))
-
-    shape = ", ".join(map(str, ("e", *quantity.shape)))
-    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
-    of.__doc__ = f"({shape}) {quantity.text}{unit}."
-    attribute = cached_property(of)
-    attribute.__set_name__(Section, quantity.name)
-    return attribute
+def _column(section: Section, name: str) -> Array:
+    return section._flat(values(name, section.tops, section._rows))
 
 
-for _name in [name for name in QUANTITIES if name not in vars(Section)]:
-    setattr(Section, _name, _quantity(QUANTITIES[_name]))
+add_quantities(Section, ("e",), _column)
 
 
 def fill_section(

@@ -13,8 +13,9 @@ from .._ground.names import MethodName, Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._model.scene import Scene
 from .._request.plan import Choice
-from .._request.quantities import QUANTITIES, WANTED, Quantity
+from .._request.quantities import WANTED
 from .carried import CARRIED, Carried
+from .columns import add_quantities
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -212,19 +213,8 @@ class States(Quantities):
         return float(change / size) if change else 0.0
 
 
-def _quantity(quantity: Quantity) -> cached_property[Array]:
-    """The attribute of States for a quantity: computed once, and read-only."""
-
-    def of(path: States) -> Array:
-        return frozen(values(quantity.name, path.scene._block, path.states))
-
-    shape = ", ".join(map(str, ("n", *quantity.shape))) + ("," if not quantity.shape else "")
-    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
-    of.__doc__ = f"({shape}) {quantity.text}{unit}."
-    attribute = cached_property(of)
-    attribute.__set_name__(States, quantity.name)
-    return attribute
+def _column(path: States, name: str) -> Array:
+    return frozen(values(name, path.scene._block, path.states))
 
 
-for _name in [name for name in QUANTITIES if name not in vars(States)]:
-    setattr(States, _name, _quantity(QUANTITIES[_name]))
+add_quantities(States, ("n",), _column)
