@@ -119,7 +119,7 @@ export const stepsOf = ({ step, own }, side) =>
 // Returns the tops that a scene asks for, in the order of the stage. `side` counts the methods from
 // left to right; `against` is the truth with which a top is compared. A truth stands behind the
 // others and is drawn as a ghost or not at all.
-const COLOURS = ["#d8432e", "#2f6fde", "#b07a00", "#2c8a45", "#9a4fd0", "#12858d"];
+const COLOURS = ["#c73237", "#586cb7", "#c37801", "#299d80", "#c01bf5", "#087583"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the truth
 const [ALONE, TRUTH] = [-1, -2];
 export function topsOf(scene, body) {

@@ -183,7 +183,7 @@ export class View {
     this.addGlobe(parts);
     parts.rod = rodMesh(top.side ? top.colour : ROD);
     parts.axes = axisLines(this.page.body, this.zoom, this.reach);
-    parts.p = arrow("#8a93a6", 0.02, 0.6);
+    parts.p = arrow("#7c8698", 0.02, 0.6);
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
