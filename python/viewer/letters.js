@@ -1,5 +1,6 @@
 // Letters in the picture, beside what they name. They stand upright while all else moves.
 const GAP = 17; // between two letters, in pixels
+const isHigher = (a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0);
 
 export class Letters {
   constructor(parent) {
@@ -19,19 +20,19 @@ export class Letters {
     });
     this.place.replaceChildren(...this.all.map(({ span }) => span));
   }
-  // Puts all where they belong. Of two that would lie over each other the second gives way.
+  // Puts all where they belong. Of two that would lie over each other the lower gives way.
   follow([width, height]) {
     const taken = [];
-    for (const { span, at, wide } of this.all) {
-      const place = at();
+    const placed = this.all.map((letter) => ({ ...letter, place: letter.at() }));
+    for (const { span, place, wide } of placed.sort(isHigher)) {
       const inside = place && place[0] > 4 && place[0] < width - 8;
       span.hidden = !inside || place[1] < 4 || place[1] > height - 8;
       if (span.hidden) continue;
-      let [x, y] = place;
-      const meets = ([a, b]) => Math.abs(a - x) < 3 * GAP && Math.abs(b - y) < GAP;
+      const x = Math.min(place[0], width - wide);
+      let [, y] = place;
+      const meets = ([a, b, w]) => a < x + wide && x < a + w && Math.abs(b - y) < GAP;
       for (let i = 0; i < 4 && taken.some(meets); i++) y += GAP;
-      taken.push([x, y]);
-      x = Math.min(x, width - wide);
+      taken.push([x, y, wide]);
       span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }
   }

@@ -84,7 +84,8 @@ export class Panel {
   // Returns a number as it is shown. Momentum, tilt and spin are those of now.
   shown(place) {
     const x = this.value(place);
-    return Number.isFinite(x) ? +x.toPrecision(6) : ""; // a top that failed has no tilt
+    const digits = /^(tilt|spin)$/.test(place) ? 5 : 6; // as fit into the field
+    return Number.isFinite(x) ? +x.toPrecision(digits) : ""; // a top that failed has no tilt
   }
   value(place) {
     const { page } = this;

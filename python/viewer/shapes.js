@@ -84,14 +84,15 @@ export function box({ half }, { colour: color, role }) {
   return group;
 }
 
+const SHAFT = upright(new THREE.CylinderGeometry(1, 1, 1, 16)).translate(0, 0, 0.5);
+const HEAD = upright(new THREE.ConeGeometry(3, 8, 24));
 // An arrow is drawn last and through everything, for it begins inside the body; with `depthTest` it
 // comes out of the body.
 export function arrow(color, radius, opacity = 1, depthTest = false) {
   const group = new THREE.Group();
   const paint = shiny({ color, depthTest, opacity });
-  const rod = upright(new THREE.CylinderGeometry(radius, radius, 1, 16));
-  const shaft = mesh(rod.translate(0, 0, 0.5), paint);
-  const tip = mesh(upright(new THREE.ConeGeometry(radius * 3, radius * 8, 24)), paint);
+  const [shaft, tip] = [mesh(SHAFT, paint), mesh(HEAD, paint)];
+  for (const part of [shaft, tip]) part.scale.setScalar(radius);
   const target = mesh(BALL, new THREE.MeshBasicMaterial({ visible: false }));
   target.scale.setScalar(Math.max(radius * 5, 0.12));
   shaft.renderOrder = tip.renderOrder = 10;

@@ -87,10 +87,13 @@ export class View {
     const { body, gravity } = page.scene;
     const paper = this.world.background.getHex();
     const kept = (key, x) => (key === "limits" ? undefined : x);
-    const looks = JSON.stringify([body, gravity, page.tops, this.trail, asTop, paper], kept);
-    if (this.held && looks === this.looks) this.bound();
+    const looks = JSON.stringify([gravity, page.tops, asTop, paper], kept);
+    const shape = JSON.stringify([body, this.trail]);
+    const isSame = this.held && looks === this.looks;
+    if (isSame && shape === this.shape) this.bound();
+    else if (isSame && !asTop) this.reshape();
     else this.makeTops();
-    this.looks = looks;
+    Object.assign(this, { looks, shape });
     if (this.fresh) this.home();
     this.fresh = false;
     this.show(page.scene);
@@ -128,9 +131,39 @@ export class View {
       top.group.traverse((part) => part.geometry?.dispose());
     }
     this.floor.place(this.ground(this.asTop), this.world.background.r < 0.2);
-    this.tops = this.page.tops.map((top, i) => this.makeTop(top, i, this.asTop));
+    this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
     this.floor.cast(this.tops.filter((top) => top.role === "thick"));
     this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+  }
+  // Boxes in hand take another shape; what else belongs to their tops stays.
+  reshape() {
+    this.tops.forEach((top, i) => {
+      for (const old of [top.solid, top.axes]) {
+        old?.traverse((part) => part.geometry?.dispose());
+        if (old) top.body.remove(old);
+      }
+      this.addSolid(top, i);
+      if (top.axes) this.addAxes(top);
+    });
+    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
+    this.bound();
+  }
+  addSolid(top, i) {
+    const { colour, role } = top;
+    const solid = this.asTop
+      ? turnedTop(this.turned, { colour, role }, this.trail / this.zoom)
+      : box(this.body, { colour, role });
+    solid.position.set(...this.body.centre).multiplyScalar(this.zoom);
+    solid.quaternion.copy(quaternion(this.body.turn));
+    solid.scale.setScalar(this.zoom);
+    top.body.add(solid);
+    const isHeld = role !== "ghost" && !top.track;
+    Object.assign(top, { solid, handles: isHeld ? [top.m.tip, ...solid.handles] : [] });
+    for (const { userData } of top.handles) userData.i = i;
+  }
+  addAxes(top) {
+    top.axes = axisLines(this.page.body, this.zoom, this.reach);
+    top.body.add(top.axes);
   }
   // Tops in hand stay as they are made, but for the circles between which they now go.
   bound() {
@@ -159,35 +192,28 @@ export class View {
     const lowest = Math.max(...limits.map(deepest));
     return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
   }
-  makeTop(top, i, asTop) {
+  makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
     const { scene } = this.page;
     const [group, body] = [new THREE.Group(), new THREE.Group()];
-    const solid = asTop
-      ? turnedTop(this.turned, top, this.trail / this.zoom)
-      : box(this.body, top);
-    solid.position.set(...this.body.centre).multiplyScalar(this.zoom);
-    solid.quaternion.copy(quaternion(this.body.turn));
-    solid.scale.setScalar(this.zoom);
     const line = pathLine(top.colour, this.world.background);
-    const parts = { ...top, group, body, solid, line, handles: [] };
-    this.world.add(group.add(body.add(solid), line));
-    if (ghost) return parts;
-    parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, asTop);
-    parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, asTop);
-    group.add(parts.m, parts.w);
-    parts.m.tip.userData.part = "tip";
-    parts.handles = top.track ? [] : [parts.m.tip, ...solid.handles];
-    for (const { userData } of parts.handles) userData.i = i;
+    const parts = { ...top, group, body, line };
+    this.world.add(group.add(body, line));
+    if (!ghost) {
+      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.asTop);
+      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.asTop);
+      group.add(parts.m, parts.w);
+      parts.m.tip.userData.part = "tip";
+    }
+    this.addSolid(parts, i);
     if (!thick) return parts;
     this.addGlobe(parts);
+    this.addAxes(parts);
     parts.rod = rodMesh(top.side ? top.colour : ROD);
-    parts.axes = axisLines(this.page.body, this.zoom, this.reach);
     parts.p = arrow("#7c8698", 0.02, 0.6);
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
-    body.add(parts.axes);
     group.add(parts.rod, parts.p);
     if (scene.gravity) group.add(stand(-this.floor.height));
     return parts;
