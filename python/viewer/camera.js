@@ -18,6 +18,7 @@ export function swing(view, across, up) {
   at.phi = Math.min(Math.max(at.phi - up, 0.01), orbit.maxPolarAngle);
   const { x, y, z } = new Vector3().setFromSpherical(at);
   camera.position.set(z, x, y).add(orbit.target);
+  view.isHome = false;
   orbit.update();
 }
 // Comes nearer by a factor, or goes along to the right, a part of the distance.
@@ -27,6 +28,7 @@ export function approach(view, factor) {
   else camera.position.sub(orbit.target).multiplyScalar(factor).add(orbit.target);
   camera.updateProjectionMatrix();
   orbit.update();
+  view.isHome = false;
   view.dirty = true;
 }
 export function slide(view, part) {
@@ -34,6 +36,7 @@ export function slide(view, part) {
   const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
   right.multiplyScalar(part * camera.position.distanceTo(orbit.target));
   for (const place of [camera.position, orbit.target]) place.add(right);
+  view.isHome = false;
   orbit.update();
 }
 // Draws arrows that left the picture on a smaller scale, and says whether there were any.

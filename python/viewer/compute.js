@@ -49,7 +49,7 @@ function ways(panel) {
     length < 2 ? "" : panel.pair("Third", panel.select("Third method", "methods.2", beside)),
     panel.slider("Step", "step.0", LOG),
     panel.check("Each with a second step too", "both", null, scene.step.length > 1 && !scene.own),
-    panel.check("Each with a step of its own: the first, the others", "own"),
+    panel.check("Second step for the other methods alone", "own"),
     panel.slider("Second step", "step.1", { ...LOG, off: scene.step.length < 2 }),
     panel.pair("Tolerance", panel.number("Tolerance of adaptive methods", "tol")),
     panel.slider("Distance", "distance", { max: 6 }),

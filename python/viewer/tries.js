@@ -41,13 +41,15 @@ const COURSES = {
   circle: "No torque: the axis goes round the momentum, on a circle.",
   resting: "No torque: the axis rests.",
 };
-// Returns what is true of a scene in words: its own, or what is computed if a hand changed it.
+// Returns what is true of a scene in words: its own, or what is computed if it has none, or a hand
+// changed it.
 export function aboutOf({ scene, tops }) {
   const facts = factsOf(scene);
   const preset = presetOf(scene);
   const before = preset ? factsOf(complete(preset)) : {};
   for (const [key, value] of Object.entries(before)) facts[`${key} before`] = value;
-  if (!scene.name.endsWith(", changed")) return filled(scene.about, facts);
+  const isOwn = scene.about && !scene.name.endsWith(", changed");
+  if (isOwn) return filled(scene.about, facts);
   const { course } = tops.find((top) => top.limits)?.limits ?? {};
   return course ? filled(COURSES[course], facts) : "A scene of your own.";
 }

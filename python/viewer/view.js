@@ -41,6 +41,7 @@ export class View {
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
     Object.assign(this.orbit, { minDistance: 3, minZoom: 0.2, maxZoom: 10 });
     this.orbit.addEventListener("change", () => (this.dirty = true));
+    this.orbit.addEventListener("start", () => (this.isHome = false));
     this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
     const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
@@ -61,6 +62,7 @@ export class View {
     for (const camera of this.cameras) camera.updateProjectionMatrix();
     this.renderer.setSize(w, h);
     this.pixels = [w, h];
+    if (this.isHome) this.home();
     this.dirty = true;
     this.render(); // at once: a canvas of another size is empty
     this.dirty = true;
@@ -104,26 +106,34 @@ export class View {
     this.zoom = 2.4 / this.reach;
     // Out of a turned top that spins it looks by its own length, or it would not be seen.
     const now = Math.hypot(...this.page.leader().slice(5));
-    const long = this.asTop && now > momentum / 4 ? now : momentum;
+    this.comesOut = this.asTop && now > momentum / 4;
+    const long = this.comesOut ? now : momentum;
     this.momentumZoom = (this.asTop ? 3 : 3.2) / long;
     this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
     this.fresh = true;
   }
-  // Looks at all there is from the usual side: from the floor to the globe's top.
+  // Looks at all there is from the usual side: from the floor to the globe's top. It stays so in
+  // windows of other sizes, until somebody looks elsewhere.
   home() {
     const { scene } = this.page;
     const [low, high] = [this.floor.height, Math.max(this.trail, 2.4)];
     const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
+    const { fov, aspect } = this.cameras[0];
+    const breadth = ((this.sides - 1) * scene.distance) / 2 + 2.6; // from the middle
+    const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
+    const distance = Math.max(far + more, away);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
-    this.orbit.maxDistance = 2.5 * (far + more);
+    this.orbit.maxDistance = 2.5 * distance;
     const from = this.sides > 1 ? FRONT : HOME;
-    this.cameras[0].position.copy(from).setLength(far + more).add(this.orbit.target);
+    this.cameras[0].position.copy(from).setLength(distance).add(this.orbit.target);
     this.cameras[1].position.set(0, -12, 0).add(this.orbit.target);
-    this.cameras[1].zoom = 12.6 / (far + more);
+    this.cameras[1].zoom = 12.6 / distance;
     this.cameras[1].updateProjectionMatrix();
-    Object.assign(this.world.fog, { near: far + more, far: 6 * (far + more) });
+    Object.assign(this.world.fog, { near: distance, far: 6 * distance });
+    this.orbit.update();
+    this.isHome = true;
   }
   makeTops() {
     for (const top of this.tops) {
@@ -200,8 +210,8 @@ export class View {
     const parts = { ...top, group, body, line };
     this.world.add(group.add(body, line));
     if (!ghost) {
-      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.asTop);
-      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.asTop);
+      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.comesOut);
+      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.comesOut);
       group.add(parts.m, parts.w);
       parts.m.tip.userData.part = "tip";
     }
@@ -269,7 +279,17 @@ export class View {
       letter("ω", top.w, "angular velocity"),
       letter("p", top.p, "the vertical, as long as gravity is strong"),
       ...this.circlesOf(top),
+      ...this.namesOf(top),
     ];
+  }
+  // Tops side by side have names on the floor, if those tell them apart.
+  namesOf({ group, side, track, method }) {
+    const others = this.page.tops.filter((top) => top.side !== side);
+    if (!others.length || others.some((top) => top.method === method && !track && !top.track))
+      return [];
+    const place = () => group.position.clone().setZ(this.floor.height - 0.25);
+    const words = track ? `the path: ${method}` : method;
+    return [{ words, colour: "", at: () => this.project(place()) }];
   }
   circlesOf({ limits, globe: sphere, group }) {
     if (!limits) return [];
@@ -295,6 +315,7 @@ export class View {
     this.build(this.page, true);
     const far = this.camera.position.length();
     this.camera.position.copy(SIDES[this.side]).setLength(far).add(this.orbit.target);
+    this.isHome = false;
     this.orbit.update();
   }
 

@@ -289,6 +289,33 @@ def test_charts_are_larger_on_demand(page):
     wait_for(page, f"{width} === {before}")
 
 
+def test_larger_charts_leave_three_tops_in_sight(page):
+    load(page, methods=["bobenko_suris", "strang", "rk4"])
+    page.keyboard.press("Home")
+    wide, width = page.evaluate("innerWidth"), "kreisel.view.canvas.clientWidth"
+    for key in ("l", "l"):
+        before = page.evaluate(width)
+        page.keyboard.press(key)
+        wait_for(page, f"{width} !== {before}")
+        page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
+        right = page.evaluate(width)
+        assert right < wide
+        for i in range(3):
+            for corner in range(8):
+                assert 0 < page.evaluate(f"kreisel.at('corner', {i}, {corner})[0]") < right
+
+
+def test_tops_beside_each_other_have_their_names(page):
+    load(page, methods=["strang", "rk4"])
+    letters = page.locator(".letters span")
+    assert letters.all_inner_texts()[-1] == "rk4"
+    path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
+    page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
+    assert letters.all_inner_texts()[-1] == "the path: rk4"
+    load(page, "Sleeping top")
+    assert "exact" not in letters.all_inner_texts()
+
+
 def test_a_projector_gets_large_letters(page):
     size = "parseFloat(getComputedStyle(document.getElementById('about')).fontSize)"
     before = page.evaluate(size)

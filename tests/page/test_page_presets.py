@@ -109,7 +109,7 @@ def test_large_steps_lose_runge_kutta(page):
 def test_each_method_has_its_own_step_or_all_have_both(page):
     load(page, methods=["strang", "rk4"], step=[0.01])
     steps = "kreisel.page.tops.map(({step}) => step)"
-    own = page.get_by_label("Each with a step of its own")
+    own = page.get_by_label("Second step for the other methods alone")
     own.check()
     assert page.evaluate(steps) == [0.01, 0.2]
     advance(page, 2)
