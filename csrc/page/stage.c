@@ -36,7 +36,9 @@ static int is_kept(const kr_quantity *quantity)
 /* Measures top i: all of it, or integrals and error alone. */
 static void look(const kr_stage *stage, int i, int all, double measure[])
 {
-    const kr_actor *a = &stage->actor[i], *b = a->against >= 0 ? &stage->actor[a->against] : NULL;
+    const kr_actor *a = &stage->actor[i];
+    const int compared = a->against >= 0 && a->against < stage->tops;
+    const kr_actor *b = compared ? &stage->actor[a->against] : NULL;
     for (int k = 0; k < KR_STAGE_MEASURES; k++) measure[k] = NAN;
     if (a->status != KR_OK) return;
     for (int k = 0; k < KR_STAGE_ERROR; k++)
@@ -44,6 +46,9 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
             kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
         measure[KR_STAGE_ERROR] = 0.5 * kr_attitude_error(a->now.q, b->now.q);
+    if (a->modified)
+        measure[KR_STAGE_MODIFIED] =
+            kr_state_modified_energy(&a->scene, &a->now, (double)a->step / KR_STAGE_TICKS);
 }
 void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES])
 {
@@ -123,14 +128,16 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int
     if (status != KR_OK) return status;
     if (stage->tops == KR_STAGE_TOPS || stage->clock || step < 1 || step > LARGEST)
         return KR_ERR_ARGUMENT;
-    if (against < -1 || against >= stage->tops || scene->start.t != 0.0) return KR_ERR_ARGUMENT;
+    if (against < KR_STAGE_TRUTH || against >= KR_STAGE_TOPS || against == stage->tops)
+        return KR_ERR_ARGUMENT;
+    if (scene->start.t != 0.0) return KR_ERR_ARGUMENT;
     kr_actor *a = &stage->actor[stage->tops];
     a->scene = *scene;
     a->now = scene->start;
     a->top = NULL;
     a->track = NULL;
     a->length = a->steps = 0;
-    a->restarts = 0;
+    a->restarts = a->modified = 0;
     a->step = step;
     a->against = against;
     a->status = KR_OK;
@@ -169,6 +176,7 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     const unsigned flags = kr_method_flags(method);
     kr_actor *a = &stage->actor[stage->tops];
     a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    a->modified = method == kr_method_find("bobenko_suris");
     if (!(flags & KR_ADAPTIVE)) config.step = (double)step / KR_STAGE_TICKS;
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) enter(stage);
@@ -212,14 +220,17 @@ static int take_step(kr_stage *stage, kr_actor *a)
 static int64_t next_step(kr_stage *stage, kr_actor **next)
 {
     int64_t first = INT64_MAX;
+    int goes_on = 0;
     for (int i = 0; i < stage->tops; i++) {
         kr_actor *a = &stage->actor[i];
         const int64_t tick = (a->steps + 1) * a->step;
-        if (a->status != KR_OK || tick >= first) continue;
+        if (a->status != KR_OK) continue;
+        goes_on |= a->against != KR_STAGE_TRUTH;
+        if (tick >= first) continue;
         first = tick;
         *next = a;
     }
-    return first;
+    return goes_on ? first : INT64_MAX;
 }
 int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most)
 {

@@ -8,14 +8,15 @@
 #include "kreisel.h"
 
 /* The measures of a top are the quantities of one number that do not turn with the heading, in the
- * order of their table, and after them the frame error: half the attitude error against another
- * top. */
+ * order of their table, and after them the frame error, half the attitude error against another
+ * top, and the modified energy, which bobenko_suris keeps at its step and no other method has. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_TURNS))
     KR_STAGE_ERROR =
 #include "quantities.def"
         ,
 #undef Q
+    KR_STAGE_MODIFIED,
     KR_STAGE_MEASURES
 };
 enum {
@@ -30,9 +31,14 @@ enum {
     /* and the others so often, for angles cost more than integrals. */
     KR_STAGE_GLANCES = 32,
     KR_STAGE_TICKS = 1000000, /* ticks to the unit of time */
-    /* In one call the methods take so many steps of their own, and so many more for each step. */
-    KR_STAGE_BREATH = 4096,
-    KR_STAGE_BREATHS = 16
+    /* What stands for the top with which one is compared: there is none, or it is itself a truth
+     * for the others, which goes on only while one of those does. */
+    KR_STAGE_ALONE = -1,
+    KR_STAGE_TRUTH = -2,
+    /* In one call the methods take so many steps of their own, and so many more for each step: a
+     * call for few steps is over in milliseconds, however fast a top may be. */
+    KR_STAGE_BREATH = 32,
+    KR_STAGE_BREATHS = 4
 };
 
 typedef struct kr_actor {
@@ -44,7 +50,8 @@ typedef struct kr_actor {
     int64_t step;          /* in ticks */
     int64_t steps;         /* done so far */
     int restarts;          /* begins anew after each step */
-    int against;           /* the top with which it is compared; -1: none */
+    int modified;          /* has a modified energy */
+    int against;           /* the top with which it is compared, which may come later */
     kr_status status;      /* not KR_OK: it stays where it is */
     /* what is measured of it; NULL for what is NaN at the start, as K of a body that has none */
     const kr_quantity *quantity[KR_STAGE_ERROR];
@@ -70,7 +77,7 @@ typedef struct kr_stage {
     int is_late;          /* whether none were left */
 } kr_stage;
 
-/* Measure k, if it is a quantity; NULL for the frame error. */
+/* Measure k, if it is a quantity of the state; NULL for the frame error and what follows it. */
 const kr_quantity *kr_stage_quantity(int k);
 
 /* A stage of zeros is empty, and so is one after this. While it has tops it stays where it is. */

@@ -1,6 +1,7 @@
 /* What the page calls beside kreisel.h: one stage, what is to be seen on it, and the numbers of the
  * core by which the page is made. It is built for WebAssembly only. A page has one stage, hence the
  * only global state there is. */
+#include <math.h>
 #include <stddef.h>
 #include "page/picture.h"
 #include "page/stage.h"
@@ -51,6 +52,7 @@ static double measured[KR_STAGE_MEASURES];
 static kr_vec3 velocity;
 static double reach[2];
 static kr_box box;
+static double limits[6];
 static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
 
 /* Numbers and names */
@@ -66,6 +68,30 @@ EXPORT(int, kr_page_adaptive, (const kr_method *method))
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
+}
+
+/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form.
+ * These are the least and the greatest nutation, the critical spin, the mean precession and the
+ * period of the nutation, NaN where there is none, and the spin; NULL for tops that are not
+ * symmetric. */
+EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
+{
+    kr_turning turning;
+    kr_exact exact;
+    if (kr_exact_turning(scene, &turning) != KR_OK) return NULL;
+    const int known = kr_exact_plan(scene, &exact) == KR_OK;
+    limits[0] = turning.least;
+    limits[1] = turning.greatest;
+    limits[2] = turning.critical_spin;
+    limits[3] = known ? exact.precession : NAN;
+    limits[4] = known && isfinite(exact.period) ? exact.period : NAN;
+    kr_quantity_values(kr_quantity_find("spin"), scene, 1, &scene->start, &limits[5]);
+    return limits;
+}
+EXPORT(const char *, kr_page_course, (const kr_scene *scene))
+{
+    kr_turning turning;
+    return kr_exact_turning(scene, &turning) == KR_OK ? turning.course : "";
 }
 
 /* The stage */
@@ -98,16 +124,21 @@ EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
 EXPORT(const char *, kr_page_measure_name, (int k))
 {
-    return k == KR_STAGE_ERROR ? "error" : kr_quantity_name(kr_stage_quantity(k));
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_name(quantity);
+    return k == KR_STAGE_ERROR ? "error" : "modified_energy";
 }
 EXPORT(const char *, kr_page_measure_text, (int k))
 {
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_text(quantity);
     return k == KR_STAGE_ERROR ? "half the attitude error against another top, in radians"
-                               : kr_quantity_text(kr_stage_quantity(k));
+                               : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))
 {
-    return k != KR_STAGE_ERROR && (kr_quantity_flags(kr_stage_quantity(k)) & KR_KEPT);
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    return k == KR_STAGE_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {

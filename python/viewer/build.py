@@ -24,21 +24,36 @@ ZIG = Path(ziglang.__file__).parent
 
 
 # The page's materials have use for these of three.js's shaders. The others are for textures,
-# shadows, environments and skins, and so is the table by which metals reflect an environment.
+# shadows, environments and skins.
 SHADERS = re.compile(
     "meshbasic|meshphong|begin|bsdfs|color|common|default|fog"
     "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)"
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
-LEFT_OUT = re.compile(r"kernel_(dd|tangents)")
+# What three.js's renderer makes at its start, or could, and the page has no use for, beside what is
+# left of it: shadow maps (floor.js has shadows of its own), glasses, environments with the table by
+# which metals reflect them, and effects behind the picture.
+UNUSED = {
+    "renderers/shaders/DFGLUTData.js": "export const getDFGLUT = () => null;",
+    "renderers/webgl/WebGLShadowMap.js": "export class WebGLShadowMap { render() {} }",
+    "renderers/webgl/WebGLOutput.js": "export class WebGLOutput {}",
+    "renderers/webxr/WebXRManager.js": "export class WebXRManager {"
+    "enabled = false; addEventListener() {} removeEventListener() {} setAnimationLoop() {} "
+    "dispose() {} "
+    "getEnvironmentBlendMode() {}}",
+    "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
+}
+
+LEFT_OUT = re.compile(r"kernel_(dd|tangents|bundles)")
 
 
 def core(wasm: Path) -> None:
     """Compile what core.js calls, compressed, for it travels as text.
 
     The operations and their order are those of every other build: nothing is fused. Small goes
-    before fast. The kernels for 20 and 30 digits and for tangents are left out, as wasm.c explains.
+    before fast. The kernels for 20 and 30 digits and for tangents, alone and in bundles, are left
+    out, as wasm.c explains.
     """
     target = [
         "-target",
@@ -100,8 +115,8 @@ def libraries(work: Path) -> Path:
             file.write_text(
                 'export default ""; export const vertex = "", fragment = "";', encoding="utf-8"
             )
-    table = "export const getDFGLUT = () => null;"
-    (shaders / "DFGLUTData.js").write_text(table, encoding="utf-8")
+    for name, text in UNUSED.items():
+        (work / "node_modules/three/src" / name).write_text(text, encoding="utf-8")
     return work / "node_modules"
 
 
@@ -160,7 +175,7 @@ def main(work: Path, page: Path) -> None:
     core(wasm)
     modules = libraries(work).resolve()
     script = bundle(modules, wasm, HERE / "main.js", "--format=esm", "--target=es2022")
-    style = bundle(modules, wasm, HERE / "style.css")
+    style = bundle(modules, wasm, HERE / "page.css")
     text = (HERE / "index.html").read_text(encoding="utf-8")
     notices = (
         f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'

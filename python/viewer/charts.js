@@ -1,26 +1,41 @@
-// Two charts of the record, of a measure that is chosen and of the frame error, and what the table
-// of integrals says.
+// Charts of the record, each with its values under the cursor, and what the table of integrals
+// says. A place in the panel says which measure it draws: the chart's, the integral's, the error.
 import uPlot from "uplot";
 import { measureOf, stage } from "./core.js";
 
 // What has no symbol goes by its name.
 const SYMBOLS = {
   energy: "E",
+  modified_energy: "H_ε",
   vertical_momentum: "⟨m, e₃⟩",
   axial_momentum: "⟨m, a⟩",
   kowalewski: "K",
   goryachev_chaplygin: "G",
 };
-const inWords = (name) => name.replaceAll("_", " ");
+const WORDS = {
+  kowalewski: "K (Kowalewski)",
+  goryachev_chaplygin: "G (Goryachev-Chaplygin)",
+  nutation: "tilt (nutation) [°]",
+  spin_angle: "spin angle [rad]",
+  error: "frame error [rad]",
+  modified_energy: "modified energy H_ε",
+};
+const inWords = (name) => WORDS[name] ?? name.replaceAll("_", " ");
+// Charts tell the tilt in degrees, as all else does.
+const scaleOf = (name) => (name === "nutation" ? 180 / Math.PI : 1);
 export const symbol = ({ name }) => SYMBOLS[name] ?? inWords(name);
 // Integrals are drawn as a change, for only that is to be seen of them.
 export const title = ({ name, kept }) => (kept ? "Change of " : "") + inWords(name);
 
 const style = (id) => getComputedStyle(document.getElementById(id));
-function short(x) {
-  if (x === 0) return "0";
-  const plain = Math.abs(x) >= 0.01 && Math.abs(x) < 1000;
-  return plain ? String(+x.toPrecision(3)) : x.toExponential(0);
+const plainly = (x) =>
+  x === 0 || (Math.abs(x) >= 1e-3 && Math.abs(x) < 1e5) ? String(x) : x.toExponential();
+// Writes a number at an axis, with the digits that tell it from the next one.
+export function tick(x, step) {
+  if (x === null) return "";
+  const last = Math.floor(Math.log10(step)) - 1;
+  const digits = x ? Math.floor(Math.log10(Math.abs(x))) - last + 1 : 1;
+  return plainly(+x.toPrecision(Math.max(1, Math.min(17, digits))));
 }
 // Returns powers of ten to write at an axis, at most four.
 function decades(low, high) {
@@ -29,10 +44,20 @@ function decades(low, high) {
   const count = Math.floor((to - from) / step) + 1;
   return Array.from({ length: count }, (_, i) => 10 ** (from + i * step));
 }
-// A line that does not move has this height.
-const LEVEL = 1e-16;
-const range = (_, low, high) =>
-  high > low ? uPlot.rangeNum(low, high, 0.1, true) : [low - LEVEL, high + LEVEL];
+const LEVEL = 1e-16; // A line that does not move has this height.
+const isNothing = (low, high) => low === null || high === null;
+// A line that is level but for rounding is drawn level: `fine` of its size is nothing.
+const range = (fine) => (_, low, high) => {
+  if (isNothing(low, high)) return [-1, 1];
+  const least = Math.max(LEVEL, fine * Math.max(Math.abs(low), Math.abs(high)));
+  return high - low > least
+    ? uPlot.rangeNum(low, high, 0.1, true)
+    : [low - least, high + least];
+};
+const logRange = (_, low, high) =>
+  isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
+const timeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
+const [SMALL, LARGE] = [118, 250]; // pixels
 
 export class Charts {
   constructor(page) {
@@ -40,67 +65,108 @@ export class Charts {
   }
   // Makes the charts anew for other tops, another measure or scale.
   build() {
-    const { tops, scene } = this.page;
+    const { tops, scene, large, big } = this.page;
     const width = document.getElementById("panel").clientWidth - 28;
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-    const looks = JSON.stringify([scene.chart, scene.log, scene.shown, width, dark]);
+    const { chart, integral, log, shown } = scene;
+    const looks = JSON.stringify([chart, integral, log, shown, width, dark, large, big]);
     if (width < 0 || (this.tops === tops && this.looks === looks)) return;
-    Object.assign(this, { tops, looks, width });
+    Object.assign(this, { tops, looks, width, height: large || big ? LARGE : SMALL });
     this.plots?.forEach((plot) => plot.destroy());
-    const places = [...document.querySelectorAll(".chart")];
-    const plot = (place, second) => new uPlot(this.options(second), this.data(second), place);
-    this.plots = places.map(plot);
+    this.plots = [...document.querySelectorAll(".chart")].map((place) => this.make(place));
   }
-  options(second) {
-    const { log, shown } = this.page.scene;
+  make(place) {
+    const what = place.dataset.of;
+    const plot = new uPlot(this.options(what), this.data(what), place);
+    return Object.assign(plot, { what, place, tops: this.tops });
+  }
+  measure(what) {
+    return measureOf(what === "error" ? what : this.page.scene[what]);
+  }
+  isLog(what) {
+    const { name, kept } = this.measure(what);
+    return this.page.scene.log && (name === "error" || kept);
+  }
+  options(what) {
     const series = this.tops.map((top, i) => ({
       stroke: top.colour,
       width: 1.5,
       dash: top.role === "thin" ? [5, 3] : undefined,
-      show: shown[i] && !(second && top.against < 0),
+      show: this.page.scene.shown[i] && !(what === "error" && top.against < 0),
       points: { show: false },
       spanGaps: true,
     }));
-    const grid = { stroke: style("preset").borderTopColor, width: 1 };
-    const font = "11px system-ui";
-    const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
-    const values = (_, all) => all.map((x) => (x === null ? "" : short(x)));
-    const splits = (_, axis, low, high) => decades(low, high);
-    const powers = log && { splits, filter: (_, all) => all };
+    const log = this.isLog(what);
+    const fine = what === "error" || this.measure(what).kept ? 1e-9 : 1e-3;
     return {
       width: this.width,
-      height: 118,
+      height: this.height,
       legend: { show: false },
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
-      scales: { x: { time: false }, y: log ? { distr: 3 } : { range } },
-      axes: [
-        { ...ink, size: 22 },
-        { ...ink, size: 48, space: 16, values, ...powers },
-      ],
+      scales: {
+        x: { time: false, range: timeRange },
+        y: log ? { distr: 3, range: logRange } : { range: range(fine) },
+      },
+      axes: this.axes(log),
       series: [{}, ...series],
+      hooks: { setCursor: [(plot) => this.read(plot)] },
     };
   }
-  data(second) {
-    const { log, chart } = this.page.scene;
-    const { name, kept } = measureOf(second ? "error" : chart);
+  axes(log) {
+    const grid = { stroke: style("charts").borderBottomColor, width: 1 };
+    const font = `${this.page.big ? 16 : 11}px system-ui`;
+    const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
+    const values = (_, all, axis, room, step) => all.map((x) => tick(x, log ? x : step));
+    const splits = (_, axis, low, high) => decades(low, high);
+    // The lowest would stand where the time begins.
+    const isHigh = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
+    const high = (plot, all) => all.map((x) => (isHigh(plot.scales.y, x) ? x : null));
+    const powers = log && { splits, filter: high };
+    const letter = this.page.big ? 9 : 6.2;
+    const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
+    const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
+    return [
+      { ...ink, size: 22 },
+      { ...ink, size: wide, space: 16, values, ...powers },
+    ];
+  }
+  data(what) {
+    const { name, kept } = this.measure(what);
+    const log = this.isLog(what);
     const pairs = (one, other) => one.flatMap((x, row) => [x, other[row]]);
     const drawn = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
     const lines = this.tops.map((_, i) => {
       const start = kept ? stage.record(i, name)[0] : 0;
       const ends = pairs(stage.record(i, name, -1), stage.record(i, name, 1));
-      return ends.map((x) => drawn(x - start));
+      return ends.map((x) => drawn((x - start) * scaleOf(name)));
     });
     const times = stage.time();
     return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
   }
   update() {
-    if (stage.rows() < 2) return;
-    this.plots.forEach((plot, second) => {
+    for (const plot of this.plots) {
+      if (!plot.place.offsetParent) continue; // folded away
       const { min, max } = plot.scales.x;
-      const zoomed = min > 0 || max < plot.data[0].at(-1);
-      plot.setData(this.data(second), !zoomed);
+      const zoomed = stage.rows() > 1 && (min > 0 || max < plot.data[0].at(-1));
+      plot.setData(this.data(plot.what), !zoomed);
       if (zoomed) plot.redraw();
+      this.read(plot);
+    }
+  }
+  // Writes below a chart what it shows under the cursor, or else at its end.
+  read(plot) {
+    const place = plot.place?.nextElementSibling;
+    if (!place) return;
+    const row = plot.cursor.idx ?? plot.data[0].length - 1;
+    const digits = plot.tops.length > 2 ? 3 : 5; // as fit into a line
+    const words = plot.tops.map((top, i) => {
+      const x = plot.series[i + 1].show ? plot.data[i + 1][row] : null;
+      const value = document.createElement("span");
+      value.textContent = x === null || x === undefined ? "" : plainly(+x.toPrecision(digits));
+      value.style.setProperty("--of", top.colour);
+      return value;
     });
+    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)}`, ...words);
   }
   // Returns what the table says of the integrals of top i: the value now, and its change since the
   // start.
@@ -114,7 +180,7 @@ export class Charts {
   }
   csv() {
     const { tops, measures } = this.page;
-    const names = [...measures.map(({ name }) => name), "error"];
+    const names = [...new Set([...measures.map(({ name }) => name), "error"])];
     const heads = (top, i) => names.map((name) => `${name} ${i}:${top.method}:${top.step}`);
     const columns = (_, i) => names.map((name) => stage.record(i, name));
     const all = [stage.time(), ...tops.flatMap(columns)];

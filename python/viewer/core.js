@@ -46,8 +46,8 @@ export const methods = new Map(
   }),
 );
 
-// These are measured of a top: quantities of its state, integrals among them (`kept`), and the
-// frame error against another top, "error".
+// These are measured of a top: quantities of its state, integrals among them (`kept`), the frame
+// error against another top, "error", and "modified_energy", which one method keeps.
 export const measures = list(C.kr_page_measures(), (number) => ({
   number,
   name: text(C.kr_page_measure_name(number)),
@@ -65,6 +65,17 @@ export function makeBody(body) {
   return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6, 10) };
 }
 export const kindOf = (body) => text(C.kr_page_kind(putBody(body)));
+
+// Tells how the axis of a symmetric top moves from a start on: between which nutations, how fast
+// about the vertical on the mean, with what period, beyond which spin it would sleep, and its own
+// spin at the start. null for other tops.
+export function limitsOf(body, gravity, q, m) {
+  const told = C.kr_page_limits(putScene(body, gravity, q, m));
+  if (!told) return null;
+  const [least, greatest, critical, precession, period, spin] = doubles(told, 6);
+  const course = text(C.kr_page_course(SCENE));
+  return { least, greatest, critical, precession, period, spin, course };
+}
 
 // Finds the cuboid as which a body is drawn: its half edges, its centre seen from the fixed point,
 // its turn in the frame in which the body was described.

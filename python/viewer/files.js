@@ -32,7 +32,7 @@ export function fileButtons(page, view, charts, source) {
     view.canvas.toBlob((blob) => save("kreisel.png", blob));
   };
   return {
-    Picture: [picture, "S"],
+    Picture: [picture, "Control+S"],
     CSV: [() => save("kreisel.csv", charts.csv())],
     JSON: [() => save("kreisel.json", JSON.stringify(page.scene, null, 1))],
     TOML: [() => save("kreisel.toml", toToml(page.scene))],

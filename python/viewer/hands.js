@@ -1,13 +1,22 @@
 // Drags: faces and edges turn, corners resize or move the fixed point, the tip of m sets the
-// momentum. They change the scene through `page`, which makes the state of the moment the start.
+// momentum, and a push gives it a jerk. They change the scene through `page`, which makes the state
+// of the moment the start; a top that stood still for the hand goes on. A finger holds the tip
+// alone, and looks around on the body, unless it may push.
 import { Plane, Quaternion, Vector3 } from "three";
+import { fitArrows } from "./camera.js";
 import { becomeCuboid, cornerSigns, quaternion, resize, wxyz } from "./scene.js";
+import { arrow, halo } from "./shapes.js";
+
+// An arrow of m as long as the way of a push changes by so much of that, at the largest lever.
+const STRENGTH = 0.35;
 
 export class Hands {
   drag = null; // what is held, and how
-  tipSeen = false;
+  pushes = false;
   constructor(view, page) {
-    Object.assign(this, { view, page });
+    Object.assign(this, { view, page, halo: halo(), band: arrow("#c2386f", 0.02) });
+    view.world.add(this.halo, this.band);
+    this.band.visible = false;
     const listen = (name, act, early) => view.canvas.addEventListener(name, act.bind(this), early);
     listen("pointerdown", this.grab, true); // before the orbit takes it
     listen("pointermove", this.move);
@@ -15,48 +24,101 @@ export class Hands {
     listen("pointercancel", this.release);
   }
 
+  // Returns what a pointer would hold.
+  under({ clientX, clientY, pointerType }) {
+    const hit = this.view.pick(clientX, clientY);
+    const looks = pointerType === "touch" && !this.pushes && hit?.part !== "tip";
+    return looks ? undefined : hit;
+  }
   grab(event) {
     const { view, page } = this;
-    const hit = this.drag || event.button > 1 ? null : view.pick(event.clientX, event.clientY);
+    const hit = this.drag || event.button > 1 ? null : this.under(event);
     const moves = event.button === 1 || event.altKey || page.scene.corners;
     const pivot = hit?.part === "corner" && moves;
     if (!hit || (event.button === 1 && !pivot)) return;
     event.preventDefault();
-    page.run(false);
     view.orbit.enabled = false;
     view.canvas.setPointerCapture(event.pointerId);
+    const part = pivot ? "pivot" : this.pushes && hit.part !== "tip" ? "push" : hit.part;
+    const goesOn = page.running;
+    if (part !== "push") page.run(false);
     // A finger takes hold beside the middle of a handle: keep that distance.
-    const grip = hit.part === "face" ? hit.point : view.handle(hit.part, hit.i, hit.corner);
-    const forwards = view.camera.getWorldDirection(new Vector3());
-    const plane = new Plane().setFromNormalAndCoplanarPoint(forwards, grip);
+    const isHandle = part !== "push" && hit.part !== "face";
+    const grip = isHandle ? view.handle(hit.part, hit.i, hit.corner) : hit.point;
+    const plane = facing(view, grip);
     const offset = meet(view, plane, event)?.sub(grip) ?? new Vector3();
     const { clientX: x, clientY: y, pointerId } = event;
-    const part = pivot ? "pivot" : hit.part;
-    this.drag = { ...hit, part, top: view.tops[hit.i], plane, offset, x, y, pointerId };
+    const top = view.tops[hit.i];
+    const place = top.body.worldToLocal(grip.clone());
+    this.drag = { ...hit, part, top, plane, offset, x, y, pointerId, goesOn, place };
     view.moving = pivot;
-    this.tipSeen ||= hit.part === "tip";
+    this.light(isHandle && hit);
   }
   move(event) {
     const { view, page, drag } = this;
-    if (!drag && event.pointerType === "mouse" && !event.buttons)
-      view.canvas.style.cursor = view.pick(event.clientX, event.clientY) ? "grab" : "";
+    if (!drag && event.pointerType === "mouse" && !event.buttons) this.hover(event);
     if (drag?.pointerId !== event.pointerId) return;
+    if (drag.part === "push") return this.stretch(event);
     const at = meet(view, drag.plane, event)?.sub(drag.offset);
     if (!at) return;
     if (!drag.moved) {
       page.begin({ top: drag.top }); // now that it moves: a click changes nothing
-      drag.moved = true;
+      drag.moved = view.held = true;
     }
     page.edit((scene) => changes[drag.part](view, scene, drag, at, event));
+    this.light(this.lit);
   }
-  release({ pointerId }) {
+  hover(event) {
+    const hit = this.under(event);
+    this.view.canvas.style.cursor = hit ? "grab" : "";
+    this.light(hit && hit.part !== "face" && hit);
+  }
+  // A handle that is held, or could be, lights up.
+  light(hit) {
+    const { halo, view } = this;
+    if (!hit && !this.lit) return;
+    this.lit = hit || null;
+    halo.visible = !!hit;
+    if (hit) halo.position.copy(view.handle(hit.part, hit.i, hit.corner));
+    view.dirty = true;
+  }
+  // A push is drawn as a band from where the body is held to the pointer.
+  stretch({ clientX, clientY }) {
+    const { view, drag, band } = this;
+    const from = view.tops[drag.i].body.localToWorld(drag.place.clone());
+    const to = meet(view, facing(view, from), { clientX, clientY });
+    if (!to) return;
+    drag.band = { from, by: to.sub(from) };
+    band.position.copy(from);
+    band.point(...drag.band.by);
+    band.visible = view.dirty = true;
+  }
+  // Gives the jerk: the momentum changes by lever and way of the push.
+  push({ i, band: { from, by } }) {
+    const { view, page } = this;
+    const top = view.tops[i];
+    page.begin({ top });
+    const lever = from.clone().sub(top.group.position);
+    const change = lever.cross(by).multiplyScalar(STRENGTH / view.momentumZoom);
+    page.edit((scene) => {
+      const now = pose(scene, { top });
+      const m = new Vector3(...now.slice(4)).add(change);
+      setPose(scene, { top }, now.slice(0, 4), m.toArray());
+    });
+    page.run(true);
+  }
+  release({ pointerId, type }) {
     const { view, page, drag } = this;
     if (drag?.pointerId !== pointerId) return;
     this.drag = null;
-    view.moving = false;
+    view.moving = view.held = this.band.visible = false;
+    if (drag.moved) view.build(page, false);
     view.orbit.enabled = true;
     view.draw();
-    page.tell();
+    this.light(null);
+    if (drag.part === "push") return drag.band && type === "pointerup" && this.push(drag);
+    if (drag.moved && fitArrows(view)) page.say("Arrows are drawn on a smaller scale now");
+    page.goal === null && page.run(drag.goesOn);
   }
   // Lets go, and takes back what was done.
   cancel() {
@@ -66,6 +128,8 @@ export class Hands {
   }
 }
 
+const facing = (view, point) =>
+  new Plane().setFromNormalAndCoplanarPoint(view.camera.getWorldDirection(new Vector3()), point);
 const meet = (view, plane, { clientX, clientY }) =>
   view.ray(clientX, clientY).ray.intersectPlane(plane, new Vector3());
 // The pose of the top in hand is its attitude and momentum, 7 numbers.

@@ -1,8 +1,13 @@
 // The page comes to life: buttons and keys, the window, and a frame loop.
+import { Bar } from "./bar.js";
+import { nameOf } from "./compute.js";
 import { stage, TICKS } from "./core.js";
+import { home } from "./camera.js";
 import { Charts } from "./charts.js";
 import { Hands } from "./hands.js";
 import { fileButtons } from "./files.js";
+import { Keys } from "./keys.js";
+import { Numbers } from "./numbers.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
@@ -22,14 +27,27 @@ const view = new View($("view"));
 const page = new Page(view);
 const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
+const numbers = new Numbers($("view"));
 const hands = new Hands(view, page);
+
+const keys = new Keys($("keys"), { page, view, hands, presets, choose });
+const bar = new Bar($("bar"), page, hands, keys);
 
 function choose(preset) {
   if (!preset) return;
   page.replace(preset);
+  home(view);
   page.run(!calm.matches);
 }
-page.tell = () => (panel.draw(), charts.build());
+let stale = false; // while a hand moves, what is told waits for the next frame
+function draw() {
+  stale = false;
+  panel.draw();
+  bar.draw();
+  numbers.update(page);
+  charts.build();
+}
+page.tell = () => (hands.drag ? (stale = true) : draw());
 matchMedia("(prefers-color-scheme: dark)").addEventListener(
   "change",
   () => (view.build(page, false), page.tell()),
@@ -45,30 +63,10 @@ view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
   page.set("shown", shown);
 });
 
-// A key does what the control does that names it as its own; Escape lets go.
-function press(control) {
-  if (!control.matches("summary, [type=number]")) return control.click();
-  $("panel").hidden = false;
-  control.closest("details").open = true;
-  control.focus();
-}
-addEventListener("keydown", (event) => {
-  const { key, target, ctrlKey, metaKey, altKey } = event;
-  if (key === "Escape") return hands.drag ? hands.cancel() : page.run(false);
-  const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
-  const chord = ctrlKey || metaKey ? `Control+${name}` : name;
-  const own = /^(Space|Enter)$/.test(name)
-    ? "summary, button, [type=checkbox], "
-    : /^Arrow/.test(name)
-      ? "input, "
-      : "";
-  if (hands.drag || altKey || target.closest(`${own}[type=number], select, textarea`)) return;
-  const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
-  if (!control && !presets[chord - 1]) return;
-  event.preventDefault();
-  control ? press(control) : choose(presets[chord - 1]);
+$("fold").addEventListener("click", () => {
+  $("panel").hidden = !$("panel").hidden;
+  $("fold").ariaExpanded = !$("panel").hidden;
 });
-$("fold").addEventListener("click", () => ($("panel").hidden = !$("panel").hidden));
 
 let last = 0;
 let shown = { at: 0 };
@@ -76,29 +74,29 @@ function frame(now) {
   const rate = page.frame((now - last) / 1000);
   last = now;
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
-  const slow = rate ? `speed ${rate.toPrecision(2)}, ` : "";
-  $("clock").textContent = `${slow}t = ${(page.clock / TICKS).toFixed(2)}${more}`;
-  const isNew = shown.clock !== page.clock || shown.tops !== page.tops;
+  $("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more}`;
+  $("clock").title = rate ? `only ${rate.toPrecision(2)} a second: the tops are too fast` : "";
+  const isNew = stale || shown.clock !== page.clock || shown.tops !== page.tops;
   if (now - shown.at > 120 && isNew) {
     shown = { at: now, clock: page.clock, tops: page.tops };
-    panel.draw();
+    draw();
     charts.update();
+    $("times").textContent = behind();
   }
-  label();
+  hands.light(hands.lit);
   view.render();
   requestAnimationFrame(frame);
 }
-// Beside the green tip stands what it is for, until it was taken once: away from the top if there
-// is room.
-function label() {
-  const [tip, first] = [$("tip"), view.tops.findIndex((top) => top.m)];
-  tip.hidden = hands.tipSeen || first < 0 || (innerWidth <= 700 && page.running);
-  if (tip.hidden || !view.dirty) return;
-  const [x, y] = view.project(view.handle("tip", first));
-  const [width, room] = [view.pixels[0], 220];
-  const left = x > width - room || (x < width / 2 && x > room);
-  Object.assign(tip.style, { left: `${x}px`, top: `${y}px` });
-  tip.classList.toggle("left", left);
+// Says which tops stand at another time than the clock: they move from step to step.
+function behind() {
+  const least = Math.min(...page.tops.map((top) => top.ticks));
+  const words = page.tops.map((top, i) => {
+    const [t] = stage.state(i);
+    if (page.running) return top.ticks > least ? `${nameOf(top)}: at its last step` : "";
+    const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !stage.failure(i);
+    return isBehind ? `${nameOf(top)} is drawn at t = ${+t.toFixed(6)}` : "";
+  });
+  return words.filter(Boolean).join("\n");
 }
 
 const linked = () =>
@@ -115,8 +113,12 @@ attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || preset
 const open = () => linked() && page.replace(complete(linked()));
 addEventListener("hashchange", () => attempt(open));
 new ResizeObserver(() => page.tell()).observe($("panel"));
-// In a notebook it waits.
-if (!calm.matches && window.parent === window) setTimeout(() => page.run(true), 600);
+// In a notebook it waits, and the wheel scrolls that until one clicks in.
+const isInside = window.parent !== window;
+view.orbit.enableZoom = !isInside;
+view.canvas.addEventListener("pointerdown", () => (view.orbit.enableZoom = true));
+view.canvas.addEventListener("pointerleave", () => (view.orbit.enableZoom = !isInside));
+if (!calm.matches && !isInside) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
 requestAnimationFrame(frame);
 
@@ -124,4 +126,4 @@ requestAnimationFrame(frame);
 const at = (part, i = 0, number = 0) => view.project(view.handle(part, i, number));
 const advance = (t) => page.advance(Math.round(t * TICKS));
 const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
-window.kreisel = { page, view, charts, stage, presets, choose, at, advance, states };
+window.kreisel = { page, view, hands, charts, stage, presets, choose, at, advance, states };

@@ -1,13 +1,19 @@
-// The page's state: the scene, its undo, the clock. What happens to them goes through here.
-import { kindOf, makeBody, measureOf, measures, methods, stage, TICKS } from "./core.js";
-import { assign, bytes, chartOf, complete, topsOf } from "./scene.js";
+// The page's state: the scene, its undo, the clock. What happens to them goes through here. Initial
+// data are sacred: what only computes begins again from the same start and goes on to the same
+// time; a hand that moves the top takes the state of the moment as the start, and that is told.
+import { kindOf, limitsOf, makeBody, measureOf, measures, methods } from "./core.js";
+import { stage, TICKS, TOPS } from "./core.js";
+import { assign, meeting, nameOf } from "./rules.js";
+import { bytes, chartOf, complete, rangeOf, topsOf } from "./scene.js";
 
 const MOMENT = 8; // milliseconds of a frame that stepping may take
-// Steps between two looks at the watch; at the least, all tops step at least once.
-const [LEAST, MOST] = [8, 2000];
-const MOVES = /^(body|shape|attitude|momentum|second|gravity)/; // what a track cannot follow
+// Steps between two looks at the watch; at the least, all tops step once.
+const [LEAST, MOST] = [TOPS, 2000];
+const MOVES = /^(body|shape|attitude|momentum|second|gravity|taken)/; // what a track cannot follow
 // These are set without beginning anew.
-const GOES_ON = /^(speed|distance|stop|chart|log|corners|show)/;
+const GOES_ON = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
+const COMPUTES = /^(methods|step|both|own|tol|ghost)/; // the motion stays, and its time
+const OF_NOW = /^(momentum|tilt|spin)/; // read off the moment, and set in it
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
 export class Page {
@@ -21,12 +27,14 @@ export class Page {
     document.getElementById("words").textContent = words;
   }
 
-  // Shows another scene, and says whether that could be; else the one before stays.
+  // Shows another scene, and says whether that could be; else the one before stays. With `fit` it
+  // is one from outside, to which Reset leads back.
   load(given, fit = true) {
     const before = this.scene;
     try {
       this.scene = complete(given);
       this.build(fit);
+      if (fit) this.origin = structuredClone(this.scene);
     } catch (error) {
       if (!before) throw error;
       this.scene = before;
@@ -43,12 +51,15 @@ export class Page {
     this.kind = kindOf(this.body);
     this.suit();
     stage.clear();
-    this.tops = topsOf(scene, this.body).map((top) => ({
+    const cast = topsOf(scene, this.body).map((top) => ({
       ...top,
       ticks: Math.max(1, Math.round(top.step * TICKS)),
     }));
-    this.tops.forEach((top) => this.enter(top));
+    cast.forEach((top) => this.enter(top));
+    this.tops = cast.filter(({ role }) => role !== "truth");
+    this.truth = cast.at(-1).method;
     this.offer();
+    this.meet();
     Object.assign(this, { clock: 0, target: 0, goal: null, slice: LEAST, failures: "" });
     this.asked = this.gone = 0;
     this.view.build(this, fit);
@@ -63,11 +74,14 @@ export class Page {
       this.say(`${name} is not for this body: strang instead`);
     });
   }
-  enter({ track, method, side, role, ticks, against }) {
+  enter(top) {
+    const { track, method, side, role, ticks, against } = top;
     const { scene, body } = this;
-    const start = (side && scene.second) || [...scene.attitude, ...scene.momentum];
+    const { second } = scene;
+    const start = (side === 1 && !track && second) || [...scene.attitude, ...scene.momentum];
     const [q, m] = [start.slice(0, 4), start.slice(4)];
-    const tol = role === "ghost" ? 1e-13 : scene.tol;
+    const tol = role === "ghost" || role === "truth" ? 1e-15 : scene.tol;
+    top.limits = limitsOf(body, scene.gravity, q, m);
     const states = track && new Float64Array(bytes(track.states).buffer);
     if (track) stage.addTrack(body, scene.gravity, states, ticks, against);
     else stage.add(body, scene.gravity, q, m, methods.get(method), ticks, tol, against);
@@ -81,34 +95,50 @@ export class Page {
   }
   // A chart of what is not offered gives way to that of the energy.
   chart() {
-    const name = chartOf(this.scene.chart, this.kind);
-    this.scene.chart = this.measures.includes(measureOf(name)) ? name : "energy";
+    const { scene } = this;
+    const among = (offered, name) => (offered.includes(measureOf(name)) ? name : "energy");
+    scene.chart = among(this.measures, chartOf(scene.chart, this.kind));
+    scene.integral = among(this.integrals, chartOf(scene.integral, this.kind));
+  }
+  // The stop time is one at which all steps meet, whatever becomes of the steps.
+  meet() {
+    const { stop } = this.scene;
+    if (stop === null || meeting(stop) === stop) return;
+    this.scene.stop = meeting(stop);
+    this.say(`The stop time is ${this.scene.stop} now, where all steps meet`);
   }
 
   // Keeps scene and time for undo, before a change.
   keep(how) {
-    this.past.push({ scene: structuredClone(this.scene), clock: this.goal ?? this.clock, ...how });
+    const { origin, goal, clock } = this;
+    const scene = structuredClone(this.scene);
+    this.past.push({ scene, origin, clock: goal ?? clock, ...how });
     if (this.past.length > 200) this.past.shift();
     this.say("");
   }
-  // Begins a change: the state of the moment becomes the new start. Where a track stays it does
-  // not, for the track begins where it begins.
-  begin({ top, moves = true, ...how } = {}) {
+  // Begins a change; with `now` one of the moment, whose state becomes the start.
+  begin({ top, now = true, ...how } = {}) {
     this.keep(how);
-    if (!this.clock || (this.scene.tracks.length && !moves)) return;
+    if (!this.clock || !now) return;
     const { second } = this.scene;
     const [, w, x, y, z, ...momentum] = this.leader(second && top?.side ? null : top);
-    const beside = second && this.leader(this.tops.find((each) => each.side));
-    Object.assign(this.scene, {
-      attitude: [w, x, y, z],
-      momentum,
-      second: beside && beside.slice(1),
-    });
+    const beside = second && this.leader(this.tops.find((each) => each.side)).slice(1);
+    const taken = this.clock / TICKS;
+    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
+    this.rename(this.scene);
   }
-  // Returns the state of a live top, or if that is none, of the first of them.
-  leader(top) {
+  // What was said of a scene may not hold for one that was changed.
+  rename(scene) {
+    if (scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
+    scene.about = "";
+  }
+  // Returns the number of a live top, or if that is none, of the first of them; and its state.
+  lead(top) {
     const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
-    return Array.from(stage.state(this.tops.indexOf(live.includes(top) ? top : live[0])));
+    return this.tops.indexOf(live.includes(top) ? top : live[0]);
+  }
+  leader(top) {
+    return Array.from(stage.state(this.lead(top)));
   }
   edit(change) {
     const scene = structuredClone(this.scene);
@@ -116,82 +146,120 @@ export class Page {
     const changed = Object.keys(scene).filter(
       (key) => !GOES_ON.test(key) && differ(scene[key], this.scene[key]),
     );
-    if (changed.some((key) => MOVES.test(key))) scene.tracks = [];
-    if (changed.length && scene.name && !scene.name.endsWith(", changed"))
-      scene.name += ", changed";
-    return this.load(scene, false);
+    const isLost = scene.tracks.length > 0 && changed.some((key) => MOVES.test(key));
+    if (isLost) scene.tracks = [];
+    if (changed.length) this.rename(scene);
+    const done = this.load(scene, false);
+    if (done && isLost) this.say("The path was of another motion and is gone: Undo brings it back");
+    return done;
+  }
+  // Takes the state of the moment as the start.
+  take() {
+    if (!this.clock) return;
+    this.begin();
+    this.edit((scene) => (scene.tracks = []));
   }
   // Takes a scene that differs in looks alone.
   dress(scene) {
+    const isOther = scene.show.solid !== this.scene.show.solid;
     this.scene = scene;
     this.chart();
-    this.view.show(scene);
+    if (isOther) this.view.build(this, false);
+    else this.view.show(scene);
     this.tell();
   }
-  // Sets what a control asks for, at a place such as "show.trace". All that a hand does to a
-  // control at a time is one gesture, and taken back by one undo.
+  // Sets what a control asks for, at a place such as "show.trace", and returns why it cannot be.
+  // All that a hand does to a control at a time is one gesture, and taken back by one undo.
   set(place, x, gesture) {
     const change = (scene) => (assign(scene, place, x), scene);
+    const fresh = !gesture || gesture !== this.gesture;
     try {
       const wanted = complete(change(structuredClone(this.scene)));
-      const goesOn = GOES_ON.test(place);
-      if (goesOn && !differ(wanted, this.scene)) return;
-      const fresh = !gesture || gesture !== this.gesture;
-      if (fresh) goesOn ? this.keep({ goesOn }) : this.begin({ moves: MOVES.test(place) });
-      this.gesture = gesture;
-      if (goesOn) return this.dress(wanted);
-      if (this.edit(change)) return;
-      this.gesture = null;
-      if (fresh) this.undo(true);
-    } catch {
-      const name = place.split(".").find((part) => part !== "show");
-      this.say(`${name} cannot be ${Number.isNaN(x) ? "empty" : x}`);
+      if (GOES_ON.test(place)) {
+        if (!differ(wanted, this.scene)) return "";
+        if (fresh) this.keep({ goesOn: true });
+        this.gesture = gesture;
+        this.dress(wanted);
+        return "";
+      }
+    } catch ({ message }) {
+      return this.refuse(place, x, message);
     }
+    const time = this.goal ?? this.clock;
+    const goesOn = this.running || this.resume;
+    if (fresh) this.begin({ now: OF_NOW.test(place) });
+    this.gesture = gesture;
+    if (this.edit(change)) {
+      if (COMPUTES.test(place) && time) this.goTo(time, goesOn);
+      return "";
+    }
+    this.gesture = null;
+    if (fresh) this.undo(true);
+    return document.getElementById("words").textContent;
+  }
+  refuse(place, x, message) {
+    const [range, value] = [rangeOf(place), Number.isNaN(x) ? "empty" : x];
+    const own = `${nameOf(place)} cannot be ${value}${range ? `: ${range}` : ""}`;
+    const words = /^[A-Z].* cannot be/.test(message) ? message : own;
+    this.say(words);
+    return words;
   }
   replace(scene) {
-    this.begin({ fit: true, moves: false });
+    this.keep({ fit: true });
     if (!this.load(scene)) this.undo(true);
   }
   undo(quietly = false) {
-    const { scene, clock, fit = false, goesOn } = this.past.pop() ?? {};
+    const { scene, origin, clock, fit = false, goesOn } = this.past.pop() ?? {};
     if (!quietly) this.say("");
     if (!scene) return;
     if (goesOn) return this.dress(scene);
     this.run(false);
     this.load(scene, fit);
-    if (clock) this.jump(clock / TICKS);
+    this.origin = origin;
+    if (clock) this.goTo(clock);
   }
 
   run(on) {
-    this.goal = null;
-    this.running = on;
+    Object.assign(this, { goal: null, resume: false, running: on });
     this.tell();
   }
-  reset() {
+  // Goes back to the start, as it is now.
+  restart() {
     this.say("");
-    this.run(false);
     this.load(this.scene, false);
+  }
+  // Goes back to the scene as it came.
+  reset() {
+    this.keep();
+    this.run(false);
+    this.load(this.origin, false);
   }
   step() {
     this.run(false);
     const least = Math.min(...this.tops.map((top) => top.ticks));
-    this.advance((Math.floor(this.clock / least) + 1) * least);
+    this.goTo((Math.floor(this.clock / least) + 1) * least);
   }
-  // Goes to a time, over as many frames as it takes; by way of the start if it is past.
   jump(t) {
+    this.say("");
     if (!(t >= 0 && t <= 1e9)) return this.say(`${t} is no time to jump to: 0 to 1e9 are`);
-    const goal = Math.round(t * TICKS);
+    this.goTo(Math.round(t * TICKS));
+  }
+  // Goes to a time in ticks, over as many frames as it takes; by way of the start if it is past.
+  goTo(goal, resume = false) {
     if (goal < this.clock) this.load(this.scene, false);
-    this.run(false);
-    this.goal = goal;
+    Object.assign(this, { goal, resume, running: false });
+    this.approach();
     this.tell();
+  }
+  approach() {
+    this.advance(this.goal, 12 * MOMENT);
+    if (!this.late && this.goal !== null) this.run(this.resume);
   }
   // Does what a frame does after so many seconds. Returns the speed of the last half second, if it
   // is less than was asked for.
   frame(passed) {
-    const { target, goal, scene } = this;
-    if (goal !== null) this.advance(goal, 4 * MOMENT);
-    if (goal !== null && !this.late) this.run(false);
+    const { target, scene } = this;
+    if (this.goal !== null) this.approach();
     if (!this.running) return (this.slow = 0);
     this.advance(target + Math.min(passed, 0.1) * scene.speed * TICKS, MOMENT);
     this.asked += passed;
@@ -209,15 +277,15 @@ export class Page {
     this.target = Math.min(target, end);
     const until = performance.now() + most;
     const enough = this.target - Math.max(...this.tops.map((top) => top.ticks));
-    let [before, now] = [-1, performance.now()];
     this.late = false;
-    while (before < this.clock && !this.late) {
-      before = this.clock;
+    for (let [more, now] = [true, performance.now()]; more && !this.late; ) {
+      const before = this.clock;
       this.clock = stage.advance(this.target, this.slice);
       const took = performance.now() - now;
       this.slice = Math.max(LEAST, Math.min(MOST, this.slice * (took < 1 ? 2 : 2 / took)));
       now += took;
-      this.late = (now > until && this.clock < enough) || stage.late();
+      more = this.clock > before || stage.late();
+      this.late = now > until && more && (this.clock < enough || stage.late());
     }
     if (this.late) this.target = this.clock; // time itself goes slower
     const stopped = ({ method, step, track }, i) => {

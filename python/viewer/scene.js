@@ -1,6 +1,7 @@
 // What is on the stage, as plain data that JSON can hold, and the rules by which it changes.
 import { Quaternion, Vector3 } from "three";
-import { cuboidOf, measureOf, methods, stage, TICKS, TOPS } from "./core.js";
+import { cuboidOf, measureOf, methods, TICKS, TOPS } from "./core.js";
+import { begun } from "./starts.js";
 
 export const plain = {
   version: 1,
@@ -11,16 +12,19 @@ export const plain = {
   attitude: [1, 0, 0, 0], // w, x, y, z
   momentum: [0.172, -1.862, 1.46],
   second: null, // attitude and momentum (7 numbers) for the tops of the second method, if others
+  taken: null, // the time at which the start was taken out of a motion
   gravity: 1,
-  methods: ["bobenko_suris"], // one or two,
-  step: [0.01], // each with one or two steps
+  methods: ["bobenko_suris"], // one to three,
+  step: [0.01], // each with one or two steps,
+  own: false, // or each with its own: the first with the first, the others with the second
   tol: 1e-5, // of adaptive methods: the thesis' Atol = Rtol
   ghost: false,
   distance: 4,
   stop: null,
   speed: 1,
-  chart: "energy", // the name of a measure
-  log: false,
+  chart: "nutation", // the name of a measure
+  integral: "energy", // the measure whose change tells of the computation
+  log: false, // of changes and errors
   shown: Array(TOPS).fill(true), // in the charts, of the tops
   tracks: [], // { name, step, states: base64 of float64 t, q, m }
   corners: false, // move the fixed point
@@ -30,6 +34,7 @@ export const plain = {
     axes: false,
     floor: true,
     flat: false,
+    solid: "top", // or "box": as what a symmetric body is drawn; others are boxes
     opacity: 0.3,
     thickness: 1,
   },
@@ -41,11 +46,16 @@ const saysStep = ({ eps, ...given }) => (eps === undefined ? given : { step: eps
 export const chartOf = (name, kind) =>
   ({ vertical: "vertical_momentum", axial: "axial_momentum", fourth: kind })[name] ?? name;
 
-// Each part of a scene must fit one of these.
+// Each part of a scene must fit one of these. What has a range says so when it refuses.
 function listOf(fits, ...lengths) {
-  return (x) => Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
+  const all = (x) => Array.isArray(x) && lengths.includes(x.length) && x.every(fits);
+  return Object.assign(all, { range: fits.range });
 }
-const within = (low, high) => (x) => typeof x === "number" && x >= low && x <= high;
+const within = (low, high) =>
+  Object.assign((x) => typeof x === "number" && x >= low && x <= high, {
+    range: `from ${low} to ${high}`,
+  });
+const orNone = (fits) => Object.assign((x) => x === null || fits(x), { range: fits.range });
 const [word, flag, size, three] = [
   (x) => typeof x === "string",
   (x) => x === !!x,
@@ -54,22 +64,29 @@ const [word, flag, size, three] = [
 ];
 const isStep = within(1 / TICKS, 2000);
 const isTrack = (track) => word(track?.name) && word(track.states) && isStep(track.step);
-const isShow = ({ opacity, thickness, ...flags }) =>
-  within(0, 1)(opacity) && within(0.1, 20)(thickness) && Object.values(flags).every(flag);
+const isShow = ({ opacity, thickness, solid, ...flags }) =>
+  within(0, 1)(opacity) &&
+  within(0.1, 20)(thickness) &&
+  ["top", "box"].includes(solid) &&
+  Object.values(flags).every(flag);
+const isMeasure = (x) => word(x) && !!measureOf(chartOf(x, "kowalewski"));
 const CHECKS = {
+  version: Object.assign((x) => x === plain.version, { range: `this page reads ${plain.version}` }),
   body: (b) => (three(b?.half) ? three(b.pivot) : listOf(size, 9)(b?.inertia) && three(b.com)),
   shape: (x) => word(x) && Object.hasOwn(SIZES, x),
   attitude: listOf(size, 4),
   momentum: three,
-  second: (x) => x === null || listOf(size, 7)(x),
+  second: orNone(listOf(size, 7)),
+  taken: orNone(within(0, 1e9)),
   gravity: size,
-  methods: listOf(word, 1, 2),
+  methods: listOf(word, 1, 2, 3),
   step: listOf(isStep, 1, 2),
   tol: within(1e-15, 1),
   distance: within(0, 100),
-  stop: (x) => x === null || within(1 / TICKS, 1e9)(x),
+  stop: orNone(within(1 / TICKS, 1e9)),
   speed: within(0, 1e6),
-  chart: (x) => word(x) && !!measureOf(chartOf(x, "kowalewski")),
+  chart: isMeasure,
+  integral: isMeasure,
   shown: listOf(flag, TOPS),
   show: isShow,
   tracks: listOf(isTrack, 0, 1),
@@ -77,87 +94,54 @@ const CHECKS = {
 // Completes a scene from anywhere: what it leaves out is as in `plain`, what it has must fit.
 export function complete(given) {
   if (given?.constructor !== Object) throw new Error("it is no scene");
-  const scene = structuredClone({ ...plain, ...saysStep(given) });
+  const scene = structuredClone(begun({ ...plain, ...saysStep(given) }));
   scene.show = { ...plain.show, ...scene.show };
   if (Array.isArray(scene.tracks)) scene.tracks = scene.tracks.map((t) => saysStep(t ?? {}));
   for (const [key, model] of Object.entries(plain)) {
     const fits = CHECKS[key] ?? ((x) => typeof x === typeof model);
     if (fits(scene[key])) continue;
-    throw new Error(`${key} cannot be ${JSON.stringify(scene[key]).slice(0, 60)}`);
+    const shown = JSON.stringify(scene[key]).slice(0, 60);
+    throw new Error(`${key} cannot be ${shown}${fits.range ? `: ${fits.range}` : ""}`);
   }
   return scene;
 }
+// Returns what a place of a scene may hold, in words.
+export const rangeOf = (place) => CHECKS[place.split(".")[0]]?.range;
 
 export const quaternion = ([w, x, y, z]) => new Quaternion(x, y, z, w);
 export const wxyz = (q) => [q.w, q.x, q.y, q.z];
 export const cornerSigns = (corner) =>
   [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
 
-// Returns the tops that a scene asks for, in the order of the stage. `side` is 0 for the first
-// method and 1 for what stands beside it; `against` is the top with which it is compared, -1 for
-// none.
-const COLOURS = ["#d8432e", "#2f6fde", "#e0a100", "#2c9c4b"]; // the thesis' four
-const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the ghost's
-export function topsOf({ step: steps, ghost, second, tracks, methods: names, gravity }, body) {
-  const tops = [];
+// Returns the steps of a method.
+export const stepsOf = ({ step, own }, side) =>
+  own ? [step[Math.min(side, step.length - 1)]] : step;
+// Returns the tops that a scene asks for, in the order of the stage. `side` counts the methods from
+// left to right; `against` is the truth with which a top is compared. A truth stands behind the
+// others and is drawn as a ghost or not at all.
+const COLOURS = ["#c73237", "#586cb7", "#c37801", "#299d80", "#c01bf5", "#087583"];
+const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the truth
+const [ALONE, TRUTH] = [-1, -2];
+export function topsOf(scene, body) {
+  const { step, ghost, second, tracks, methods: names, gravity } = scene;
   const sharpest = SHARPEST.find((name) => methods.get(name)?.suits(body, gravity));
-  const grey = { role: "ghost", colour: "#8f96a3", side: 0, against: -1 };
-  if (ghost) tops.push({ ...grey, method: sharpest, step: steps[0] });
-  const first = tops.length;
-  names.forEach((method, side) =>
-    steps.forEach((step, thin) => {
-      const apart = side === 1 && second;
-      const against = ghost && !apart ? 0 : thin ? tops.length - 1 : side && !apart ? first : -1;
+  const tops = names.flatMap((method, side) =>
+    stepsOf(scene, side).map((step, thin) => {
       const colour = COLOURS[2 * side + thin];
-      tops.push({ method, step, side, role: thin ? "thin" : "thick", colour, against });
+      return { method, step, side, role: thin ? "thin" : "thick", colour };
     }),
   );
-  const beside = { side: 1, role: "thick", colour: "#9a4fd0", against: 0 };
+  const beside = { side: 1, role: "thick", colour: COLOURS[4] };
   for (const track of tracks) tops.push({ ...beside, track, method: track.name, step: track.step });
+  const first = tops.length;
+  const isApart = (top) => second && top.side === 1 && !top.track;
+  for (const top of tops)
+    top.against = top.method === "exact" && !top.track ? ALONE : first + +!!isApart(top);
+  const truth = { colour: "#7d8491", method: sharpest, step: step[0], against: TRUTH };
+  tops.push({ ...truth, side: 0, role: ghost ? "ghost" : "truth" });
+  if (second) tops.push({ ...truth, side: 1, role: "truth" });
   return tops;
 }
-
-// A scene has its values at places such as "show.trace". One that is asked for goes to its place;
-// some places have rules of their own.
-export const valueAt = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
-export function assign(scene, place, x) {
-  if (rules[place]) return rules[place](scene, x);
-  const keys = place.split(".");
-  const last = keys.pop();
-  keys.reduce((at, key) => at[key], scene)[last] = x;
-}
-const wholeTicks = (x) => Math.round(x * TICKS) / TICKS;
-// Returns the nearest time at which all steps meet.
-function meeting(t) {
-  const common = stage.common();
-  return common ? (Math.max(1, Math.round((t * TICKS) / common)) * common) / TICKS : t;
-}
-const rules = {
-  "step.0": (scene, x) => (scene.step[0] = wholeTicks(x)),
-  "step.1": (scene, x) => (scene.step = [scene.step[0], wholeTicks(x)]),
-  both: (scene, on) => (scene.step = on ? [scene.step[0], 0.2] : [scene.step[0]]),
-  "methods.1"(scene, name) {
-    scene.methods = [scene.methods[0], name].filter(Boolean);
-    if (!name) scene.second = null;
-  },
-  stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : x < 0 ? x : null),
-  // The ghost comes before the others.
-  ghost: (scene, on) =>
-    Object.assign(scene, {
-      ghost: on,
-      shown: on ? [true, ...scene.shown.slice(0, -1)] : [...scene.shown.slice(1), true],
-    }),
-  shape(scene, shape) {
-    becomeCuboid(scene);
-    scene.shape = shape;
-    if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
-    resize(scene, scene.body.half);
-    if (shape === "goryachev_chaplygin") {
-      scene.momentum[2] = 0; // else G changes
-      if (scene.second) scene.second[6] = 0;
-    }
-  },
-};
 
 // A change by hand works on a cuboid along its own frame: the attitude takes up how it lay.
 export function becomeCuboid(scene) {
@@ -189,4 +173,10 @@ export function resize(scene, half) {
   scene.body = { ...old, half: fit, pivot: old.pivot.map((x, i) => (x * fit[i]) / old.half[i]) };
 }
 
-export const bytes = (base64) => Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+export function bytes(base64) {
+  try {
+    return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  } catch {
+    throw new Error("the states of the path cannot be read: they are no base64");
+  }
+}

@@ -5,8 +5,8 @@ import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { ROD_RINGS, ROD_SIDES, stage, WAY_POINTS } from "./core.js";
 import { cornerSigns, quaternion } from "./scene.js";
+import { hull, surface } from "./turned.js";
 
-const FLOOR = -2.7;
 const vector = (...numbers) => new THREE.Vector3(...numbers);
 const mesh = (shape, paint) => new THREE.Mesh(shape, paint);
 const flat = (look) => new THREE.MeshBasicMaterial({ transparent: true, ...look });
@@ -17,22 +17,39 @@ const ROD = new THREE.CylinderGeometry(1, 1, 1, 16);
 const BALL = new THREE.SphereGeometry(1, 20, 14);
 const put = (group, part, userData = {}) => (group.add(part), Object.assign(part, { userData }));
 
-export function ground(world) {
-  const sun = new THREE.DirectionalLight("#fff4e0", 2.2);
-  sun.position.set(3, -5, 8);
-  const grid = upright(new THREE.PolarGridHelper(14, 24, 14, 128));
-  const look = { color: "#808894", transparent: true, opacity: 0.6 };
-  grid.material = new THREE.LineBasicMaterial(look);
-  grid.position.z = FLOOR;
-  world.fog = new THREE.Fog("#000");
-  world.background = world.fog.color;
-  world.add(new THREE.HemisphereLight("#ffffff", "#8d93a5", 2), sun, grid);
-  return grid;
+// The fixed point stands on a needle, or on a little cone where the floor is near.
+export function stand(depth) {
+  const cone = upright(new THREE.CylinderGeometry(0.012, 0.05 + 0.025 * depth, depth, 32));
+  return mesh(cone.translate(0, 0, -depth / 2), shiny({ color: "#9a9389", opacity: 0.8 }));
 }
-// The fixed point stands on a needle.
-export function needle() {
-  const cone = upright(new THREE.CylinderGeometry(0.008, 0.05, -FLOOR, 16));
-  return mesh(cone.translate(0, 0, FLOOR / 2), shiny({ color: "#848a98", opacity: 0.5 }));
+
+// A turned top is lacquered, with a painted sector by which its spin is seen; its axle goes from
+// the tip to the pen, which writes on the globe. Lengths are the body's own.
+const SECTOR = 1 / 6; // of a whole turn
+const STEEL = "#aab2bd";
+const CREAM = "#f7ecd2";
+export function turnedTop(turned, { colour, role }, pen) {
+  const group = new THREE.Group();
+  const faint = role === "thick" ? {} : { opacity: 0.35, depthWrite: false };
+  const look = { shininess: 60, specular: "#4c453e", transparent: role !== "thick", ...faint };
+  const satin = (color) => shiny({ color, ...look });
+  const part = (shape, color) => put(group, mesh(shape, satin(color)), { part: "face" });
+  const { axis, up, height, profile } = turned;
+  const wide = Math.max(...profile.map(([, r]) => r));
+  part(surface(turned, 0, 1 - SECTOR), colour);
+  part(surface(turned, 1 - SECTOR, SECTOR), CREAM);
+  const thin = 0.028 * wide;
+  const [low, high] = height ? [-height, pen - height] : [-pen, pen];
+  const length = high - low - 6 * thin;
+  const rod = new THREE.CylinderGeometry(thin, thin, length, 20);
+  part(rod.translate(0, high - length / 2, 0), STEEL);
+  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI);
+  part(tip.translate(0, low + 3 * thin, 0), STEEL);
+  group.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis].clone().multiplyScalar(up));
+  const handles = [...group.children];
+  const caster = put(group, mesh(surface(hull(turned), 0, 1)));
+  caster.visible = false;
+  return Object.assign(new THREE.Group().add(group), { shading: [caster], handles, look() {} });
 }
 
 // A cuboid has translucent faces, and edges and corners to take hold of.
@@ -54,9 +71,11 @@ export function box({ half }, { colour: color, role }) {
       edge.quaternion.setFromUnitVectors(UNITS[1], UNITS[k]);
     }
   }
+  group.shading = [group.children[0]];
+  group.handles = group.children;
   const thickness = Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
   group.look = (opacity, times) => {
-    glass.opacity = opacity;
+    Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
     for (const { scale, userData } of group.children.slice(1)) {
       scale.set(...userData.stretch).multiplyScalar(times * thickness);
       scale.y += userData.length;
@@ -65,40 +84,43 @@ export function box({ half }, { colour: color, role }) {
   return group;
 }
 
-// An arrow is drawn last and through everything, for it begins inside the body.
-export function arrow(color, radius, opacity = 1) {
+const SHAFT = upright(new THREE.CylinderGeometry(1, 1, 1, 16)).translate(0, 0, 0.5);
+const HEAD = upright(new THREE.ConeGeometry(3, 8, 24));
+// An arrow is drawn last and through everything, for it begins inside the body; with `depthTest` it
+// comes out of the body.
+export function arrow(color, radius, opacity = 1, depthTest = false) {
   const group = new THREE.Group();
-  const paint = shiny({ color, depthTest: false, opacity });
-  const rod = upright(new THREE.CylinderGeometry(radius, radius, 1, 16));
-  const shaft = mesh(rod.translate(0, 0, 0.5), paint);
-  const tip = mesh(upright(new THREE.ConeGeometry(radius * 3, radius * 8, 24)), paint);
+  const paint = shiny({ color, depthTest, opacity });
+  const [shaft, tip] = [mesh(SHAFT, paint), mesh(HEAD, paint)];
+  for (const part of [shaft, tip]) part.scale.setScalar(radius);
   const target = mesh(BALL, new THREE.MeshBasicMaterial({ visible: false }));
   target.scale.setScalar(Math.max(radius * 5, 0.12));
   shaft.renderOrder = tip.renderOrder = 10;
   group.add(shaft, tip, target);
   group.tip = target; // larger than the tip, for fingers
+  group.colour = color;
+  group.end = () => tip.getWorldPosition(vector());
   group.point = (...v) => {
     const [direction, length] = [vector(...v), Math.hypot(...v) || 1e-9];
+    shaft.visible = tip.visible = length > 1e-3; // nothing has no direction
     group.quaternion.setFromUnitVectors(UNITS[2], direction.divideScalar(length));
     shaft.scale.z = tip.position.z = target.position.z = length;
   };
   return group;
 }
 
-// The apex moves on a faint sphere with parallels, which are edges that bend by more than ten
-// degrees.
-const GLOBE = new THREE.SphereGeometry(1, 48, 32);
-const PARALLELS = upright(new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10));
-export function sphere(radius) {
-  const color = "#8a93a6";
-  const globe = mesh(GLOBE, flat({ color, opacity: 0.09, depthWrite: false }));
-  globe.scale.setScalar(radius);
-  const paint = new THREE.LineBasicMaterial({ color, transparent: true, opacity: 0.3 });
-  return globe.add(new THREE.LineSegments(PARALLELS, paint));
+// Light about a handle.
+export function halo() {
+  const light = mesh(BALL, flat({ color: "#ffb020", opacity: 0.45, depthTest: false }));
+  light.scale.setScalar(0.16);
+  light.renderOrder = 12;
+  light.visible = false;
+  return light;
 }
 
 // The way of the apex begins with the newest point, which is strongest in colour. Each point ends
-// one piece and begins the next.
+// one piece and begins the next. No older piece covers a fresh one.
+const FRESH = 256; // points
 export function pathLine(colour, ground) {
   const geometry = new LineGeometry();
   geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
@@ -114,17 +136,25 @@ export function pathLine(colour, ground) {
     const strength = Math.max(0.2, 1 - (0.9 * i) / WAY_POINTS);
     mixed.lerpColors(ground, paint, strength).toArray(shades.array, 3 * i);
   }
-  const line = new Line2(geometry, new LineMaterial({ vertexColors: true }));
-  line.frustumCulled = false;
+  const line = new Line2(geometry, new LineMaterial({ vertexColors: true, depthWrite: false }));
+  const fresh = new Line2(new LineGeometry(), new LineMaterial({ vertexColors: true }));
+  Object.assign(fresh.geometry, { attributes: geometry.attributes, index: geometry.index });
+  fresh.geometry.boundingSphere = geometry.boundingSphere;
+  line.frustumCulled = fresh.frustumCulled = false;
+  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after what is solid, and the fresh one last
+  line.add(fresh);
   line.follow = (i, radius, thickness) => {
-    line.material.linewidth = 2.4 * thickness;
+    line.material.linewidth = fresh.material.linewidth = 2.4 * thickness;
     geometry.instanceCount = stage.way(i, radius, places.array) - 1;
+    fresh.geometry.instanceCount = Math.min(geometry.instanceCount, FRESH);
     places.needsUpdate = true;
   };
   return line;
 }
 
-// The elastic rod is made of rings of points about its centre line.
+// The elastic rod is made of rings of points about its centre line. The longer it gets, the smaller
+// it is drawn, so that it stays in the picture.
+const ROOM = 3.4; // from the fixed point
 const FACES = Array.from({ length: (ROD_RINGS - 1) * ROD_SIDES }, (_, a) => {
   const b = a % ROD_SIDES === ROD_SIDES - 1 ? a + 1 - ROD_SIDES : a + 1;
   return [a, b, a + ROD_SIDES, b, b + ROD_SIDES, a + ROD_SIDES];
@@ -139,6 +169,9 @@ export function rodMesh(color) {
   rod.follow = (i, scale, radius) => {
     const n = stage.rod(i, scale, radius, places.array);
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
+    let far = ROOM;
+    for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));
+    rod.scale.setScalar(ROOM / far);
     places.needsUpdate = true;
     geometry.computeVertexNormals();
   };

@@ -2,15 +2,23 @@
 // neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { arrow, axisLines, box, ground, needle, pathLine, rodMesh, sphere } from "./shapes.js";
+import { arrow, axisLines, box, pathLine, rodMesh, stand, turnedTop } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
+import { Floor, light } from "./floor.js";
+import { globe } from "./globe.js";
+import { Letters } from "./letters.js";
 import { cornerSigns, quaternion } from "./scene.js";
+import { turnedOf } from "./turned.js";
 
 const SIDES = [
   new THREE.Vector3(0, -1, 0),
   new THREE.Vector3(1, 0, 0),
   new THREE.Vector3(0, -1e-3, 1),
 ];
+const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
+const FRONT = new THREE.Vector3(0, -11, 4.4); // from there tops side by side are equally far
+const ROD = "#2f7f86"; // what else is drawn of a first top is red
+const FLOOR = -2.7; // the lowest that it lies
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
@@ -19,18 +27,21 @@ export class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
-    const label = "The top, its momentum in green and its angular velocity in blue";
-    Object.assign(this.canvas, { tabIndex: 0, role: "img", ariaLabel: label });
+    const label = "The top, its momentum in green and its angular velocity in blue; arrows turn";
+    Object.assign(this.canvas, { tabIndex: 0, role: "application", ariaLabel: label });
     this.world = new THREE.Scene();
-    this.floor = ground(this.world);
+    this.world.fog = new THREE.Fog("#000");
+    this.world.background = this.world.fog.color;
+    light(this.world);
+    this.floor = new Floor(this.world);
+    this.letters = new Letters(parent);
     const flat = new THREE.OrthographicCamera(-1, 1, 1, -1, -100, 200);
     this.cameras = [new THREE.PerspectiveCamera(30, 1, 0.1, 200), flat];
     for (const camera of this.cameras) camera.up.set(0, 0, 1);
-    this.cameras[0].position.set(5.4, -9.6, 4.4);
-    this.cameras[1].position.set(0, -12, 0);
     this.orbit = new OrbitControls(this.cameras[0], this.canvas);
     Object.assign(this.orbit, { minDistance: 3, minZoom: 0.2, maxZoom: 10 });
     this.orbit.addEventListener("change", () => (this.dirty = true));
+    this.orbit.addEventListener("start", () => (this.isHome = false));
     this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
     const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
@@ -51,6 +62,7 @@ export class View {
     for (const camera of this.cameras) camera.updateProjectionMatrix();
     this.renderer.setSize(w, h);
     this.pixels = [w, h];
+    if (this.isHome) this.home();
     this.dirty = true;
     this.render(); // at once: a canvas of another size is empty
     this.dirty = true;
@@ -62,73 +74,171 @@ export class View {
     this.page = page;
     this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
     this.body = cuboidOf(page.scene.body);
+    this.turned = turnedOf(this.body);
+    const asTop = !!this.turned && page.scene.show.solid === "top";
+    this.asTop = asTop;
     const { half, centre } = this.body;
     this.reach = Math.hypot(...half.map((h, i) => h + Math.abs(centre[i])));
-    if (fit || !this.zoom) this.fit();
+    const sides = Math.max(...page.tops.map((top) => top.side)) + 1;
+    const more = sides > (this.sides ?? 1); // than fit into the picture
+    this.sides = sides;
+    if (fit || more || !this.zoom) this.fit();
     // The way of the apex is drawn on a sphere of this radius.
-    this.trail = this.zoom * Math.max(2 * Math.hypot(...centre), 0.85 * this.reach);
+    const [lever, least] = [Math.hypot(...centre), 0.85 * this.reach];
+    this.trail = this.zoom * Math.max((asTop ? 1.7 : 2) * lever, asTop ? 1.1 * least : least);
+    const { body, gravity } = page.scene;
+    const paper = this.world.background.getHex();
+    const kept = (key, x) => (key === "limits" ? undefined : x);
+    const looks = JSON.stringify([gravity, page.tops, asTop, paper], kept);
+    const shape = JSON.stringify([body, this.trail]);
+    const isSame = this.held && looks === this.looks;
+    if (isSame && shape === this.shape) this.bound();
+    else if (isSame && !asTop) this.reshape();
+    else this.makeTops();
+    Object.assign(this, { looks, shape });
+    if (this.fresh) this.home();
+    this.fresh = false;
+    this.show(page.scene);
+  }
+  // Chooses the scales and looks from home.
+  fit() {
+    const [momentum, velocity] = stage.reach(0);
+    this.zoom = 2.4 / this.reach;
+    // Out of a turned top that spins it looks by its own length, or it would not be seen.
+    const now = Math.hypot(...this.page.leader().slice(5));
+    this.comesOut = this.asTop && now > momentum / 4;
+    const long = this.comesOut ? now : momentum;
+    this.momentumZoom = (this.asTop ? 3 : 3.2) / long;
+    this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
+    this.fresh = true;
+  }
+  // Looks at all there is from the usual side: from the floor to the globe's top. It stays so in
+  // windows of other sizes, until somebody looks elsewhere.
+  home() {
+    const { scene } = this.page;
+    const [low, high] = [this.floor.height, Math.max(this.trail, 2.4)];
+    const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
+    const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
+    const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
+    const { fov, aspect } = this.cameras[0];
+    const breadth = ((this.sides - 1) * scene.distance) / 2 + 2.6; // from the middle
+    const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
+    const distance = Math.max(far + more, away);
+    this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
+    this.orbit.maxDistance = 2.5 * distance;
+    const from = this.sides > 1 ? FRONT : HOME;
+    this.cameras[0].position.copy(from).setLength(distance).add(this.orbit.target);
+    this.cameras[1].position.set(0, -12, 0).add(this.orbit.target);
+    this.cameras[1].zoom = 12.6 / distance;
+    this.cameras[1].updateProjectionMatrix();
+    Object.assign(this.world.fog, { near: distance, far: 6 * distance });
+    this.orbit.update();
+    this.isHome = true;
+  }
+  makeTops() {
     for (const top of this.tops) {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
     }
-    this.tops = page.tops.map((top, i) => this.makeTop(top, i));
-    this.show(page.scene);
+    this.floor.place(this.ground(this.asTop), this.world.background.r < 0.2);
+    this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
+    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
+    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
   }
-  fit() {
-    const { tops, scene } = this.page;
-    const [momentum, velocity] = stage.reach(0);
-    this.zoom = 2.4 / this.reach;
-    [this.momentumZoom, this.velocityZoom] = [3.2 / momentum, 2.4 / velocity];
-    this.orbit.target.set(0, 0, -0.1);
-    const wide = this.pixels[0] > 1.1 * this.pixels[1] ? 1 : 1.6;
-    const beside = tops.some((top) => top.side);
-    const far = 12.6 + (beside ? scene.distance * wide : scene.show.rod ? 5 : 0);
-    this.orbit.maxDistance = 2.5 * far;
-    this.cameras[0].position.setLength(far);
-    this.cameras[1].zoom = 12.6 / far;
-    this.cameras[1].updateProjectionMatrix();
-    Object.assign(this.world.fog, { near: far, far: 6 * far });
+  // Boxes in hand take another shape; what else belongs to their tops stays.
+  reshape() {
+    this.tops.forEach((top, i) => {
+      for (const old of [top.solid, top.axes]) {
+        old?.traverse((part) => part.geometry?.dispose());
+        if (old) top.body.remove(old);
+      }
+      this.addSolid(top, i);
+      if (top.axes) this.addAxes(top);
+    });
+    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
+    this.bound();
+  }
+  addSolid(top, i) {
+    const { colour, role } = top;
+    const solid = this.asTop
+      ? turnedTop(this.turned, { colour, role }, this.trail / this.zoom)
+      : box(this.body, { colour, role });
+    solid.position.set(...this.body.centre).multiplyScalar(this.zoom);
+    solid.quaternion.copy(quaternion(this.body.turn));
+    solid.scale.setScalar(this.zoom);
+    top.body.add(solid);
+    const isHeld = role !== "ghost" && !top.track;
+    Object.assign(top, { solid, handles: isHeld ? [top.m.tip, ...solid.handles] : [] });
+    for (const { userData } of top.handles) userData.i = i;
+  }
+  addAxes(top) {
+    top.axes = axisLines(this.page.body, this.zoom, this.reach);
+    top.body.add(top.axes);
+  }
+  // Tops in hand stay as they are made, but for the circles between which they now go.
+  bound() {
+    this.tops.forEach((top, i) => {
+      top.limits = this.page.tops[i].limits;
+      if (!top.globe) return;
+      top.globe.traverse((part) => part.geometry?.dispose());
+      top.group.remove(top.globe);
+      this.addGlobe(top);
+    });
+    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+  }
+  addGlobe(top) {
+    top.globe = globe(top.limits, this.floor.height / this.trail);
+    top.globe.scale.setScalar(this.trail);
+    top.group.add(top.globe);
+  }
+  // Finds the height of the floor: that of the tip, or as much lower as the body needs.
+  ground(asTop) {
+    const limits = this.page.tops.map((top) => top.limits?.greatest ?? Math.PI);
+    if (!asTop) return FLOOR;
+    const deepest = (angle) => {
+      const [c, s] = [Math.cos(angle), Math.sin(angle)];
+      return Math.max(...this.turned.profile.map(([z, r]) => s * r - c * z));
+    };
+    const lowest = Math.max(...limits.map(deepest));
+    return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
   }
   makeTop(top, i) {
     const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
     const { scene } = this.page;
-    const [group, body, cuboid] = [new THREE.Group(), new THREE.Group(), box(this.body, top)];
-    cuboid.position.set(...this.body.centre).multiplyScalar(this.zoom);
-    cuboid.quaternion.copy(quaternion(this.body.turn));
-    cuboid.scale.setScalar(this.zoom);
+    const [group, body] = [new THREE.Group(), new THREE.Group()];
     const line = pathLine(top.colour, this.world.background);
-    const parts = { ...top, group, body, cuboid, line, handles: [] };
-    this.world.add(group.add(body.add(cuboid), line));
-    if (ghost) return parts;
-    parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014);
-    parts.w = arrow("#3566e0", thick ? 0.028 : 0.014);
-    group.add(parts.m, parts.w);
-    parts.m.tip.userData.part = "tip";
-    parts.handles = top.track ? [] : [parts.m.tip, ...cuboid.children];
-    for (const { userData } of parts.handles) userData.i = i;
+    const parts = { ...top, group, body, line };
+    this.world.add(group.add(body, line));
+    if (!ghost) {
+      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.comesOut);
+      parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.comesOut);
+      group.add(parts.m, parts.w);
+      parts.m.tip.userData.part = "tip";
+    }
+    this.addSolid(parts, i);
     if (!thick) return parts;
-    parts.globe = sphere(this.trail);
-    parts.rod = rodMesh(top.colour);
-    parts.axes = axisLines(this.page.body, this.zoom, this.reach);
-    parts.p = arrow("#8a93a6", 0.02, 0.6);
+    this.addGlobe(parts);
+    this.addAxes(parts);
+    parts.rod = rodMesh(top.side ? top.colour : ROD);
+    parts.p = arrow("#7c8698", 0.02, 0.6);
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
-    body.add(parts.axes);
-    group.add(parts.globe, parts.rod, parts.p, needle());
+    group.add(parts.rod, parts.p);
+    if (scene.gravity) group.add(stand(-this.floor.height));
     return parts;
   }
-  // Shows what of a scene is looks alone. The first method stands left, what is beside it right.
+  // Shows what of a scene is looks alone. Methods stand beside each other from left to right.
   show({ show, distance }) {
-    const beside = this.tops.some((top) => top.side);
     for (const top of this.tops) {
-      top.group.position.x = beside ? (top.side - 0.5) * distance : 0;
-      top.cuboid.look(show.opacity, show.thickness);
+      top.group.position.x = (top.side - (this.sides - 1) / 2) * distance;
+      top.solid.look(show.opacity, show.thickness);
       const apart = distance > 0 || !top.side; // else the faces of two would mix
-      top.cuboid.children[0].visible = top.role === "thick" && apart;
+      top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
     this.orbit.object = this.cameras[+show.flat];
+    this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI; // above the floor
     this.orbit.update();
     this.camera.updateMatrixWorld();
     this.draw();
@@ -154,7 +264,49 @@ export class View {
   render() {
     if (!this.dirty && !this.recording) return;
     this.dirty = false;
+    this.world.updateMatrixWorld();
+    this.floor.follow();
     this.renderer.render(this.world, this.camera);
+    this.letters.follow(this.pixels);
+  }
+  // Returns the letters at a top's arrows, and at the circles between which its apex stays.
+  lettersOf(top) {
+    if (top.role !== "thick") return [];
+    const at = (arrow) => () => arrow.visible && this.project(arrow.end());
+    const letter = (words, arrow, about) => ({ words, colour: arrow.colour, about, at: at(arrow) });
+    return [
+      letter("m", top.m, "angular momentum"),
+      letter("ω", top.w, "angular velocity"),
+      letter("p", top.p, "the vertical, as long as gravity is strong"),
+      ...this.circlesOf(top),
+      ...this.namesOf(top),
+    ];
+  }
+  // Tops side by side have names on the floor, if those tell them apart.
+  namesOf({ group, side, track, method }) {
+    const others = this.page.tops.filter((top) => top.side !== side);
+    if (!others.length || others.some((top) => top.method === method && !track && !top.track))
+      return [];
+    const place = () => group.position.clone().setZ(this.floor.height - 0.25);
+    const words = track ? `the path: ${method}` : method;
+    return [{ words, colour: "", at: () => this.project(place()) }];
+  }
+  circlesOf({ limits, globe: sphere, group }) {
+    if (!limits) return [];
+    const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
+    const side = (angle) => () => {
+      if (!sphere.visible) return null;
+      const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0).setZ(0);
+      right.setLength(Math.sin(angle)).setZ(Math.cos(angle));
+      return this.project(right.multiplyScalar(this.trail).add(group.position));
+    };
+    const { least, greatest } = limits;
+    const one = greatest - least < 0.005;
+    const words = one ? [""] : ["highest ", "lowest "];
+    return words.map((word, i) => {
+      const angle = i ? greatest : least;
+      return { words: word + degrees(angle), colour: "", at: side(angle) };
+    });
   }
 
   // Looks from the front, the right, above, and again. All is in sight, whatever became of it.
@@ -163,12 +315,13 @@ export class View {
     this.build(this.page, true);
     const far = this.camera.position.length();
     this.camera.position.copy(SIDES[this.side]).setLength(far).add(this.orbit.target);
+    this.isHome = false;
     this.orbit.update();
   }
 
   // Finds what is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const handles = this.tops.flatMap((top) => top.handles);
+    const handles = this.tops.flatMap((top) => top.handles.filter((part) => part.visible));
     const hits = this.ray(x, y).intersectObjects(handles, false);
     hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
     return hits[0] && { ...hits[0].object.userData, point: hits[0].point };
@@ -193,6 +346,6 @@ export class View {
     if (part === "tip") return top.m.tip.getWorldPosition(new THREE.Vector3());
     const signs = { face: [0, -1, 0], edge: [1, -1, 0], corner: cornerSigns(number) }[part];
     const place = signs.map((sign, k) => sign * this.body.half[k]);
-    return top.cuboid.localToWorld(new THREE.Vector3(...place));
+    return top.solid.localToWorld(new THREE.Vector3(...place));
   }
 }

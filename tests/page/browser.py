@@ -12,11 +12,11 @@ from toolbox import ROOT
 PAGE = view._PAGE
 WIDE, PHONE = (1280, 800), (390, 780)  # windows, in pixels
 SMALL = {"width": 720, "height": 420}  # a window that is drawn fast
-UPRIGHT = "Lagrange's top"  # the preset with which the page opens, and every test of a shared page
+UPRIGHT = "Lagrange's top"  # the preset with which every test of a shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 TICKS = 1_000_000  # of the clock, in a unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-MEASURES = [*(each["name"] for each in LEVEL), "error"]  # that the page records
+MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]  # on the record
 TRACE = 2048  # the most points that a trace is drawn with
 ROD_SIDES = 12  # of a rod's section
 
@@ -103,8 +103,8 @@ def scene(page):
 
 
 def changed(before, after):
-    """The words in which two scenes of the page differ, but for the name."""
-    return {key for key in before if before[key] != after[key] and key != "name"}
+    """The words in which two scenes of the page differ, but for its name and what it tells."""
+    return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
 def clock(page):

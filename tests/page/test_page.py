@@ -47,7 +47,7 @@ def test_one_small_file_with_its_licences():
         need("npm")
     text = PAGE.read_text(encoding="utf-8")
     size = len(text.encode())
-    assert 400_000 < size <= 900_000 and len(gzip.compress(text.encode(), 9)) <= 260_000
+    assert 400_000 < size <= 900_000 and len(gzip.compress(text.encode(), 9)) <= 270_000
     for name in (
         "three.js authors",
         "Leon Sorokin",
@@ -61,11 +61,8 @@ def test_one_small_file_with_its_licences():
 
 def test_starts_by_itself(browser):
     page = visit(browser)
-    wait_for(page, "kreisel.page.clock > 200000 && !document.getElementById('charts').hidden")
-    assert (
-        page.get_by_text("drag me").is_visible()
-        and page.get_by_role("button", name="Stop").is_visible()
-    )
+    wait_for(page, "kreisel.page.clock > 200000 && kreisel.stage.rows() > 2")
+    assert page.get_by_role("button", name="Stop").is_visible()
     assert page.evaluate("kreisel.view.tops[0].line.geometry.instanceCount") > 10
     assert page.troubles == []
     page.context.close()
@@ -135,7 +132,7 @@ def test_one_big_advance_equals_many_small(page):
     advance(page, 30)
     once = states(page)
     page.evaluate("""{
-        kreisel.page.reset();
+        kreisel.page.restart();
         for (let t = 0, i = 0; t < 30; i++) {
             t = Math.min(30, t + ((i * 7919) % 97) / 300);
             kreisel.advance(t);
@@ -164,13 +161,13 @@ def test_presets_keep_their_integrals(page, preset):
         energy = record(page, i, "energy")
         vertical, axial = (record(page, i, f"{about}_momentum") for about in ("vertical", "axial"))
         size = np.abs(energy).max() + np.abs(vertical).max()
-        coarse = 0.2 if top["step"] > 0.1 else 0.01
-        kept = 1e-4 if top["method"] == "extrap" else 1e-6
+        coarse = min(top["step"], 0.2)
+        kept = {"extrap": 1e-4, "rk4": 0.01}.get(top["method"], 1e-6)
         assert np.ptp(energy) <= coarse * size and np.ptp(vertical) <= kept * size, top["method"]
         if page.evaluate("kreisel.page.kind") == "lagrange":
             assert np.ptp(axial) <= kept * size
-        if given["chart"] != "energy":
-            fourth = record(page, i, page.evaluate("kreisel.page.kind"))
+        if given["chart"] in {"kowalewski", "goryachev_chaplygin"}:
+            fourth = record(page, i, given["chart"])
             assert np.ptp(fourth) <= 1e-3 * max(1, np.abs(fourth).max())
         assert given["about"]
 
@@ -192,7 +189,7 @@ def test_steady_precession_is_level(page):
         advance(page, t)
         _, _, x, y, *_ = states(page)[0]
         heights.append(1 - 2 * (x * x + y * y))
-    assert heights == pytest.approx([0.6] * 31, abs=1e-3)
+    assert heights == pytest.approx([np.cos(np.radians(35))] * 31, abs=1e-12)
 
 
 # What can be taken along
@@ -247,7 +244,7 @@ def test_files(page, browser, tmp_path):
 def test_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
     assert "cannot be shown" in words(page)
-    assert scene(page)["name"] == UPRIGHT and page.troubles == []
+    assert scene(page)["name"] == PRESETS[0] and page.troubles == []
     page.context.close()
 
 

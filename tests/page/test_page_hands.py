@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from browser import PHONE, TICKS, advance, changed, clock, drag, load, scene, states, visit
 
+BESIDE = (60, 120)  # in the picture, where there is nothing
+
 
 def test_drag_of_the_tip_sets_the_momentum(page):
     before = scene(page)
@@ -96,7 +98,7 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
     page.mouse.dblclick(x, y)
     assert page.evaluate(shown) == [False, False, True, False]
-    page.mouse.dblclick(20, 20)
+    page.mouse.dblclick(*BESIDE)
     assert page.evaluate(shown) == [True] * 4
     assert scene(page) == before and clock(page) == 3 * TICKS
 

@@ -35,7 +35,7 @@ WRONG = {
     "momentum": ["1", [1, 2], [1, 2, "3"], None],
     "second": [5, [1, 2], "none"],
     "gravity": ["1", None, True, [1]],
-    "methods": ["rk4", [], [1], ["rk4", "rk4", "rk4"], None],
+    "methods": ["rk4", [], [1], ["rk4"] * 4, None],
     "step": [0.01, [], [0], [-1], ["0.01"], [0.1, 0.2, 0.3]],
     "tol": ["1", 0, -1, None],
     "ghost": ["yes", 1, None],

@@ -13,6 +13,7 @@ from inside import cli, view
 def test_a_scene_from_python(browser, tmp_path):
     kr.view(kr.scenes.asymmetric, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    assert page.locator("#about").inner_text() == "A scene of your own."
     advance(page, 5)
     expected = kr.solve(kr.scenes.asymmetric, 5, "strang", step=0.01, every=500).states[-1]
     assert states(page)[0] == expected.tolist()
@@ -23,6 +24,7 @@ def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
+    page.evaluate("kreisel.page.set('show.solid', 'box')")  # which has corners
     drag(page, "corner", (10, -10), number=5)
     assert scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
     page.context.close()

@@ -3,8 +3,9 @@
 import kreisel as kr
 import numpy as np
 import pytest
+from toolbox import need
 
-from validation.report import readme_picture, sweep_picture
+from validation.report import page_picture, readme_picture, sweep_picture
 
 
 def test_the_axis_and_the_energy_are_drawn(tmp_path):
@@ -25,3 +26,9 @@ def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
     sweep_picture.draw(sweep_picture.swept(tmp_path / "runs", spins, tilts), tmp_path / "map.png")
     assert all(file.stat().st_mtime_ns == made for file, made in files.items())
     assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_the_page_is_photographed(tmp_path):
+    need("chromium", "npm")
+    page_picture.main(tmp_path / "page.png")
+    assert (tmp_path / "page.png").stat().st_size > 50_000

@@ -1,0 +1,350 @@
+"""Faults that the page had: what misled, jumped, froze, was cut off or went unsaid."""
+
+import json
+from urllib.parse import quote
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import (
+    PHONE,
+    PRESETS,
+    WIDE,
+    advance,
+    changed,
+    clock,
+    drag,
+    load,
+    measure,
+    scene,
+    scene_in_python,
+    states,
+    until,
+    visit,
+    wait_for,
+    words,
+)
+from kreisel.quaternion import attitude_error
+
+START = ("attitude", "momentum", "second", "body", "gravity")
+
+
+def start(page):
+    given = scene(page)
+    return {key: given[key] for key in START}
+
+
+def settle(page):
+    """Two frames, so that all is drawn."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def write(page, name, value):
+    field = page.get_by_label(name, exact=True)
+    field.fill(str(value))
+    field.press("Tab")
+
+
+# What misled
+
+
+def test_ticks_are_as_far_apart_as_they_say(page):
+    load(page, chart="energy", methods=["bobenko_suris2"])
+    advance(page, 0.98)
+    page.evaluate("kreisel.charts.update()")
+    ticks = page.evaluate("kreisel.charts.plots[0].axes[1]._values").copy()
+    apart = np.diff([float(tick) for tick in ticks])
+    assert len(ticks) > 2 and apart == pytest.approx(apart[0], rel=1e-9)
+
+
+def test_each_top_has_its_own_error_and_no_other_ones(page):
+    load(page, "Compare four")
+    advance(page, 200)
+    exact = kr.exact(scene_in_python(scene(page)))([200.0])
+    for i, state in enumerate(states(page)):
+        own = attitude_error(state[1:5], exact.q[-1]) / 2
+        assert measure(page, i, "error") == pytest.approx(own, rel=1e-3, abs=1e-11)
+    assert measure(page, 2, "error") < 1e-6 < 1e-4 < measure(page, 0, "error")
+    assert page.get_by_text("the exact motion, in closed form").count() == 1
+
+
+@pytest.mark.parametrize(
+    "place, value",
+    [
+        ("methods.0", "rk4"),
+        ("methods.1", "strang"),
+        ("step.0", 0.02),
+        ("both", True),
+        ("tol", 1e-9),
+        ("ghost", True),
+    ],
+)
+def test_what_computes_keeps_the_start_and_the_time(page, place, value):
+    advance(page, 20)
+    before = start(page)
+    page.evaluate("([place, value]) => kreisel.page.set(place, value)", [place, value])
+    until(page, 20)
+    assert start(page) == before and scene(page)["taken"] is None
+    top = page.evaluate("kreisel.page.tops[0]")
+    path = kr.solve(
+        scene_in_python(scene(page)),
+        20,
+        top["method"],
+        step=top["step"],
+        every=round(20 / top["step"]),
+    )
+    assert states(page)[0] == path.states[-1].tolist()
+
+
+def test_gravity_and_body_keep_the_start(page):
+    advance(page, 20)
+    before = scene(page)
+    page.evaluate("kreisel.page.set('gravity', 2)")
+    assert changed(before, scene(page)) == {"gravity"}
+    advance(page, 3)
+    write(page, "Half edges, T", 1.5)
+    assert scene(page)["attitude"] == before["attitude"]
+    assert scene(page)["momentum"] == before["momentum"]
+    page.get_by_role("button", name="Reset").click()
+    assert scene(page) == before and clock(page) == 0
+
+
+def test_a_start_taken_from_the_motion_is_told(page):
+    before, told = scene(page), page.locator("#start")
+    assert told.inner_text() == "Start: as chosen"
+    advance(page, 3)
+    state = states(page)[0]
+    page.get_by_role("button", name="Begin from here").click()
+    assert [*scene(page)["attitude"], *scene(page)["momentum"]] == state[1:]
+    assert clock(page) == 0 and told.inner_text() == "Start: taken from the motion, at t = 3.00"
+    page.get_by_role("button", name="Rewind").click()
+    assert scene(page)["taken"] == 3
+    page.get_by_role("button", name="Reset").click()
+    assert scene(page) == before and told.inner_text() == "Start: as chosen"
+    page.keyboard.press("z")
+    assert scene(page)["taken"] == 3
+
+
+def test_a_top_between_its_steps_says_when_it_is_drawn(page):
+    load(page, "Compare four")
+    advance(page, 11.7)
+    wait_for(page, "document.getElementById('times').textContent.includes('11.6')")
+    assert page.locator("#times").inner_text().count("is drawn at t = 11.6") == 2
+    advance(page, 11.8)
+    wait_for(page, "!document.getElementById('times').textContent")
+
+
+def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
+    told = page.locator("#about").inner_text()
+    page.evaluate("kreisel.page.set('gravity', 3)")
+    assert told not in page.locator("#about").inner_text()
+    page.keyboard.press("z")
+    assert page.locator("#about").inner_text() == told
+
+
+# What jumped
+
+
+def test_nothing_jumps_while_a_slider_is_held(page):
+    page.evaluate("kreisel.page.restart()")
+    slider = page.get_by_role("slider", name="Gravity")
+    settle(page)
+    place = slider.bounding_box()
+    for t in (0, 3):
+        advance(page, t)
+        settle(page)
+        assert slider.bounding_box() == place
+        page.evaluate("kreisel.page.set('gravity', 1.7)")
+        settle(page)
+        assert slider.bounding_box() == place
+
+
+def test_the_table_keeps_to_its_lines(page):
+    load(page, methods=["bobenko_suris2"])
+    lines = "document.querySelector('#integrals td').offsetHeight"
+    settle(page)
+    before = page.evaluate(lines)
+    page.evaluate("kreisel.page.jump(40)")
+    until(page, 40)
+    wait_for(
+        page,
+        "[...document.querySelectorAll('#integrals td')]"
+        ".some((cell) => /e-\\d\\d/.test(cell.textContent))",
+    )
+    assert page.evaluate(lines) == before
+
+
+def test_a_second_top_comes_into_sight(page):
+    far = "kreisel.view.camera.position.distanceTo(kreisel.view.orbit.target)"
+    before = page.evaluate(far)
+    page.get_by_label("Beside it").select_option("strang")
+    beside = page.evaluate(far)
+    page.get_by_label("Third method").select_option("rk4")
+    assert before < beside < page.evaluate(far)
+    page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
+    for i in range(3):
+        for corner in range(8):
+            x, y = page.evaluate(f"kreisel.at('corner', {i}, {corner})")
+            assert 0 < x < WIDE[0] - 320 and 0 < y < WIDE[1]
+
+
+def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
+    looks = "kreisel.view.camera.position.toArray()"
+    page.evaluate("kreisel.choose(kreisel.presets[0])")
+    before = page.evaluate(looks)
+    page.keyboard.press("n")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(looks) != before
+    page.keyboard.press("1")
+    assert page.evaluate(looks) == pytest.approx(before)
+
+
+def test_the_stop_time_stays_one_at_which_steps_meet(page):
+    load(page, "Compare four")
+    page.evaluate("kreisel.page.set('stop', 10.13)")
+    assert scene(page)["stop"] == 10.2
+    page.evaluate("kreisel.page.set('step.1', 0.07)")
+    assert scene(page)["stop"] == 10.22 and "10.22" in words(page)
+
+
+# What froze
+
+
+def test_a_top_much_too_fast_leaves_the_page_alive(browser):
+    given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
+    page = visit(browser, reduced_motion="reduce", fragment="#scene=" + quote(json.dumps(given)))
+    page.get_by_role("button", name="Start").click()
+    wait_for(page, "kreisel.page.late")
+    page.get_by_role("button", name="Stop").click()
+    page.get_by_role("button", name="Step", exact=True).click()
+    page.get_by_role("button", name="Stop").click()
+    assert clock(page) == 0 and page.get_by_role("button", name="Start").is_visible()
+    assert page.troubles == []
+    page.context.close()
+
+
+# What was not there or shone through
+
+
+def test_what_cannot_be_seen_is_not_picked(page):
+    load(page, "Compare four", distance=0)
+    advance(page, 11.7)
+    page.evaluate("kreisel.view.tops.forEach((top, i) => i === 1 || (top.handles = []))")
+    x, y = page.evaluate("kreisel.at('face', 1)")
+    assert page.evaluate("([x, y]) => kreisel.view.pick(x, y) ?? null", [x, y]) is None
+    x, y = page.evaluate("kreisel.at('corner', 1, 5)")
+    assert page.evaluate("([x, y]) => kreisel.view.pick(x, y).i", [x, y]) == 1
+
+
+def test_a_solid_body_hides_what_is_behind_it(page):
+    hides = """(({transparent, depthWrite}) => !transparent && depthWrite)(
+        kreisel.view.tops[0].solid.children[0].material)"""
+    assert not page.evaluate(hides)
+    page.get_by_role("slider", name="Opacity").press("End")
+    assert page.evaluate(hides)
+    page.get_by_role("slider", name="Opacity").press("Home")
+    assert not page.evaluate(hides)
+
+
+def test_nothing_has_no_arrow(page):
+    heads = "kreisel.view.tops[0].m.children.slice(0, 2).map((part) => part.visible)"
+    assert page.evaluate(heads) == [True, True]
+    load(page, momentum=[0, 0, 0], gravity=0)
+    assert page.evaluate(heads) == [False, False]
+    drag(page, "tip", (40, -30))
+    assert np.linalg.norm(scene(page)["momentum"]) > 0 and page.evaluate(heads) == [True, True]
+
+
+def test_rounding_is_no_number_of_the_body(page):
+    load(page, body={"half": [0.8, 0.8, 1], "pivot": [1.2e-16, 0.3, -1], "density": 1})
+    page.evaluate("kreisel.page.tell()")
+    assert "e-" not in page.locator("#body").inner_text()
+    assert page.get_by_label("Fixed point, from the centre, N").input_value() == "0"
+
+
+def test_paper_has_the_whole_picture(page):
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": 794, "height": 1100})
+    try:
+        settle(page)
+        picture, frame = (page.locator(what).first.bounding_box() for what in ("canvas", "main"))
+        assert picture["x"] >= frame["x"] and picture["width"] <= frame["width"] <= 794
+        assert picture["height"] <= frame["height"] and frame["height"] > 300
+        panel = page.locator("#panel").bounding_box()
+        assert panel["y"] >= frame["y"] + frame["height"]
+    finally:
+        page.emulate_media(media="screen")
+        page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
+
+
+def test_the_letter_of_an_arrow_stands_beside_it(browser):
+    page = visit(browser, size=PHONE, reduced_motion="reduce")
+    load(page, "Steady precession")
+    page.evaluate("kreisel.page.run(true)")
+    advance(page, 4)
+    page.evaluate("kreisel.page.run(false)")
+    settle(page)
+    letter = page.locator(".letters .arrow", has_text="m").bounding_box()
+    x, y = page.evaluate("kreisel.at('tip')")
+    assert abs(letter["y"] + letter["height"] / 2 - y) < 40 and abs(letter["x"] - x) < 40
+    page.context.close()
+
+
+def test_all_keys_can_be_read_at_once(page):
+    page.locator("canvas").first.focus()
+    page.keyboard.press("?")
+    box = page.get_by_role("dialog").bounding_box()
+    assert box["height"] > 300 and box["y"] + box["height"] <= WIDE[1]
+    assert "Principal axes" in page.get_by_role("dialog").inner_text()
+    page.keyboard.press("Escape")
+    assert not page.get_by_role("dialog").is_visible()
+
+
+# What was said
+
+
+def test_a_message_goes_with_its_cause(page):
+    write(page, "Jump to t", "1e10")
+    assert "no time to jump to" in words(page)
+    write(page, "Jump to t", "12.3")
+    until(page, 12.3)
+    assert words(page) == ""
+
+
+def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
+    page = visit(browser, reduced_motion="reduce", fragment='#scene={"version": 99}')
+    assert "version cannot be 99: this page reads 1" in words(page)
+    assert scene(page)["name"] == PRESETS[0]
+    page.context.close()
+
+
+@pytest.mark.parametrize(
+    "name, value, why",
+    [
+        ("Step, number", "0", "Step cannot be 0: from 0.000001 to 2000"),
+        ("Tolerance of adaptive methods", "-1", "Tolerance cannot be -1: from 1e-15 to 1"),
+        ("Gravity, number", "1e13", "Gravity cannot be 10000000000000: from -1000000000000 to"),
+        ("Half edges, N", "-2", "Size cannot be -2: it is more than 0"),
+        ("Mass, number", "0", "Mass cannot be 0: it is more than 0"),
+        ("Tilt, degrees", "", "Tilt cannot be empty"),
+    ],
+)
+def test_a_refusal_says_what_may_be_beside_the_field(page, name, value, why):
+    before = scene(page)
+    write(page, name, value)
+    field = page.get_by_label(name, exact=True)
+    beside = page.locator(".wrong:visible")
+    assert beside.count() == 1 and beside.inner_text().startswith(why)
+    assert words(page).startswith(why) and scene(page) == before
+    box, at = beside.bounding_box(), field.bounding_box()
+    assert abs(box["y"] - at["y"] - at["height"]) < 6
+    field.focus()
+    assert page.locator(".wrong:visible").count() == 0
+
+
+def test_a_path_that_cannot_be_read_is_refused_in_words_of_its_own(browser):
+    tracks = [{"name": "rk4", "step": 0.1, "states": "!"}]
+    fragment = "#scene=" + quote(json.dumps({"tracks": tracks}))
+    page = visit(browser, reduced_motion="reduce", fragment=fragment)
+    assert "no base64" in words(page) and "atob" not in words(page)
+    page.context.close()

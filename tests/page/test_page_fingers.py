@@ -1,0 +1,331 @@
+"""The bar in the picture, pushes, fingers, and all that a hand does by keys or numbers."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import (
+    PHONE,
+    WIDE,
+    advance,
+    changed,
+    clock,
+    drag,
+    load,
+    scene,
+    scene_in_python,
+    states,
+    visit,
+    wait_for,
+)
+
+EYE = "kreisel.view.camera.position.toArray()"
+SEND = """([type, points]) => {
+    const {canvas} = kreisel.view;
+    canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+    const touch = {pointerId: 7, pointerType: type, button: 0, buttons: 1, isPrimary: true};
+    const event = {...touch, bubbles: true, cancelable: true};
+    points.forEach(([x, y], i) => {
+        const last = i === points.length - 1;
+        const name = i === 0 ? 'down' : last ? 'up' : 'move';
+        const at = {...event, clientX: x, clientY: y};
+        canvas.dispatchEvent(new PointerEvent(`pointer${name}`, at));
+    });
+}"""
+
+
+def swipe(page, kind, by, pointer="touch", number=0):
+    x, y = page.evaluate(f"kreisel.at('{kind}', 0, {number})")
+    way = [[x, y], [x + by[0] / 2, y + by[1] / 2], [x + by[0], y + by[1]], [x + by[0], y + by[1]]]
+    page.evaluate(SEND, [pointer, way])
+
+
+# Fingers
+
+
+@pytest.mark.parametrize("kind", ["face", "corner", "edge"])
+def test_a_finger_on_the_body_looks_around(browser, kind):
+    page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
+    page.evaluate("kreisel.page.run(true)")
+    wait_for(page, "kreisel.page.clock > 0")
+    before = scene(page)
+    swipe(page, kind, (60, 20), number=5)
+    assert scene(page) == before and page.evaluate("kreisel.page.running")
+    page.context.close()
+
+
+def test_a_handle_lights_up(page):
+    page.mouse.move(*page.evaluate("kreisel.at('tip')"))
+    assert page.evaluate("kreisel.hands.halo.visible")
+    page.mouse.move(30, 300)
+    assert not page.evaluate("kreisel.hands.halo.visible")
+
+
+@pytest.mark.parametrize("pointer", ["mouse", "touch"])
+def test_a_push_jerks_the_running_top(page, pointer):
+    page.get_by_role("button", name="Push").click()
+    try:
+        page.evaluate("kreisel.page.run(true)")
+        wait_for(page, "kreisel.page.clock > 100000")
+        swipe(page, "face", (60, 20), pointer)
+        after = scene(page)
+        assert page.evaluate("kreisel.page.running") and after["taken"] > 0
+        page.evaluate("kreisel.page.run(false)")
+        top = scene_in_python(scene(page))
+        before = kr.solve(
+            kr.Scene(top.body, (0.172, -1.862, 1.46)),
+            after["taken"],
+            "bobenko_suris",
+            step=0.01,
+            every=round(100 * after["taken"]),
+        ).end
+        assert after["attitude"] == pytest.approx(before.attitude, abs=1e-12)
+        assert np.linalg.norm(np.subtract(after["momentum"], before.momentum)) > 0.1
+    finally:
+        page.get_by_role("button", name="Push").click()
+
+
+def test_it_goes_on_after_a_drag(page):
+    page.evaluate("kreisel.page.run(true)")
+    drag(page, "tip", (20, -20))
+    assert page.evaluate("kreisel.page.running")
+    page.get_by_role("button", name="Stop").click()
+    drag(page, "tip", (20, -20))
+    assert not page.evaluate("kreisel.page.running")
+
+
+def test_a_long_arrow_comes_back_into_the_picture(page):
+    load(page, momentum=[0, 0, 1])
+    drag(page, "corner", (200, -200), number=7)
+    page.evaluate("kreisel.page.set('gravity', 0)")
+    x, y = page.evaluate("kreisel.at('tip')")
+    drag(page, "tip", (30, -y + 5))
+    for part in ("m", "w"):
+        x, y = page.evaluate(
+            f"kreisel.view.project(kreisel.view.tops[0].{part}.tip.getWorldPosition("
+            "kreisel.view.camera.position.clone()))"
+        )
+        assert 0 <= x <= WIDE[0] and 0 <= y <= WIDE[1]
+
+
+# Bar and keys
+
+
+def test_the_bar_is_in_the_picture(browser):
+    for size in (PHONE, (480, 320), (320, 568), WIDE):
+        page = visit(browser, size=size, reduced_motion="reduce")
+        page.locator("#fold").click()
+        bar = page.locator("#bar").bounding_box()
+        assert bar["x"] >= 0 and bar["x"] + bar["width"] <= size[0]
+        assert bar["y"] + bar["height"] <= size[1] and bar["height"] < 60
+        assert page.get_by_role("button", name="Start").is_visible()
+        assert page.locator("#fold").get_attribute("aria-expanded") == "false"
+        page.context.close()
+
+
+def test_pace(page):
+    page.get_by_label("Pace").select_option("0.25")
+    assert scene(page)["speed"] == 0.25
+    page.get_by_role("slider", name="Speed").press("End")
+    assert page.get_by_label("Pace").input_value() == "10"
+
+
+def test_arrows_and_letters_move_the_eye_and_home_brings_it_back(page):
+    page.keyboard.press("Home")
+    home, before = page.evaluate(EYE), scene(page)
+    page.locator("canvas").first.focus()
+    for key in ("ArrowLeft", "ArrowUp", "w", "a", "+", "ArrowRight", "s", "d", "-", "ArrowDown"):
+        seen = page.evaluate(EYE)
+        page.keyboard.press(key)
+        assert page.evaluate(EYE) != pytest.approx(seen), key
+    page.keyboard.press("ArrowLeft")
+    page.get_by_role("button", name="Home view").click()
+    assert page.evaluate(EYE) == pytest.approx(home) and scene(page) == before and clock(page) == 0
+
+
+def test_the_eye_stays_above_the_floor(page):
+    for _ in range(60):
+        page.keyboard.press("ArrowDown")
+    page.keyboard.press("-")
+    assert page.evaluate("kreisel.view.camera.position.z") > -2.7
+    page.keyboard.press("Home")
+
+
+def test_single_letters_can_be_switched_off(page):
+    page.keyboard.press("?")
+    page.get_by_label("Single letters are keys").uncheck()
+    page.get_by_role("button", name="Close").click()
+    page.keyboard.press("e")
+    assert not scene(page)["show"]["rod"]
+    page.keyboard.press("Control+z")
+    page.get_by_role("button", name="Keys").click()
+    page.get_by_label("Single letters are keys").check()
+    page.keyboard.press("Escape")
+    page.keyboard.press("e")
+    assert scene(page)["show"]["rod"]
+
+
+def test_targets_are_24_pixels(page):
+    small = page.evaluate("""[...document.querySelectorAll(
+        'button, summary, select, input:not([type=checkbox]), .check')]
+        .filter((each) => each.offsetParent && !each.closest('.uplot, dialog'))
+        .map((each) => [each.textContent.trim(), each.getBoundingClientRect().height])
+        .filter(([, height]) => height < 24)""")
+    assert small == []
+
+
+def test_sliders_say_their_value_and_not_its_logarithm(page):
+    slider = page.get_by_role("slider", name="Step")
+    assert slider.first.get_attribute("aria-valuetext") == "0.01"
+
+
+def test_the_wheel_scrolls_a_notebook_until_one_clicks_in(browser):
+    page = browser.new_context(offline=True, viewport={"width": 900, "height": 700}).new_page()
+    inside = kr.view(kr.scenes.dzhanibekov, open=False)._repr_html_()
+    page.set_content(f"{inside}<div style='height:3000px'></div>")
+    frame = page.frames[1]
+    wait_for(frame, "!!window.kreisel")
+    far = "kreisel.view.camera.position.length()"
+    before = frame.evaluate(far)
+    page.mouse.move(60, 200)
+    page.mouse.wheel(0, 120)
+    wait_for(page, "scrollY > 0")
+    assert frame.evaluate(far) == pytest.approx(before)
+    page.evaluate("scrollTo(0, 0)")
+    wait_for(page, "scrollY === 0")
+    page.mouse.click(60, 200)
+    page.mouse.wheel(0, 120)
+    wait_for(frame, f"{far} > {before + 0.1}")
+    assert page.evaluate("scrollY") == 0
+    page.context.close()
+
+
+# Numbers
+
+
+@pytest.mark.parametrize("shape", ["lagrange", "kowalewski"])
+@pytest.mark.parametrize("t", [0, 3])
+def test_tilt_and_spin_are_those_of_python(page, shape, t):
+    page.evaluate("name => kreisel.page.set('shape', name)", shape)
+    advance(page, t)
+    for name, place, value in (("Tilt, degrees", "nutation", 30), ("Spin, number", "spin", 7.5)):
+        field = page.get_by_label(name, exact=True)
+        field.fill(str(value))
+        field.press("Tab")
+        path = kr.solve(scene_in_python(scene(page)), [0.0])
+        told = getattr(path, place)[0]
+        assert (np.degrees(told) if place == "nutation" else told) == pytest.approx(value)
+    assert scene(page)["taken"] == (t or None)
+    assert np.degrees(path.nutation[0]) == pytest.approx(30)
+
+
+@pytest.mark.parametrize(
+    "name, value, key, expected",
+    [
+        ("Half edges, N", 0.5, "half", [0.5, 0.8, 1]),
+        ("Half edges, T", 2, "half", [0.8, 0.8, 2]),
+        ("Fixed point, from the centre, N", 0.25, "pivot", [0.25, 0, -1]),
+        ("Fixed point, from the centre, T", -0.5, "pivot", [0, 0, -0.5]),
+        ("Density, number", 2.5, "density", 2.5),
+        ("Mass, number", 10.24, "density", 2),
+    ],
+)
+def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
+    load(page, shape="free")
+    before = scene(page)
+    field = page.get_by_label(name, exact=True)
+    field.fill(str(value))
+    field.press("Tab")
+    assert changed(before, scene(page)) - {"methods"} == {"body"}  # one may not be for this body
+    assert scene(page)["body"][key] == pytest.approx(expected)
+    assert float(field.input_value()) == pytest.approx(value)
+
+
+def test_a_path_that_is_lost_is_told(page):
+    path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
+    page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
+    page.evaluate("kreisel.page.set('gravity', 2)")
+    assert "The path was of another motion" in page.locator("#words").inner_text()
+    page.get_by_role("button", name="Undo").click()
+    assert len(scene(page)["tracks"]) == 1
+
+
+# Charts
+
+
+def test_three_methods_stand_beside_each_other(page):
+    load(page, methods=["bobenko_suris", "strang", "rk4"], step=[0.01, 0.1])
+    advance(page, 5)
+    given = scene_in_python(scene(page))
+    names = [(top["method"], top["step"]) for top in page.evaluate("kreisel.page.tops")]
+    assert (
+        len(names) == 6 and len({top["colour"] for top in page.evaluate("kreisel.page.tops")}) == 6
+    )
+    for state, (name, step) in zip(states(page), names, strict=True):
+        expected = kr.solve(given, 5, name, step=step, every=round(5 / step)).states[-1]
+        assert state == expected.tolist()
+
+
+def test_a_chart_tells_its_values_under_the_cursor(page):
+    load(page, "Compare four", chart="energy")
+    advance(page, 30)
+    page.evaluate("kreisel.charts.update()")
+    told = page.locator("#charts .read")
+    assert told.inner_text().startswith("t = 30")
+    chart = page.locator("#charts .u-over")
+    chart.scroll_into_view_if_needed()
+    box = chart.bounding_box()
+    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
+    wait_for(page, "/^t = 1[45]/.test(document.querySelector('#charts .read').textContent)")
+    assert len(page.locator("#charts .read span").all_inner_texts()) == 4
+
+
+def test_charts_are_larger_on_demand(page):
+    advance(page, 3)
+    width = "kreisel.charts.plots[0].over.clientWidth"
+    before = page.evaluate(width)
+    page.keyboard.press("l")
+    wait_for(page, f"{width} > {1.5 * before}")
+    page.get_by_role("button", name="Larger").click()
+    wait_for(page, f"{width} === {before}")
+
+
+def test_larger_charts_leave_three_tops_in_sight(page):
+    load(page, methods=["bobenko_suris", "strang", "rk4"])
+    page.keyboard.press("Home")
+    wide, width = page.evaluate("innerWidth"), "kreisel.view.canvas.clientWidth"
+    for key in ("l", "l"):
+        before = page.evaluate(width)
+        page.keyboard.press(key)
+        wait_for(page, f"{width} !== {before}")
+        page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
+        right = page.evaluate(width)
+        assert right < wide
+        for i in range(3):
+            for corner in range(8):
+                assert 0 < page.evaluate(f"kreisel.at('corner', {i}, {corner})[0]") < right
+
+
+def test_tops_beside_each_other_have_their_names(page):
+    load(page, methods=["strang", "rk4"])
+    letters = page.locator(".letters span")
+    assert letters.all_inner_texts()[-1] == "rk4"
+    path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
+    page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
+    assert letters.all_inner_texts()[-1] == "the path: rk4"
+    load(page, "Sleeping top")
+    assert "exact" not in letters.all_inner_texts()
+
+
+def test_a_projector_gets_large_letters(page):
+    size = "parseFloat(getComputedStyle(document.getElementById('about')).fontSize)"
+    before = page.evaluate(size)
+    page.keyboard.press("b")
+    assert page.evaluate(size) > 1.4 * before
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.keyboard.press("b")
+    assert page.evaluate(size) == before
+
+
+def test_compare_four_opens_in_log(page):
+    page.keyboard.press("c")
+    assert scene(page)["log"] and page.evaluate("kreisel.charts.isLog('error')")

@@ -1,0 +1,267 @@
+"""The numbers that the page tells, in its texts, beside the picture and in it, are those of Python;
+its turned tops have the mass and the moments of their scenes."""
+
+import json
+import re
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import UPRIGHT, advance, load, scene, scene_in_python, states, wait_for
+from toolbox import ROOT
+
+pytestmark = pytest.mark.usefixtures("small")
+ALL = json.loads((ROOT / "python/viewer/presets.json").read_text())
+TOPS = [preset for preset in ALL if preset.get("shape") == "lagrange"]
+STARTED = [preset for preset in TOPS if "start" in preset]
+NAMES = {"ids": lambda preset: preset["name"]}
+
+
+def about(page):
+    return page.locator("#about").inner_text()
+
+
+def attempt(page, ask):
+    """A scene that is tried, as Python has it."""
+    page.get_by_role("button", name=ask, exact=True).click()
+    page.evaluate("kreisel.page.run(false)")
+    return kr.exact(scene_in_python(scene(page)))
+
+
+def told(page):
+    """The numbers beside the picture: each with what stands below it."""
+    return dict(
+        page.evaluate("""(kreisel.view.dirty = true, [...document.querySelectorAll('#numbers div')]
+            .map((box) => [box.querySelector('dt').textContent,
+                [box.querySelector('dd').textContent, box.querySelector('small').textContent]]))""")
+    )
+
+
+# What the closed form says
+
+
+@pytest.mark.parametrize("preset", STARTED, **NAMES)
+def test_circles_and_critical_spin_are_those_of_python(page, preset):
+    load(page, preset["name"])
+    given, limits = scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
+    for i, top in enumerate(limits):
+        exact = kr.exact(scene_in_python(given, second=i == 1))
+        expected = [exact.least_nutation, exact.greatest_nutation, exact.critical_spin]
+        assert [top[key] for key in ("least", "greatest", "critical")] == pytest.approx(
+            expected, rel=1e-12, abs=1e-12
+        )
+        assert top["course"] == exact.course
+        assert top["precession"] == pytest.approx(exact.precession, rel=1e-10, abs=1e-12)
+
+
+@pytest.mark.parametrize("preset", STARTED, **NAMES)
+def test_a_start_in_words_is_that_of_python(page, preset):
+    load(page, preset["name"])
+    given, words = scene(page), preset["start"]
+    rate = words.get("precession", 0.0)
+    how = {"precession": rate} if not isinstance(rate, str) else {"steady": True}
+    expected = kr.Scene.spinning(
+        kr.Body.cuboid(**preset["body"]),
+        tilt=np.radians(words["tilt"]),
+        spin=words["spin"],
+        gravity=preset["gravity"],
+        **how,
+        **({"fast": True} if rate == "fast" else {}),
+    )
+    own = scene_in_python(given)
+    assert kr.exact(own).least_nutation == pytest.approx(
+        kr.exact(expected).least_nutation, abs=1e-7
+    )
+    size = np.linalg.norm(expected.momentum)
+    assert own.momentum[2] == pytest.approx(expected.momentum[2], abs=1e-12 * size)
+    assert np.linalg.norm(own.momentum) == pytest.approx(size, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        {"tilt": 200, "spin": 1},
+        {"spin": 1},
+        {"tilt": 30, "spin": "x"},
+        {"tilt": 1, "spin": 2, "nod": 3},
+    ],
+)
+def test_a_start_that_cannot_be_is_refused_in_words(page, start):
+    before = scene(page)
+    page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
+    assert "start cannot be" in page.locator("#words").inner_text() and scene(page) == before
+
+
+def test_too_little_spin_for_steady_precession_is_told(page):
+    before, start = scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
+    page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
+    assert "no precession is steady" in page.locator("#words").inner_text()
+    assert scene(page) == before
+
+
+# What the texts tell
+
+
+@pytest.mark.parametrize("preset", ALL, **NAMES)
+def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page, preset):
+    assert len(preset["tries"]) == 3
+    page.evaluate(
+        """name => {
+        kreisel.page.load(kreisel.presets.find((preset) => preset.name === name));
+        kreisel.page.say("");
+    }""",
+        preset["name"],
+    )
+    for each in [None, *preset["tries"]]:
+        if each:
+            attempt_only(page, each["ask"])
+            assert page.locator(".try[aria-pressed=true]").inner_text() == each["ask"]
+        assert about(page) and not re.search(r"[{}]|NaN|undefined|Infinity", about(page))
+        assert page.locator("#words").inner_text() == ""
+
+
+def attempt_only(page, ask):
+    page.get_by_role("button", name=ask, exact=True).click()
+    page.evaluate("kreisel.page.run(false)")
+
+
+def test_doubled_spin_halves_the_precession(page):
+    load(page, "A spinning top")
+    slow = kr.exact(scene_in_python(scene(page)))
+    fast = attempt(page, "Double the spin")
+    assert 0.45 < fast.precession / slow.precession < 0.52
+    assert f"from {slow.precession:.3g} to {fast.precession:.3g}" in about(page)
+    nods = 2 * np.pi / fast.precession / fast.period
+    assert f"{nods:.3g} times a round" in about(page)
+
+
+@pytest.mark.parametrize(
+    "preset, ask, course",
+    [
+        ("A spinning top", None, "loops"),
+        ("A spinning top", "Let it go with spin alone", "cusps"),
+        ("Cusps", None, "cusps"),
+        ("Cusps", "Push it ahead", "waves"),
+        ("Cusps", "Push it back", "loops"),
+        ("Waves", None, "waves"),
+        ("Waves", "Push just right", "steady"),
+        ("Waves", "No push", "cusps"),
+        ("Steady precession", None, "steady"),
+        ("Steady precession", "Twice the gravity", "steady"),
+        ("Steady precession", "No gravity", "resting"),
+        ("Fast precession", None, "steady"),
+        ("Fast precession", "Twice the gravity", "steady"),
+        ("Pendulum", None, "pendulum"),
+        ("Pendulum", "Stand it on its head", "pendulum"),
+        ("Elastic rod", "A helix", "steady"),
+        ("Elastic rod", "A plane curve", "pendulum"),
+    ],
+)
+def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
+    load(page, preset)
+    exact = attempt(page, ask) if ask else kr.exact(scene_in_python(scene(page)))
+    assert exact.course == course
+    degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
+    written = [float(word) for word in re.findall(r"([\d.]+)°", about(page))]
+    assert all(np.abs(degrees - each).min() < 0.051 for each in written)
+
+
+@pytest.mark.parametrize("ask", [None, "14.6 and 13.8", "Both fast"])
+def test_red_sleeps_and_yellow_does_as_is_told(page, ask):
+    load(page, "Sleeping top")
+    if ask:
+        attempt_only(page, ask)
+    red, yellow = (kr.exact(scene_in_python(scene(page), second=k)) for k in (False, True))
+    spins = [states_spin(page, i) for i in (0, 1)]
+    assert spins[0] > red.critical_spin and np.degrees(red.greatest_nutation) < 4
+    assert (spins[1] > red.critical_spin) == (ask == "Both fast")
+    assert (np.degrees(yellow.greatest_nutation) > 25) == (ask != "Both fast")
+
+
+def states_spin(page, top):
+    return page.evaluate(f"kreisel.stage.measure({top}).spin")
+
+
+def test_a_scene_changed_by_hand_is_told_as_it_is(page):
+    load(page, "A spinning top")
+    page.evaluate("kreisel.page.set('gravity', 2)")
+    exact = kr.exact(scene_in_python(scene(page)))
+    least, greatest = np.degrees([exact.least_nutation, exact.greatest_nutation])
+    assert f"{least:.1f}° and {greatest:.1f}°" in about(page) and exact.course == "loops"
+    assert "It leans" not in about(page)
+
+
+# What is told beside the picture and in it
+
+
+@pytest.mark.parametrize("t", [0, 2.5, 7])
+def test_the_live_numbers_are_those_of_python(page, t):
+    load(page, "A spinning top")
+    advance(page, t)
+    exact = kr.exact(scene_in_python(scene(page)))
+    now = kr.solve(scene_in_python(scene(page)), [t - 1e-4, t, t + 1e-4] if t else [0, 1e-4, 2e-4])
+    tilt, spin = np.degrees(now.nutation[min(1, int(10 * t))]), now.spin[1]
+    wait_for(
+        page, "tilt => document.querySelector('#numbers dd')?.textContent === tilt", f"{tilt:.1f}°"
+    )
+    numbers = told(page)
+    assert numbers["spin"] == [f"{spin:#.3g}", "critical 14.2"]
+    rate = np.diff(np.unwrap(now.precession_angle)).mean() / 1e-4
+    assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
+    assert numbers["precession"][1] == f"a round in {2 * np.pi / exact.precession:.1f}"
+    assert float(numbers["turns"][0]) == pytest.approx(t * spin / (2 * np.pi), abs=0.051)
+
+
+def test_letters_stand_at_the_arrows_and_circles(page):
+    load(page, "A spinning top")
+    page.evaluate("kreisel.view.dirty = true; kreisel.view.render()")
+    letters = page.locator(".letters span").all_inner_texts()
+    assert letters == ["m", "ω", "p", "highest 30.0°", "lowest 48.6°"]
+    where = page.evaluate("""[...document.querySelectorAll('.letters span')].map((span) =>
+        span.style.transform.match(/[\\d.]+/g).map(Number))""")
+    assert where[0] == pytest.approx(page.evaluate("kreisel.at('tip')"), abs=40)
+
+
+# The drawn body
+
+
+@pytest.mark.parametrize("preset", TOPS, **NAMES)
+def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
+    load(page, preset["name"], show={"solid": "top"})
+    profile = np.array(page.evaluate("kreisel.view.turned.profile"))
+    body = scene_in_python(scene(page)).body
+    at = np.linspace(0, 1, 2001)
+    z = np.concatenate(
+        [
+            a + at * (b - a)
+            for a, b in zip(*(profile[k:][: len(profile) - 1, 0] for k in (0, 1)), strict=True)
+        ]
+    )
+    r = np.concatenate(
+        [
+            a + at * (b - a)
+            for a, b in zip(*(profile[k:][: len(profile) - 1, 1] for k in (0, 1)), strict=True)
+        ]
+    )
+
+    def mean(values):
+        return np.trapezoid(values * r**2, z) / np.trapezoid(r**2, z)
+
+    along, across = mean(r**2) / 2, mean(z**2 + r**2 / 4)
+    assert np.linalg.norm(body.com) == pytest.approx(mean(z), rel=1e-5)
+    assert body.mass * np.array([across, across, along]) == pytest.approx(body.moments, rel=1e-5)
+    assert profile[0, 0] > -0.02 and page.evaluate("kreisel.view.tops[0].solid.handles.length") == 4
+
+
+def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
+    choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
+    assert page.evaluate(drawn) == 21  # faces, corners and edges
+    advance(page, 2)
+    before = states(page)
+    choice.select_option("top")
+    assert page.evaluate(drawn) == 4 and states(page) == before
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert page.evaluate(drawn) == 21
+    assert choice.locator("option[value=top]").is_disabled()
+    load(page, UPRIGHT, show={"solid": "top"}, body={"half": [1, 1, 0.1], "pivot": [0, 0, -1.5]})
+    assert page.evaluate(drawn) == 4

@@ -1,0 +1,191 @@
+"""What the presets say of tops that have no closed form in the page, and of methods beside each
+other, is so."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+from browser import WIDE, advance, load, measure, record, scene, scene_in_python, states
+
+pytestmark = pytest.mark.usefixtures("small")
+FOUR = ("red", "blue", "yellow", "green")
+
+
+def attempt(page, preset, ask=None):
+    """Opens a preset, or what is to be tried in it."""
+    load(page, preset)
+    if ask:
+        page.get_by_role("button", name=ask, exact=True).click()
+        page.evaluate("kreisel.page.run(false)")
+
+
+def change(page, top, name, until=None):
+    """The largest change of an integral since the start, to a time."""
+    values = record(page, top, name)
+    times = np.array(page.evaluate("kreisel.stage.time()"))
+    return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
+
+
+def errors(page, *times):
+    """The largest frame error of each top up to each of the times, in order."""
+    found = []
+    for t in times:
+        advance(page, t)
+        roles = page.evaluate("kreisel.page.tops.map(({role}) => role)")
+        tops = (i for i, role in enumerate(roles) if role != "ghost")
+        found.append([np.nanmax(record(page, i, "error")) for i in tops])
+    return np.array(found)
+
+
+# Methods beside each other
+
+
+def test_equal_steps(page):
+    attempt(page, "Compare four")
+    assert errors(page, 100).argmax() == FOUR.index("blue")
+    blue, green = 1, 3
+    early = [change(page, i, "energy") for i in (blue, green)]
+    advance(page, 800)
+    late = [change(page, i, "energy") for i in (blue, green)]
+    assert max(change(page, i, "energy") for i in (0, 2, 3)) < late[0] < 1.05 * early[0]
+    assert late[1] > 2 * early[1]
+
+
+def test_yellow_is_nearest_to_the_exact_motion(page):
+    attempt(page, "Compare four", "Measured against the exact motion")
+    assert scene(page)["ghost"] and scene(page)["chart"] == "error"
+    assert errors(page, 100)[0].argmin() == FOUR.index("yellow")
+
+
+def test_the_energy_of_runge_kutta_leaks_away(page):
+    attempt(page, "Compare four", "Classical Runge-Kutta instead")
+    advance(page, 400)
+    assert measure(page, 3, "energy") - record(page, 3, "energy")[0] < -0.1
+
+
+def test_equal_work(page):
+    attempt(page, "Equal work")
+    assert [top["step"] for top in page.evaluate("kreisel.page.tops")] == [0.03125, 5]
+    (red, yellow), (later, after) = errors(page, 100, 1000)
+    assert after < later / 10 and yellow < red / 10
+    assert later / red == pytest.approx(10, rel=0.2) and after > 15 * yellow
+    energy = [change(page, i, "energy", t) for i in (0, 1) for t in (100, 1000)]
+    assert energy[1] < 1.1 * energy[0] and energy[3] > 3 * energy[2] and energy[3] < energy[0] / 100
+
+
+def test_less_work_for_yellow(page):
+    attempt(page, "Equal work", "Less work for yellow")
+    (red, yellow), (later, after) = errors(page, 50, 300)
+    assert yellow < 1.5 * red and after > 5 * later
+    times, rows = np.array(page.evaluate("kreisel.stage.time()")), [0, 1]
+    own = np.maximum.accumulate([record(page, i, "error") for i in rows], axis=1)
+    assert (own[1] > own[0])[times >= 100].all()
+
+
+def test_a_good_energy_is_no_proof_of_a_good_motion(page):
+    attempt(page, "Energy and motion")
+    red, yellow = errors(page, 30)[0]
+    assert yellow > 20 * red
+    energy = [change(page, i, "energy") for i in (0, 1)]
+    assert energy[1] < energy[0] / 2
+    advance(page, 400)
+    assert change(page, 1, "energy") > 2 * change(page, 0, "energy")
+
+
+def test_the_modified_energy_is_kept_to_rounding(page):
+    attempt(page, "Energy and motion", "What red keeps")
+    path = kr.solve(scene_in_python(scene(page)), 20, "bobenko_suris", step=0.05, every=1)
+    advance(page, 20)
+    assert measure(page, 0, "modified_energy") == path.modified_energy(0.05)[-1]
+    assert change(page, 0, "modified_energy") < 1e-12 < 0.1 < change(page, 0, "energy")
+    assert page.get_by_role("columnheader", name="H_ε").is_visible()
+
+
+def test_large_steps_lose_runge_kutta(page):
+    attempt(page, "Energy and motion", "Three times the steps")
+    red, yellow = errors(page, 15)[0]
+    assert red < 0.1 and yellow > 0.5
+
+
+def test_each_method_has_its_own_step_or_all_have_both(page):
+    load(page, methods=["strang", "rk4"], step=[0.01])
+    steps = "kreisel.page.tops.map(({step}) => step)"
+    own = page.get_by_label("Second step for the other methods alone")
+    own.check()
+    assert page.evaluate(steps) == [0.01, 0.2]
+    advance(page, 2)
+    program, names = page.get_by_label("The same in Python").input_value(), {}
+    exec(program.replace("t=100", "t=2"), names)
+    assert [path.states[-1].tolist() for path in names["paths"]] == states(page)
+    page.get_by_label("Each with a second step too").check()
+    assert page.evaluate(steps) == [0.01, 0.2] * 2 and not own.is_checked()
+
+
+# Tops without a closed form
+
+
+def test_the_change_of_k_is_the_error_of_the_computation(page):
+    attempt(page, "Kowalewski")
+    advance(page, 5)
+    coarse = change(page, 0, "kowalewski")
+    attempt(page, "Kowalewski", "A hundredth of the step")
+    advance(page, 5)
+    assert change(page, 0, "kowalewski") == pytest.approx(coarse / 1e4, rel=0.05)
+    attempt(page, "Kowalewski", "Another start")
+    advance(page, 50)
+    assert change(page, 0, "kowalewski") < 1e-3 * abs(record(page, 0, "kowalewski")[0])
+    attempt(page, "Kowalewski", "Another box")
+    assert page.evaluate("kreisel.page.kind") == "general" and scene(page)["chart"] == "energy"
+
+
+def test_g_stays_while_the_momentum_is_level(page):
+    changes = []
+    for ask in (None, "Another level start", "Lift m a little", "Lift m a lot"):
+        attempt(page, "Goryachev-Chaplygin", ask)
+        advance(page, 50)
+        assert scene(page)["chart"] == "goryachev_chaplygin"
+        changes.append(change(page, 0, "goryachev_chaplygin"))
+    assert max(changes[:2]) < 1e-5 and changes[2] > 1e-2 and changes[3] > 15 * changes[2]
+
+
+@pytest.mark.parametrize(
+    "ask, axis, turns",
+    [
+        (None, 1, True),
+        ("Begin more exactly", 1, True),
+        ("About the long axis", 0, False),
+        ("About the short axis", 2, False),
+    ],
+)
+def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
+    attempt(page, "Dzhanibekov's nut", ask)
+    path = kr.solve(scene_in_python(scene(page)), 60, "strang", step=0.01, every=10)
+    along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
+    assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns
+
+
+def test_the_elastic_rod(page):
+    rods = {}
+    for ask in (None, "A plane curve", "Twist it more"):
+        attempt(page, "Elastic rod", ask)
+        path = kr.solve(scene_in_python(scene(page)), np.linspace(0, 40, 801), "taylor")
+        rods[ask] = path
+    plane = np.linalg.svd(rods["A plane curve"].apex, compute_uv=False)
+    assert plane[2] < 1e-6 * plane[0]
+    assert abs(rods["Twist it more"].spin[0]) > 3 * abs(rods[None].spin[0])
+
+
+# Texts
+
+
+def test_texts_are_in_sight(page):
+    page.set_viewport_size({"width": WIDE[0], "height": WIDE[1]})
+    about = "document.getElementById('about')"
+    hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
+        kreisel.page.load(preset);
+        return [preset, ...preset.tries].map((each) => {{
+            [...document.querySelectorAll('.try')].find((b) => b.textContent === each.ask)?.click();
+            kreisel.page.run(false);
+            return {about}.scrollHeight > {about}.clientHeight + 1 ? each.ask ?? each.name : null;
+        }});
+    }}).filter(Boolean)""")
+    assert hidden == []

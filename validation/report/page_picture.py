@@ -1,0 +1,33 @@
+"""The picture of the page in README.md, taken by Debian's chromium.
+
+python -m validation.report.page_picture [validation/report/page.png]
+"""
+
+import shutil
+import sys
+from pathlib import Path
+
+from playwright.sync_api import sync_playwright
+
+TARGET = Path(__file__).with_name("page.png")
+PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # as `make build` made it
+SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+SIZE = {"width": 1120, "height": 640}
+UNTIL = 9  # units of time
+
+
+def main(target=TARGET):
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), args=SOFTWARE
+        )
+        page = browser.new_page(viewport=SIZE, reduced_motion="reduce")  # it waits
+        page.goto(PAGE.as_uri())
+        while not page.evaluate("!!window.kreisel"):
+            page.wait_for_timeout(50)
+        page.evaluate(f"kreisel.advance({UNTIL}); kreisel.page.tell(); kreisel.charts.update()")
+        page.screenshot(path=target)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
