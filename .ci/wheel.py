@@ -25,6 +25,7 @@ def main():
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
     files = [str(file) for file in importlib.metadata.files("kreisel")]
     assert any(file.endswith("licences/pybind11.txt") for file in files), "a licence is missing"
+    assert any(file.endswith("sboms/kreisel.cdx.json") for file in files), "no bill of materials"
     alone = [solved(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
         together = list(threads.map(solved, list(range(16)) * 4))
