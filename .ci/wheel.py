@@ -4,6 +4,7 @@ import importlib.metadata
 import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
@@ -15,6 +16,12 @@ def solved(i):
     """Gives where a top ends whose momentum is a little other than the others'."""
     scene = kr.scenes.thesis.replace(momentum=(0.1 * i, 0.2, 3.0))
     return kr.solve(scene, [END_TIME], method="taylor").q[-1]
+
+
+def flags():
+    """Gives what Linux says that the processor can."""
+    told = Path("/proc/cpuinfo")
+    return told.read_text().split() if told.exists() else []
 
 
 def main():
@@ -31,6 +38,7 @@ def main():
         together = list(threads.map(solved, list(range(16)) * 4))
     assert np.array_equal(together, alone * 4), "threads have other bits"
     kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
+    assert kernel != "base" or "avx2" not in flags(), "the processor's vectors are not used"
     free = bool(sysconfig.get_config_var("Py_GIL_DISABLED"))
     assert not (free and sys._is_gil_enabled()), "kreisel has switched the GIL on"
     python = sys.version.split()[0] + ("t" if free else "")
