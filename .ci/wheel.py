@@ -4,6 +4,7 @@ import importlib.metadata
 import sys
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import kreisel as kr
 import numpy as np
@@ -17,6 +18,12 @@ def solved(i):
     return kr.solve(scene, [END_TIME], method="taylor").q[-1]
 
 
+def flags():
+    """Gives what Linux says that the processor can."""
+    told = Path("/proc/cpuinfo")
+    return told.read_text().split() if told.exists() else []
+
+
 def main():
     assert "site-packages" in kr.__file__, kr.__file__
     assert not [name for name in kr.methods if name.startswith("gsl")], "with GSL it would be GPL"
@@ -25,11 +32,13 @@ def main():
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
     files = [str(file) for file in importlib.metadata.files("kreisel")]
     assert any(file.endswith("licences/pybind11.txt") for file in files), "a licence is missing"
+    assert any(file.endswith("sboms/kreisel.cdx.json") for file in files), "no bill of materials"
     alone = [solved(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
         together = list(threads.map(solved, list(range(16)) * 4))
     assert np.array_equal(together, alone * 4), "threads have other bits"
     kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
+    assert kernel != "base" or "avx2" not in flags(), "the processor's vectors are not used"
     free = bool(sysconfig.get_config_var("Py_GIL_DISABLED"))
     assert not (free and sys._is_gil_enabled()), "kreisel has switched the GIL on"
     python = sys.version.split()[0] + ("t" if free else "")

@@ -2,6 +2,7 @@
  * Each has its own clock and steps. A lane whose top has come to its end takes the next. What a
  * lane does not bring to its end goes alone, from its start, for the driver to say what is
  * wrong. */
+#include <float.h>
 #include "worker.h"
 
 enum { ROUND = 64 /* steps between two questions whether to go on */ };
@@ -73,7 +74,7 @@ static void choose_order(kr_lanes *l, double tol)
                 {-26.0, 4.5, 14},
                 {-32.0, 5.5, 16},
                 {-48.0, 6.0, 18},
-                {-INFINITY, 2.0, 20}};
+                {-DBL_MAX, 2.0, 20}};
     const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
     int i = 0;
     while (log2_tol < rows[i].until) i++;

@@ -6,8 +6,9 @@
 #include <math.h> /* FP_FAST_FMA */
 
 /* A kernel is one loop from which nothing is called: a call would send the vectors that the loop
- * keeps in registers through memory. What a kernel seldom needs stands APART from it. */
-#if defined __GNUC__
+ * keeps in registers through memory. What a kernel seldom needs stands APART from it. KR_SMALL
+ * leaves it to the compiler what is called, for small code. */
+#if defined __GNUC__ && !defined KR_SMALL
 #  define INLINE static inline __attribute__((always_inline))
 #  define APART static __attribute__((noinline))
 #else

@@ -106,7 +106,7 @@ INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_ne
 INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
 INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
 INLINE quad2 duo2_hi(duo2 a) { return quad2_of(duo_hi(a.hi), duo_hi(a.lo)); }
-INLINE duo2 duo2_lane(const double w[4], int i)
+INLINE duo2 duo2_lane(const double *w, int i)
 {
     return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
 }

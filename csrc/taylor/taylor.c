@@ -4,6 +4,7 @@
  * size is that of Jorba and Zou (2005). It keeps nothing but what the tolerance keeps. Time is
  * counted in powers of two so long that W stays below one: no coefficient overflows, and no
  * threshold has a dimension. */
+#include <float.h>
 #include "numbers/su2_dd.h"
 #include "taylor.h"
 
@@ -42,7 +43,7 @@ static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, d
     static const struct {
         double until, less;
     } by_order[KR_ORDERS] = {
-        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-INFINITY, 5.0}};
+        {-16.0, 0.0}, {-24.0, 3.0}, {-33.0, 3.0}, {-42.0, 5.0}, {-DBL_MAX, 5.0}};
     const double tol = *log2_tol;
     int i = 0;
     if (motion->digits > 16) return &isa->deep[motion->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];

@@ -1,13 +1,14 @@
 """What the site needs beside Sphinx' own: docstrings in plain words, formulas as MathML, the C
-header with an index, the page with a scene inside, the report where there is one."""
+header with an index, the page with a scene inside, the report where there is one, links that lead
+somewhere."""
 
 from pygments.lexers import TextLexer
 
-from . import docstrings, formulas, header, live, report
+from . import docstrings, formulas, header, links, live, report
 
 
 def setup(app):
-    for part in (docstrings, formulas, header, live, report):
+    for part in (docstrings, formulas, header, links, live, report):
         part.setup(app)
     app.add_lexer("floors", TextLexer)  # the plan in ARCHITECTURE.md
     return {"parallel_read_safe": True, "parallel_write_safe": True}

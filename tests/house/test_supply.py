@@ -2,6 +2,7 @@
 somebody else's, a page that asks nobody for anything."""
 
 import importlib.metadata
+import json
 import re
 import runpy
 import shutil
@@ -52,6 +53,23 @@ def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
     assert (ROOT / "python/licences/pybind11.txt").read_text() == notice.read_text()
     told = importlib.metadata.metadata("kreisel").get_all("License-File")
     assert "python/licences/pybind11.txt" in told and "LICENSE" in told
+
+
+def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
+    bill = json.loads((ROOT / "python/materials.json.in").read_text())
+    parts = {part["name"]: part["version"] for part in bill["components"]}
+    assert parts.pop("pybind11") == "@pybind11_VERSION@"  # CMake's, who finds it
+    (zig,) = requirements["locked"](["ziglang"])
+    lock = json.loads((ROOT / "python/viewer/package-lock.json").read_text())["packages"]
+    built_in = {
+        name.removeprefix("node_modules/"): package["version"]
+        for name, package in lock.items()
+        if name and not package.get("dev")
+    }
+    used = {name: built_in[name] for name in lock[""]["dependencies"]}
+    assert parts == used | {"ziglang": re.match(r"ziglang==(\S+)", zig)[1]}
+    for part in bill["components"][1:]:
+        assert part["purl"].endswith(f"/{part['name']}@{part['version']}")
 
 
 @pytest.fixture

@@ -180,7 +180,7 @@ def test_a_place_that_cannot_be_written_after_all_keeps_the_others(tmp_path, mon
 def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, shown):
     opened = []
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(view.webbrowser, "open", lambda where: opened.append(where) or shown)
+    monkeypatch.setattr("webbrowser.open", lambda where: opened.append(where) or shown)
     page = tmp_path / "kreisel/cusps.html"
     for _ in range(3):
         told = call("view cusps")
@@ -190,7 +190,7 @@ def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, 
 
 def test_view_in_python_warns_where_there_is_no_browser(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(view.webbrowser, "open", lambda _: False)
+    monkeypatch.setattr("webbrowser.open", lambda _: False)
     with pytest.warns(UserWarning, match="no browser was found"):
         file = kr.view(kr.scenes.asymmetric.replace(gravity=2.0), open=False).open()
     assert file == tmp_path / "kreisel/top.html" and file.is_file()
@@ -200,7 +200,7 @@ def test_view_finds_a_place_where_there_is_no_home(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
     monkeypatch.setattr(view.tempfile, "tempdir", str(tmp_path))
-    monkeypatch.setattr(view.webbrowser, "open", lambda _: True)
+    monkeypatch.setattr("webbrowser.open", lambda _: True)
     file = kr.view(kr.scenes.cusps, open=False).open()
     assert file.is_file() and file.parent.parent == tmp_path
 

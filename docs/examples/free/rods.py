@@ -21,7 +21,7 @@ figure, axes = plt.subplots(1, 4, figsize=(9.2, 3.6), layout="constrained")
 for chart, (name, scene) in zip(axes, starts.items(), strict=True):
     path = kr.solve(scene, np.linspace(0, 16, 1600))
     kr.rod(path).plot(chart, thickness=0.28, elevation=12, azimuth=35)
-    chart.set_title(name)
+    chart.set(title=name, anchor="N")
 
 # %%
 # In a plane the rod is Euler's elastica, and the top a pendulum. A rod as a solid bar, of a body

@@ -22,11 +22,11 @@ print(path.tangents.shape)
 
 turn = np.linalg.norm(path.tangents[:, :3], axis=1)
 scale = 0.01 * np.abs([*book.moments, *book.principal_com, scene.gravity])
-names = ["$I_1$", "$I_2$", "$I_3$", "$x$", "$y$", "$z$", "gravity"]
+names = ["$I_1$", "$I_2$", "$I_3$", "com $x$", "com $y$", "com $z$", "gravity"]
 
 figure, axes = plt.subplots(layout="constrained")
 for column, factor, name in zip(turn.T[6:], scale, names, strict=True):
-    style = "-" if name.startswith("$I") else "--" if name.startswith("$") else ":"
+    style = "-" if name.startswith("$I") else "--" if name.startswith("com") else ":"
     axes.semilogy(t, np.degrees(factor * column), style, label=name)
 axes.set(xlabel="time [s]", ylabel="turn of the body by 1 % [degrees]", ylim=(1e-3, None))
 axes.legend(ncol=2)

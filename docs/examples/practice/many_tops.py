@@ -33,8 +33,8 @@ figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True, layout="constra
 named = {"nutation_max": "largest nutation [rad]", "nutation_mean": "its mean [rad]"}
 for chart, (name, title) in zip(axes, named.items(), strict=True):
     shown = chart.pcolormesh(table.tilt, table.spin, table[name], rasterized=True)
-    figure.colorbar(shown, label=title)
-    chart.set_xlabel("tilt at the start [rad]")
+    figure.colorbar(shown)
+    chart.set(title=title, xlabel="tilt at the start [rad]")
     chart.grid(False)
 axes[0].set_ylabel("spin")
 

@@ -28,7 +28,7 @@ figure, axes = plt.subplots(figsize=(7.6, 3), layout="constrained")
 for path, name in ((today, "today"), (tomorrow, "tomorrow")):
     axes.plot(path.t, path.nutation, label=name)
 axes.set(xlabel="time", ylabel="nutation [rad]")
-axes.legend()
+figure.legend(loc="outside upper right", ncol=2)
 
 # %%
 # A stream has no end: it gives path after path of bounded size, each to be looked at and let go.

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 import os
-import statistics
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, fields
@@ -136,7 +135,7 @@ class _Run:
             step=self.step,
             tol=self.tol,
             seconds=min(self.seconds, default=math.nan),
-            median=statistics.median(self.seconds) if good else math.nan,
+            median=float(np.median(self.seconds)) if good else math.nan,
             steps=stats.steps,
             evaluations=stats.evaluations,
             attitude_error=_apart(path, truth) if path and good else math.nan,

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import math
 import reprlib
+import sys
 from collections.abc import Sequence
 from numbers import Integral, Real
 from typing import Protocol, TypeVar
@@ -100,7 +101,8 @@ def boolean(name: str, value: object) -> bool:
 
 def doubles(name: str, value: object, what: str) -> Array:
     """An array of doubles of its own, of any shape; `what` says what would be right."""
-    if np.ma.is_masked(value):
+    # Nothing is masked where numpy.ma has not been loaded, which would take long.
+    if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what}, none of them masked")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
     if any(map(_has_unit, (value, *kinds))):

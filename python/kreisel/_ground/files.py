@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -103,7 +102,7 @@ def refuse_no_place(path: str | os.PathLike[str]) -> None:
 
 
 def _beside(file: Path) -> Path:
-    return file.with_name(f".{secrets.token_hex(8)}.new")
+    return file.with_name(f".{os.urandom(8).hex()}.new")
 
 
 def _begun(new: Path, file: Path, name: str) -> int:

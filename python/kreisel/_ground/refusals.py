@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 import warnings
 from collections.abc import Callable, Iterable
@@ -39,6 +38,8 @@ def unknown(what: str, name: str, known: Iterable[str]) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """The name that may have been meant, or all that there are."""
+    import difflib  # here, since most programs name what there is
+
     names = list(known)
     word, _, axis = name.lower().replace("-", "_").partition("_")
     word = "_".join(filter(None, (_OTHER_WORDS.get(word, word), axis)))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import os
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from typing import BinaryIO, TypeVar
 
@@ -46,6 +45,8 @@ def worded(name: str, make: Callable[[], _T]) -> _T:
 
 def tables(text: str) -> dict[str, object]:
     """The tables and values of a text."""
+    import tomllib  # here, since who reads no file need not wait for it
+
     try:
         return tomllib.loads(text.removeprefix("\ufeff"))  # which editors put before UTF-8
     except RecursionError:

@@ -10,7 +10,6 @@ import re
 import sys
 import tempfile
 import warnings
-import webbrowser
 from dataclasses import dataclass
 from pathlib import Path as File
 from typing import TypedDict
@@ -98,6 +97,8 @@ class View:
 
 def opened(page: View) -> tuple[File, bool]:
     """The file in which a page stands now, and whether a browser was found to show it."""
+    import webbrowser  # here, since who shows nothing need not wait for it
+
     name = page.scene["name"]
     file = _folder() / f"{name if name in about else 'top'}.html"
     page.save(file)

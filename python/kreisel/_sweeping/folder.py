@@ -11,7 +11,6 @@ import importlib
 import io
 import json
 import os
-import secrets
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -238,7 +237,7 @@ def _best_form() -> str:
 
 def _put_first(file: Path, data: bytes) -> None:
     """Writes a file unless another was quicker, whose file then stands."""
-    new = file.with_name(f".{secrets.token_hex(8)}.plan.new")
+    new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     write(new, data)
     try:
         os.link(new, file)

@@ -1,0 +1,48 @@
+"""Where links inside the site lead: to a file and a place in it, also those in raw HTML."""
+
+import re
+from functools import cache
+from html import unescape
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from sphinx.errors import ExtensionError
+
+PAGE = "viewer.html"  # takes a scene from behind the #
+
+
+def setup(app):
+    app.connect("build-finished", refuse_dead_links, priority=900)  # when the report is there
+
+
+def refuse_dead_links(app, exception):
+    if exception is None and app.builder.name == "html":
+        root = Path(app.outdir)
+        pages = [
+            file for file in root.rglob("*.html") if file.relative_to(root).parts[0] != "report"
+        ]
+        dead = [f"{page.relative_to(root)}: {link}" for page in pages for link in dead_links(page)]
+        if dead:
+            raise ExtensionError("these links lead nowhere:\n" + "\n".join(dead))
+
+
+def dead_links(page):
+    """Yields the links of a page that lead nowhere."""
+    if page.name == PAGE:
+        return
+    for link in re.findall(r'(?:href|src)="([^"]+)"', page.read_text()):
+        parts = urlsplit(unescape(link))
+        if parts.scheme or parts.netloc:
+            continue
+        file = (page.parent / unquote(parts.path)).resolve() if parts.path else page
+        if not file.is_file() or not is_there(file, unquote(parts.fragment)):
+            yield link
+
+
+def is_there(file, fragment):
+    return not fragment or file.suffix != ".html" or file.name == PAGE or fragment in places(file)
+
+
+@cache
+def places(file):
+    return set(re.findall(r'\b(?:id|name)="([^"]+)"', file.read_text()))
