@@ -191,6 +191,13 @@ def test_a_scene_changed_by_hand_is_told_as_it_is(page):
     assert "It leans" not in about(page)
 
 
+def test_a_scene_without_words_is_told_as_it_is(page):
+    load(page, "A spinning top", name="mine", about="")
+    assert about(page) == "The axis draws loops between 30.0° and 48.6°."
+    load(page, "Kowalewski", name="mine", about="")
+    assert about(page) == "A scene of your own."
+
+
 # What is told beside the picture and in it
 
 
