@@ -292,17 +292,19 @@ def test_charts_are_larger_on_demand(page):
 def test_larger_charts_leave_three_tops_in_sight(page):
     load(page, methods=["bobenko_suris", "strang", "rk4"])
     page.keyboard.press("Home")
-    wide, width = page.evaluate("innerWidth"), "kreisel.view.canvas.clientWidth"
+    width = "kreisel.view.canvas.clientWidth"
+    settled = f"Math.abs({width} - document.querySelector('main').clientWidth) < 1"
+    wait_for(page, settled)
+    seen = [page.evaluate(width)]
     for key in ("l", "l"):
-        before = page.evaluate(width)
         page.keyboard.press(key)
-        wait_for(page, f"{width} !== {before}")
-        page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
+        wait_for(page, settled)
         right = page.evaluate(width)
-        assert right < wide
+        seen.append(right)
         for i in range(3):
             for corner in range(8):
                 assert 0 < page.evaluate(f"kreisel.at('corner', {i}, {corner})[0]") < right
+    assert seen[0] == seen[2] > 1.5 * seen[1]
 
 
 def test_tops_beside_each_other_have_their_names(page):
