@@ -341,7 +341,8 @@ enum {
 /* clang-format on */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Gives the tangents where kr_top_state stands, 6 rows by kr_tangent_columns, and in `low`, which
- * may be NULL, what their doubles leave out. KR_ERR_ARGUMENT for a top that has none. */
+ * may be NULL, what their doubles leave out. KR_ERR_ARGUMENT for a top that has none, and
+ * KR_ERR_TANGENT where one has outgrown doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* How far their series may be trusted: the largest last term so far, over the size of its tangent.
  * Steps are those of the path alone. */

@@ -90,8 +90,7 @@ class run
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
     // The same, and the tangents at each of these states, with what their doubles leave out, and
-    // the
-    // largest last term of their series: (states, tangents, low, rest).
+    // the largest last term of their series: (states, tangents, low, rest).
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
@@ -109,8 +108,8 @@ class run
                 came = kr_top_record_low(top.get(), 1, times + done, states + done, lows + done,
                                          nullptr);
                 if (came == KR_OK)
-                    kr_top_tangents(top.get(), high + done * size_t(wide),
-                                    under + done * size_t(wide));
+                    came = kr_top_tangents(top.get(), high + done * size_t(wide),
+                                           under + done * size_t(wide));
                 if (came == KR_OK && watch::poll(&watching)) came = KR_ERR_INTERRUPTED;
             }
             return came;

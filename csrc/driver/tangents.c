@@ -1,5 +1,7 @@
 /* Tangents, as the user sees them: by what the state is derived, in which frame and units. They
  * ride along with a method that carries them, from the start on. */
+#include <math.h>
+#include <string.h>
 #include "model/scene.h"
 #include "numbers/su2_dd.h"
 #include "top.h"
@@ -117,7 +119,7 @@ static void put_axis(double *out, double *low, dd value, double factor)
 {
     const dd v = dd_scale(factor, value);
     *out = v.hi;
-    if (low) *low = v.lo;
+    *low = v.lo;
 }
 static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
                        double *out, double *low)
@@ -125,19 +127,21 @@ static void put_column(const kr_top *top, const kr_deviation *from, double unit,
     const vec_dd turn = top->turned ? qdd_turn(axes_of(top), from->turn) : from->turn;
     const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
     for (size_t i = 0; i < 6; i++)
-        put_axis(out + i * n, low ? low + i * n : NULL, axis[i],
-                 (i < 3 ? 1.0 : top->momentum_unit) / unit);
+        put_axis(out + i * n, low + i * n, axis[i], (i < 3 ? 1.0 : top->momentum_unit) / unit);
 }
 kr_status kr_top_tangents(kr_top *top, double out[], double low[])
 {
     const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
     kr_deviation came[KR_TANGENT_MOST];
-    double unit[KR_TANGENT_MOST];
+    double unit[KR_TANGENT_MOST], high[6 * KR_TANGENT_MOST], rest[6 * KR_TANGENT_MOST];
     if (n == 0 || !out) return KR_ERR_ARGUMENT;
     kr_tangents_at(top, came);
     put_units(top, unit);
-    for (size_t i = 0; i < n; i++)
-        put_column(top, &came[i], unit[i], n, out + i, low ? low + i : NULL);
+    for (size_t i = 0; i < n; i++) put_column(top, &came[i], unit[i], n, high + i, rest + i);
+    for (size_t i = 0; i < 6 * n; i++)
+        if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
+    memcpy(out, high, 6 * n * sizeof *out);
+    if (low) memcpy(low, rest, 6 * n * sizeof *low);
     return KR_OK;
 }
 double kr_top_tangent_rest(const kr_top *top)

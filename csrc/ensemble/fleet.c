@@ -3,6 +3,7 @@
  * lane does not bring to its end goes alone, from its start, for the driver to say what is
  * wrong. */
 #include <float.h>
+#include "numbers/binary.h"
 #include "worker.h"
 
 enum { ROUND = 64 /* steps between two questions whether to go on */ };
@@ -132,9 +133,14 @@ static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
+static kr_vec3 times_two(kr_vec3 a, int power)
+{
+    return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
+              times_power_of_2(a.z, power));
+}
 /* The direction of a tangent at the start of a top, in its working axes and own units: the user's,
- * or
- * one along no axis of anything. */
+ * brought near one by a power of two because its square may be beyond doubles, or one along no axis
+ * of anything. */
 static void direction_of(const kr_worker *worker, const kr_top *top, double rate, kr_vec3 *turn,
                          kr_vec3 *push)
 {
@@ -145,9 +151,13 @@ static void direction_of(const kr_worker *worker, const kr_top *top, double rate
     if (!given) return;
     *turn = q_turn_back(top->axes, v_of(given));
     *push = v_scale(1.0 / (top->momentum_unit * rate), q_turn(to_body, v_of(given + 3)));
+    const double size = fmax(v_largest(*turn), v_largest(*push));
+    if (!(size > 0.0 && size < INFINITY)) return;
+    *turn = times_two(*turn, -exponent_of(size));
+    *push = times_two(*push, -exponent_of(size));
 }
 /* Begins the tangent of the top that `alone` has just become, which its lane has. Returns whether
- * anything is left of it without the known solutions. */
+ * anything is left of it without the known solutions, and its numbers are none beyond doubles. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->alone;
@@ -171,8 +181,8 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     begin_growth(&g->end, lane);
     g->energy[lane] = g->first_energy[lane];
     g->vertical[lane] = g->first_vertical[lane];
-    const double size = v_length(turn) + v_length(push);
-    return g->first_size[lane] > 1e-10 * size && size < INFINITY;
+    const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
+    return g->first_size[lane] > 1e-10 * size && size + per < INFINITY;
 }
 /* Brings the top that `alone` has just become into a lane. Returns whether its tangent has a
  * direction, where it has one. */

@@ -31,6 +31,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
     return dd_times(size, reach);
 }
+static double counted(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
 /* Brings a checked scene into working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
@@ -46,7 +47,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     if (status != KR_OK) return status;
     exact_top *own = &top->own;
     own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
-    own->m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
+    const kr_vec3 m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
+    own->m = v3(counted(m.x), counted(m.y), counted(m.z));
     top->axes = q_unit(q_mul(b->axes, w.axes));
     own->q[0] = dd_of(q.w);
     own->q[1] = dd_of(q.x);

@@ -175,6 +175,10 @@ INLINE void turn_lanes(exact_top *top, group w, int axes)
     turn_first(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
+INLINE wide counted_lanes(wide m)
+{
+    return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
+}
 /* Brings those who wait into working axes and own units. */
 INLINE exact_top read_lanes(group w)
 {
@@ -189,9 +193,9 @@ INLINE exact_top read_lanes(group w)
     top.inertia.x = inverse * in_lanes(w, INERTIA);
     top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
     top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
-    top.m.x = time * (inverse * in_lanes(w, MOMENTUM));
-    top.m.y = time * (inverse * in_lanes(w, MOMENTUM + 1));
-    top.m.z = time * (inverse * in_lanes(w, MOMENTUM + 2));
+    top.m.x = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM)));
+    top.m.y = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM + 1)));
+    top.m.z = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM + 2)));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }

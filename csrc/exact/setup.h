@@ -86,9 +86,11 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
-/* What pulls less than this, in own units, where either the momentum or the pull is about one, moves
- * nothing at any time that a double resolves: it is no pull. The squares of smaller ones underflow. */
+/* What pulls less than this, in own units, where either the momentum or the pull is about one,
+ * moves nothing at any time that a double resolves: it is no pull. And what is so small of the
+ * momentum is none: its square underflows. */
 #define LEAST_LEVER 1e-100
+#define LEAST_MOMENTUM 1e-160
 
 /* A scene in working axes and own units, where nothing is rounded. */
 typedef struct exact_top {

@@ -157,6 +157,9 @@ static void overflows(void)
     kr_top *top = top_with(&s, KR_TANGENT_START, 16, 0.0);
     IS(kr_top_advance(top, 2000.0) == KR_ERR_TANGENT);
     IS(kr_top_time(top) > 300.0 && kr_top_time(top) < 2000.0);
+    double phi[36] = {7.0};
+    for (int i = 0; i < 150; i++) IS(kr_top_step(top) == KR_ERR_TANGENT);
+    IS(kr_top_tangents(top, phi, NULL) == KR_ERR_TANGENT && phi[0] == 7.0);
     kr_top_free(top);
 }
 int main(void)
