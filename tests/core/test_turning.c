@@ -128,8 +128,25 @@ static void refusals(void)
     IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD && r.least == 5.0);
 }
 
+/* What is too small for its square moves nothing: neither a pull nor what is across a momentum. */
+static void what_does_not_count(void)
+{
+    const double fast = 0x1p930, half = sqrt(0.5);
+    for (int power = -1060; power < -900; power++) {
+        const double little = ldexp(1.0, power);
+        const kr_vec3 along = v3(0.0, 0.0, 97.0), across = v3(little, little * fast, fast);
+        const kr_scene pulled = top_of(1.0, little, q4(0.0, v3(0.0, 1.0, 0x1p-40)), along),
+                       free = top_of(1.0, 0.0, q4(half, v3(half, 0.0, 0.0)), across);
+        const kr_turning r = turning_of(&pulled), f = turning_of(&free);
+        kr_exact exact;
+        NEAR(r.greatest - r.least, 0.0, 1e-14);
+        NEAR(f.greatest - f.least, 0.0, 1e-14);
+        IS(r.t_least == 2.0 && f.t_greatest == 2.0 && kr_exact_plan(&pulled, &exact) == KR_OK);
+    }
+}
 int main(void)
 {
+    what_does_not_count();
     the_way_keeps_between();
     the_potential_is_the_energy_there();
     same_bits();
