@@ -133,7 +133,7 @@ static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
-static kr_vec3 times_two(kr_vec3 a, int power)
+static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
 {
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
@@ -153,8 +153,8 @@ static void direction_of(const kr_worker *worker, const kr_top *top, double rate
     *push = v_scale(1.0 / (top->momentum_unit * rate), q_turn(to_body, v_of(given + 3)));
     const double size = fmax(v_largest(*turn), v_largest(*push));
     if (!(size > 0.0 && size < INFINITY)) return;
-    *turn = times_two(*turn, -exponent_of(size));
-    *push = times_two(*push, -exponent_of(size));
+    *turn = v_times_power_of_2(*turn, -exponent_of(size));
+    *push = v_times_power_of_2(*push, -exponent_of(size));
 }
 /* Begins the tangent of the top that `alone` has just become, which its lane has. Returns whether
  * anything is left of it without the known solutions, and its numbers are none beyond doubles. */

@@ -60,33 +60,37 @@ INLINE triple none(void)
     return r;
 }
 
-/* The natural logarithm, of what is positive and normal, to rounding. */
-INLINE wide wide_log(wide x)
+#define LN_2 0.69314718055994531
+/* Parts what is positive and normal into a power of two and what remains, from sqrt(1/2) to
+ * sqrt(2). */
+INLINE wide mantissa(wide x, wide *power)
 {
     const whole one = wide_bits(wide_splat(1.0)), root = wide_bits(wide_splat(0.70710678118654752));
     const whole bits = wide_bits(x) + (one - root);
-    const wide m = wide_of_bits((bits & 0x000fffffffffffffu) + root);
-    const wide power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
-    const wide z = (m - 1.0) / (m + 1.0), y = z * z;
+    *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
+    return wide_of_bits((bits & 0x000fffffffffffffu) + root);
+}
+/* The natural logarithm to rounding. */
+INLINE wide wide_log(wide x)
+{
+    wide power;
+    const wide m = mantissa(x, &power), z = (m - 1.0) / (m + 1.0), y = z * z;
     wide sum = wide_splat(1.0 / 21.0);
     for (int n = 19; n > 1; n -= 2) sum = wide_fma(y, sum, wide_splat(1.0 / n));
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
-    return wide_fma(power, wide_splat(0.69314718055994531), sum);
+    return wide_fma(power, wide_splat(LN_2), sum);
 }
-
-/* The same to 1e-8, of a mean's summands, without a quotient. */
+/* The same to 1e-8, for the summands of a mean, without a quotient: the polynomial that is nearest
+ * to ln(1 + m) / m at Chebyshev's points. */
 INLINE wide close_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
                                    0.199569774831,  -0.25002153461, 0.333341833385,
                                    -0.499999870323, 0.999999974267};
-    const whole one = wide_bits(wide_splat(1.0)), root = wide_bits(wide_splat(0.70710678118654752));
-    const whole bits = wide_bits(x) + (one - root);
-    const wide m = wide_of_bits((bits & 0x000fffffffffffffu) + root) - 1.0;
-    const wide power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
-    wide sum = wide_splat(0.0874394535206);
+    wide power, sum = wide_splat(0.0874394535206);
+    const wide m = mantissa(x, &power) - 1.0;
     for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
-    return wide_fma(power, wide_splat(0.69314718055994531), m * sum);
+    return wide_fma(power, wide_splat(LN_2), m * sum);
 }
 
 /* Sums of products of coefficients over j + m = n. */
@@ -147,41 +151,50 @@ INLINE deviation without(deviation d, deviation known)
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-/* Takes the flow and the turn about the vertical out of a deviation, at a point of the path. Where
- * these two are one, to roundings, the second is left. */
-INLINE deviation purified(kr_lane_tangents *g, const point *at, deviation d)
+/* The flow and the turn about the vertical, at a point of the path. */
+typedef struct {
+    deviation flow, turn;
+} knowns;
+INLINE knowns known_at(kr_lane_tangents *g, const point *at)
 {
     const triple momentum = triple_times(triple_load(g->moments), at->w);
-    const deviation flow = {at->w, triple_cross(at->p, triple_load(g->c))},
-                    turn = {at->p, triple_cross(at->p, momentum)}, own = without(turn, flow),
-                    nothing = {none(), none()};
-    const mask is_own = wide_less(0x1p-60 * deviation_dot(turn, turn), deviation_dot(own, own));
+    const knowns r = {{at->w, triple_cross(at->p, triple_load(g->c))},
+                      {at->p, triple_cross(at->p, momentum)}};
+    return r;
+}
+/* Takes the known solutions out of a deviation. Where these two are one, to roundings, the second
+ * is left. */
+INLINE deviation purified(kr_lane_tangents *g, const point *at, deviation d)
+{
+    const knowns known = known_at(g, at);
+    const deviation own = without(known.turn, known.flow), nothing = {none(), none()};
+    const mask is_own =
+        wide_less(0x1p-60 * deviation_dot(known.turn, known.turn), deviation_dot(own, own));
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
-    return without(without(d, flow), deviation_axpy(keep, own, nothing));
+    return without(without(d, known.flow), deviation_axpy(keep, own, nothing));
 }
 /* Returns the square of what purified() leaves of a deviation. It errs by roundings of the
  * deviation's own square, which a mean's summands can bear. */
 INLINE wide pure_square(kr_lane_tangents *g, const point *at, deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
-    const triple momentum = triple_times(triple_load(g->moments), at->w);
-    const deviation flow = {at->w, triple_cross(at->p, triple_load(g->c))},
-                    turn = {at->p, triple_cross(at->p, momentum)};
-    const wide f = deviation_dot(flow, flow);
+    const knowns known = known_at(g, at);
+    const wide f = deviation_dot(known.flow, known.flow);
     const mask moves = wide_less(wide_splat(0x1p-1000), f);
-    const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one);
-    const deviation own = deviation_axpy(-(per * deviation_dot(turn, flow)), flow, turn);
-    const wide all = deviation_dot(d, d), along = deviation_dot(d, flow),
+    const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one),
+               slope = per * deviation_dot(known.turn, known.flow);
+    const deviation own = deviation_axpy(-slope, known.flow, known.turn);
+    const wide all = deviation_dot(d, d), along = deviation_dot(d, known.flow),
                about = deviation_dot(d, own), u = deviation_dot(own, own),
-               least = 0x1p-60 * deviation_dot(turn, turn);
+               least = 0x1p-60 * deviation_dot(known.turn, known.turn);
     const mask is_own = wide_less(least, u);
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-INLINE wide log_of_size(kr_lane_tangents *g, deviation d)
+/* Returns ln|delta|, given the logarithm of its square as it is scaled. */
+INLINE wide unscaled(kr_lane_tangents *g, wide log_square)
 {
-    return wide_fma(wide_load(g->begin.power), wide_splat(0.69314718055994531),
-                    0.5 * wide_log(deviation_dot(d, d)));
+    return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
 /* How far the two conserved forms of a deviation are from what they were at the start, over its
  * size and theirs. */
@@ -236,11 +249,10 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, deviation
         const int order = g->terms[i];
         const point here = sum_terms(l, order, time, 1);
         const wide square = pure_square(g, &here, sum_growth(g, order, span));
-        a.last = wide_fma(wide_load(g->begin.power), wide_splat(0.69314718055994531),
-                          0.5 * close_log(square));
+        a.last = unscaled(g, close_log(square));
         a = add_look(l, a, weights[i] * h, time);
     }
-    a.last = log_of_size(g, d);
+    a.last = unscaled(g, wide_log(deviation_dot(d, d)));
     return add_look(l, a, END_WEIGHT * h, t + h);
 }
 
