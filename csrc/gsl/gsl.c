@@ -16,6 +16,9 @@ enum { TRIES = 1000 };
  * inside a step fool the error estimate of the semi-implicit method, which damps what it does not
  * resolve. */
 static const double most_turn = 4.0;
+/* A step of length h with h^2 a beyond this, where gravity changes W by at most a, is not tried:
+ * roundings swallow the 1 in 1 - h J, and of a singular matrix GSL takes what was in its memory. */
+static const double most_fall = 1e12;
 
 typedef struct {
     gsl_odeiv2_step *step;
@@ -118,6 +121,13 @@ static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
     return begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
+static double longest_step(const kr_motion *motion, double rate)
+{
+    const kr_vec3 I = motion->inertia, l = motion->lever;
+    const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
+                 a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
+    return fmin(most_turn / rate, sqrt(most_fall / a));
+}
 /* Tries a step of length h from p. `next` is where it leads, with the step that the control would
  * take then. Returns 0 if the control rejects it; `next` then has the step to take instead. */
 static int accepted(kr_motion *motion, double h, const path *p, path *next)
@@ -138,9 +148,9 @@ static kr_status step(kr_motion *motion, double until)
     path *p = (path *)motion->work, next = *p;
     /* No step in doubles can meet such a tolerance. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
-    const double rate = v_length(velocity(p->y));
+    const double longest = longest_step(motion, v_length(velocity(p->y)));
     for (int rejected = 0; rejected < TRIES; rejected++) {
-        if (fabs(next.h) * rate > most_turn) next.h = copysign(most_turn / rate, next.h);
+        if (fabs(next.h) > longest) next.h = copysign(longest, next.h);
         const int lands =
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
