@@ -62,6 +62,12 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
     assert found["rk4"]["verdict"] == "stopped"
 
 
+def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
+    """The midpoint rule spins a needle up, to the same wrong attitude by two steps."""
+    cell = examined("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
+    assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
+
+
 @pytest.mark.parametrize(
     "error, shown, per_turn, expected",
     [

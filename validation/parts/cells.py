@@ -78,6 +78,7 @@ def looked_at(problem, scene, who, times, setting, true):
     return {
         "attitude_error": attitude_error(q[-1], true["attitude"]),
         "energy_error": float(energies.max()),
+        "fastest": problem.fastest(np.asarray(q), np.asarray(m)),
         "drift": len(times) > LOOKS and drifts(energies),
         "steps": steps,
         "evaluations": evaluations,

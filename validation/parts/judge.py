@@ -29,8 +29,9 @@ CAME_TO_THE_END = (RIGHT, DEGRADED, "lost", SILENT)
 SIGNS = {
     "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order "
     "says, or by so much that it is plain that neither is right",
-    "large step": f"fewer than {COARSE} steps a turn, which can be known beforehand; or fewer than "
-    f"{RESOLVED}, and the finer run differs by a {PART:g}th of the error at least",
+    "large step": f"fewer than {COARSE} steps a turn, which can be known beforehand, or seen in a "
+    f"run that turns too fast; or fewer than {RESOLVED}, and the finer run differs by a {PART:g}th "
+    "of the error at least",
     "tolerance": "no more than the tolerance asked for, missed at every step by as much",
     "rounding": "no more than the data's rounding; or than one at every evaluation of the torque, "
     f"all in the same direction, and the finer run differs by a {PART:g}th of the error at least",
@@ -125,7 +126,8 @@ def judge(cell, finer, problem, true, who):
     rounding, most = roundings(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
-    per_turn = 2 * pi / (problem.rate * cell["step"]) if order else inf
+    rate = max(problem.rate, cell["fastest"])
+    per_turn = 2 * pi / (rate * cell["step"]) if order else inf
     small = per_turn > RESOLVED * (1 - 1e-9)
     tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
     shown_by = sign(error, shown, per_turn, (rounding, most, tolerated))

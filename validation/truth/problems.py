@@ -62,9 +62,12 @@ class Problem:
     def rate(self):
         """Says about how fast it turns: its angular velocity at the start, or its pendulum's
         frequency [T^-1]."""
-        q, m = np.array(self.attitude), np.array(self.momentum)
-        spin = np.linalg.norm(turn_back(q, m) / self.inertia)
+        spin = self.fastest(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
+
+    def fastest(self, q, m):
+        """Says how fast the fastest of these states turns [T^-1]."""
+        return float(np.linalg.norm(turn_back(q, m) / self.inertia, axis=-1).max())
 
     def energies(self, q, m):
         """Gives kinetic and potential energy of states in rows, in extended precision: what is
