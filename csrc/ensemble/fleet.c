@@ -156,8 +156,11 @@ static void direction_of(const kr_worker *worker, const kr_top *top, double rate
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
+/* In units of the largest moment, what one over the others may come to: a tangent has parts as far
+ * apart, and is squared. */
+#define MOST_PER_MOMENT 0x1p300
 /* Begins the tangent of the top that `alone` has just become, which its lane has. Returns whether
- * anything is left of it without the known solutions, and its numbers are none beyond doubles. */
+ * anything is left of it without the known solutions, and its square is a double. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->alone;
@@ -182,7 +185,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     g->energy[lane] = g->first_energy[lane];
     g->vertical[lane] = g->first_vertical[lane];
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
-    return g->first_size[lane] > 1e-10 * size && size + per < INFINITY;
+    return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MOST_PER_MOMENT;
 }
 /* Brings the top that `alone` has just become into a lane. Returns whether its tangent has a
  * direction, where it has one. */

@@ -1,9 +1,8 @@
 /* One tangent a top, in lanes: how it grows beside the path, which it leaves as it is. It is
- * source,
- * compiled once per instruction set; the equations are those of taylor/tangents.h, without damping
- * and parameters. Two of their solutions are known, and taken out wherever a step ends: the flow
- * (W | P x c) and the turn about the vertical (P | P x AW). What is left is the growth. What it
- * conserves, as far as the tolerance keeps it:
+ * source, compiled once per instruction set; the equations are those of taylor/tangents.h, without
+ * damping and parameters. Two of their solutions are known, and taken out wherever a step ends: the
+ * flow (W | P x c) and the turn about the vertical (P | P x AW). What is left is the growth. What
+ * it conserves, as far as the tolerance keeps it:
  *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
  * MEGNO is that of Cincotta and Simo (2000), of which the mean over the time T is, by parts,
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */

@@ -1,6 +1,5 @@
 /* The tangent of a worker's tops: it leaves the states as they are, belongs to its top alone, and
- * is
- * the same on every instruction set that fuses products and sums. */
+ * is the same on every instruction set that fuses products and sums. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "tops.h"
@@ -101,10 +100,36 @@ static void failures(void)
     config.digits = 20;
     IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_ARGUMENT && !none);
 }
+/* Two moments so far apart that a deviation's square is no double: refused. */
+static void beyond_squares(void)
+{
+    kr_scene scene = asymmetric();
+    kr_state state;
+    kr_outcome outcome;
+    double growth[KR_GROWTH_COUNT];
+    const double now = 0.0;
+    const kr_tops tops = {.n = 1,
+                          .scenes = &scene,
+                          .times = 1,
+                          .t = &now,
+                          .states = &state,
+                          .outcomes = &outcome,
+                          .growth = growth};
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+    scene.body.inertia = v3(2.5e-8, 2.5e-8, 7.6e-255);
+    scene.body.com = v3(0.0, 0.0, 0.0);
+    scene.start.q = q_one();
+    scene.start.m = v3(0.0, 0.0, -16.0);
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+    IS(outcome.status == KR_ERR_ARGUMENT && outcome.done == 0);
+    IS(isnan(growth[KR_GROWTH_LOG]));
+    kr_worker_free(worker);
+}
 int main(void)
 {
     states_and_neighbours();
     instruction_sets();
     failures();
+    beyond_squares();
     return check_result();
 }
