@@ -16,9 +16,10 @@ enum { TRIES = 1000 };
  * inside a step fool the error estimate of the semi-implicit method, which damps what it does not
  * resolve. */
 static const double most_turn = 4.0;
-/* A step of length h with h^2 a beyond this, where gravity changes W by at most a, is not tried:
- * roundings swallow the 1 in 1 - h J, and of a singular matrix GSL takes what was in its memory. */
-static const double most_fall = 1e12;
+/* A step of length h with h^2 a or h a beyond these, where gravity changes W by at most a, is not
+ * tried: roundings swallow the 1 in 1 - h J, and of a singular matrix GSL takes what was in its
+ * memory. */
+static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
     gsl_odeiv2_step *step;
@@ -126,7 +127,7 @@ static double longest_step(const kr_motion *motion, double rate)
     const kr_vec3 I = motion->inertia, l = motion->lever;
     const double x = fabs(l.x), y = fabs(l.y), z = fabs(l.z),
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
-    return fmin(most_turn / rate, sqrt(most_fall / a));
+    return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
 /* Tries a step of length h from p. `next` is where it leads, with the step that the control would
  * take then. Returns 0 if the control rejects it; `next` then has the step to take instead. */
