@@ -250,6 +250,17 @@ def rounded_off(case, times):
     return attitude_errors(one, other).max()
 
 
+def shown(case, times, truth):
+    """Gives the true error of a path with these times over what it says of it: 1 where both are
+    roundings, or a run that is looked at so often is refused."""
+    try:
+        path = kr.solve(case.scene, times, method="geometric", error=case.target)
+    except ValueError:
+        return 1.0
+    true = attitude_errors(principal(path), truth).max()
+    return true / path.error if path.error > ROUNDED else 1.0
+
+
 def judge(case, second=None):
     times = np.linspace(0.0, case.t, SAMPLES + 1)
     try:
@@ -264,9 +275,7 @@ def judge(case, second=None):
         case.apart = attitude_errors(second(case.scene, times), truth).max() / case.target
     steps = round(abs(case.t / case.plan.step))
     case.error = off(case, times, truth, steps)
-    path = kr.solve(case.scene, times, method="geometric", error=case.target)
-    if path.error > ROUNDED:
-        case.shown = attitude_errors(principal(path), truth).max() / path.error
+    case.shown = shown(case, times, truth)
     best = cheapest(case, times, truth, steps)
     choice = case.plan.choice
     case.alone = steps / best
