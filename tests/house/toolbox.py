@@ -43,11 +43,14 @@ def compiled(compiler, flags, sources, folder):
     return objects
 
 
+# With this at its head, Ctrl-C interrupts a program even where the tests were started with it
+# ignored, as nohup and shells do in the background.
+HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+
+
 def python(code, *words, timeout=60, **how):
-    """Runs code in a Python of its own, which Ctrl-C interrupts even where the tests were started
-    with it ignored, as nohup and shells do in the background; gives the process when it is done."""
-    heeding = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
-    command = [sys.executable, "-c", heeding + code, *words]
+    """Runs code in a Python of its own; gives the process when it is done."""
+    command = [sys.executable, "-c", HEEDING + code, *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pyarrow.parquet as parquet
+from toolbox import HEEDING
 
 HERE = Path(__file__).parent
 TOP = kr.scenes.asymmetric
@@ -45,7 +46,7 @@ def child(code, *words, **more):
     """A Python of its own that runs this, with the tests' modules at hand."""
     path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(
-        [sys.executable, "-W", "error", "-c", code, *map(str, words)],
+        [sys.executable, "-W", "error", "-c", HEEDING + code, *map(str, words)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from inside import cli
 from shell import call, said
-from toolbox import python
+from toolbox import HEEDING, python
 
 TOP = kr.scenes.asymmetric
 signals = pytest.mark.skipif(os.name != "posix", reason="needs signals")
@@ -101,8 +101,7 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
     words = (
         f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
     )
-    heeding = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
-    start = f"{heeding}from kreisel._showing.cli import main\nmain()"
+    start = f"{HEEDING}from kreisel._showing.cli import main\nmain()"
     with subprocess.Popen(
         [sys.executable, "-c", start, *words.split()],
         stdout=subprocess.PIPE,
