@@ -44,7 +44,8 @@ def exact(value):
 
 def child(code, *words, **more):
     """A Python of its own that runs this, with the tests' modules at hand."""
-    path = os.pathsep.join([str(HERE), os.environ.get("PYTHONPATH", "")])
+    house = str(HERE.parent / "house")
+    path = os.pathsep.join([str(HERE), house, os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(
         [sys.executable, "-W", "error", "-c", HEEDING + code, *map(str, words)],
         stdout=subprocess.PIPE,
