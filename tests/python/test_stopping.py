@@ -80,7 +80,7 @@ def solved(tell):
 @pytest.mark.parametrize("run", [solved, streamed, wanted])
 def test_progress_is_told_however_short_the_pieces(run):
     first, second, third = told_thrice(run)
-    assert 0 < first < second < third < 1e9
+    assert 0 <= first < second < third < 1e9  # none yet, where a machine is slow to begin
 
 
 def test_progress_is_told_in_any_thread_and_may_not_lead_on():
