@@ -61,6 +61,37 @@ def test_the_error_is_met_or_refused_where_a_motion_lingers(seed):
     assert true <= target and path.error / 3 <= max(true, 1e-15) <= 3 * path.error
 
 
+@pytest.mark.parametrize(
+    "scene, t, target",
+    [
+        (
+            kr.Scene(
+                kr.Body.symmetric(1, 1, 0.06830940206246161, 1, made_up=True),
+                momentum=(-1.3239140397159607e-4, -5.742476549929807e-4, 1.0073475594600608e-5),
+                attitude=unit((0.08130305842650629, 0.613292368992301, 0.785658275965672, 0.0018)),
+            ),
+            -50.60872601957112,
+            8.9e-4,
+        ),
+        (
+            kr.Scene(
+                kr.Body.symmetric(1, 1.075, 1.129, 0.9546, made_up=True),
+                momentum=(0, 0, 0),
+                attitude=unit((-0.137051384, 0.9447336, -0.08298514438, -0.28602239)),
+            ),
+            5.2211658,
+            4.9e-4,
+        ),
+    ],
+    ids=["slow rod", "let go"],
+)
+def test_few_long_steps_meet_it_between_their_ends_too(scene, t, target):
+    path = kr.solve(scene, t, method="geometric", error=target)
+    between = np.linspace(0.0, t, 400)
+    true = kr.attitude_error(path(between).q, kr.solve(scene, between, digits=20).q).max()
+    assert true <= target and path.plan.step > 0.5
+
+
 def test_an_error_that_can_be_met_is_met_at_an_unstable_equilibrium():
     scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilted(1e-6))
     times = np.linspace(0, 100, 1001)

@@ -53,6 +53,7 @@ _UNLIKE = 0.1  # the error of a run further off tells nothing of a finer one's [
 _LOOKS = 128  # at the error on the way, or
 _EACH_RADIAN = 4  # while the top turns by one where these are more,
 _MOST_LOOKS = 1 << 13  # but no more, nor at more of the times that were asked for
+_FEW = 32  # steps are looked into, too: between their ends they may err by more
 _REGULAR = 30.0  # times the angle turned: by no more a regular motion magnifies a small change
 _BUDGET = 64  # times the steps first thought of may be taken in all
 _STALLS = (
@@ -101,11 +102,13 @@ class _Search:
 
     def looks(self, steps: int) -> Array:
         """The times at which the error of so many steps is looked at: ends of steps, so that they
-        cost nothing, and times that were asked for."""
+        cost nothing, inside the steps where these are few, and times that were asked for."""
         often = min(max(_LOOKS, _EACH_RADIAN * self.angle), _MOST_LOOKS)
         each = max(1, math.ceil(steps / often))
         ends = np.append(np.arange(each, steps, each), steps)
-        return self.merged(self.end * ends / steps, self.asked)
+        parts = min(3, math.ceil(_FEW / steps))
+        inside = [ends - part / parts for part in range(parts)]
+        return self.merged(self.end * np.concatenate(inside) / steps, self.asked)
 
     def merged(self, a: Array, b: Array) -> Array:
         """All times of both, in the order in which the motion meets them."""
