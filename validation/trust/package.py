@@ -67,10 +67,12 @@ class Trial:
     def all_used(self, file):
         """What each test module uses; known from before, where sources and tests are the same."""
         known, tree = json.loads(file.read_text()) if file.exists() else {}, digest(self.root)
-        if known.get("tree") != tree:
-            known = {"tree": tree, "uses": {name: self.used(name) for name in modules(self.root)}}
-            file.write_text(json.dumps(known))
-        return known["uses"]
+        uses = known["uses"] if known.get("tree") == tree else {}
+        for name in modules(self.root):
+            if name not in uses:
+                uses[name] = self.used(name)
+                file.write_text(json.dumps({"tree": tree, "uses": uses}))
+        return uses
 
     def used(self, module):
         """Runs a test module; gives the lines of each source that it uses, and how long it took."""

@@ -67,7 +67,7 @@ class Problem:
 
     def fastest(self, q, m):
         """Says how fast the fastest of these states turns [T^-1]."""
-        return float(np.linalg.norm(turn_back(q, m) / self.inertia, axis=-1).max())
+        return float(np.max(np.linalg.norm(turn_back(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
         """Gives kinetic and potential energy of states in rows, in extended precision: what is
