@@ -16,7 +16,7 @@ OF_LOOPS = "states.c"  # its loops over times are left to the compiler's vectori
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
 SMALL = dict.fromkeys(("closed_form.c", "plans.c", "map.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
-    ("kernel_dd.c", "kernel_bundles_dd.c", "kernel_tangents_dd.c"), ("-Os", "-DKR_SMALL")
+    ("kernel_dd.c", "kernel_bundles_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
 )
 ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 
