@@ -11,7 +11,7 @@ from ..peers import core, machine, measure
 from ..truth.problems import load
 from .taylor_kernels import Kernels
 
-ROUNDS, T = 60, 100.0
+ROUNDS, T = 40, 100.0
 WHAT = {"1e-6": (-20, 1), "16 digits": (-53, 4), "20 digits": (-70, 5), "30 digits": (-100, 6)}
 NAMES = {
     "avx512": "AVX-512",
