@@ -24,15 +24,25 @@ def flags():
     return told.read_text().split() if told.exists() else []
 
 
+def see_licences():
+    """Sees that the wheel holds the texts of the licences it names, of all that its bill names."""
+    files = importlib.metadata.files("kreisel")
+    (bill,) = [file.read_text() for file in files if file.match("sboms/kreisel.cdx.json")]
+    told = importlib.metadata.metadata("kreisel").get_all("License-File")
+    assert any(name.endswith("pybind11.txt") for name in told), "a licence is missing"
+    assert any(name.endswith("llvm.txt") for name in told) or '"libc++"' not in bill
+    for name in told:
+        (text,) = [file.read_text() for file in files if file.match(f"*.dist-info/licenses/{name}")]
+        assert len(text) > 1000, name
+
+
 def main():
     assert "site-packages" in kr.__file__, kr.__file__
     assert not [name for name in kr.methods if name.startswith("gsl")], "with GSL it would be GPL"
     path = kr.solve(kr.scenes.thesis, t=1, method="bobenko_suris", step=0.01)
     assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
-    files = [str(file) for file in importlib.metadata.files("kreisel")]
-    assert any(file.endswith("licences/pybind11.txt") for file in files), "a licence is missing"
-    assert any(file.endswith("sboms/kreisel.cdx.json") for file in files), "no bill of materials"
+    see_licences()
     alone = [solved(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
         together = list(threads.map(solved, list(range(16)) * 4))

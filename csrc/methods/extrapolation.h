@@ -60,7 +60,7 @@ static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE]
     double sum = 0.0;
     for (int i = 0; i < GBS_SIZE; i++)
         sum += gbs_square((a[i] - b[i]) / (1.0 + fmax(fabs(y[i]), fabs(z[i]))));
-    return sqrt(sum / GBS_SIZE);
+    return sqrt(sum / (double)GBS_SIZE);
 }
 
 /* Computes T(row, 1). Returns 0 where a substep changes the rates by more than twice their size: no

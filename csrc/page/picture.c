@@ -90,7 +90,8 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_PICTURE_POINTS;
          k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
-        put(point[n], v_scale(radius * (1.0 - 0.02 * n / KR_PICTURE_POINTS), q_turn(q, apex)));
+        const double out = radius * (1.0 - 0.02 * n / (double)KR_PICTURE_POINTS);
+        put(point[n], v_scale(out, q_turn(q, apex)));
     }
     return n;
 }
@@ -124,7 +125,7 @@ int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, dou
         const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_PICTURE_SIDES; s++) {
             double sine, cosine;
-            sin_cos(round * s / KR_PICTURE_SIDES, &sine, &cosine);
+            sin_cos(round * s / (double)KR_PICTURE_SIDES, &sine, &cosine);
             const kr_vec3 out = v_axpy(cosine, side[0], v_scale(sine, side[1]));
             put(point[n * KR_PICTURE_SIDES + s], v_add(at, q_turn(q, out)));
         }

@@ -5,6 +5,9 @@
 /* The largest step in ticks. A product of two steps fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
+/* Returns how long so many ticks take. */
+static double time_of(int64_t ticks) { return (double)ticks / (double)KR_STAGE_TICKS; }
+
 static int64_t greatest_common_divisor(int64_t a, int64_t b)
 {
     while (b) {
@@ -47,8 +50,7 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
         measure[KR_STAGE_ERROR] = 0.5 * kr_attitude_error(a->now.q, b->now.q);
     if (a->modified)
-        measure[KR_STAGE_MODIFIED] =
-            kr_state_modified_energy(&a->scene, &a->now, (double)a->step / KR_STAGE_TICKS);
+        measure[KR_STAGE_MODIFIED] = kr_state_modified_energy(&a->scene, &a->now, time_of(a->step));
 }
 void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES])
 {
@@ -110,7 +112,7 @@ static void record(kr_stage *stage)
         widen(row, i, row->at[i], row->at[i]);
     }
     if (stage->clock % stage->stride) return;
-    row->time = (double)stage->clock / KR_STAGE_TICKS;
+    row->time = time_of(stage->clock);
     stage->rows++;
     begin_row(stage);
 }
@@ -177,7 +179,7 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     kr_actor *a = &stage->actor[stage->tops];
     a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
     a->modified = method == kr_method_find("bobenko_suris");
-    if (!(flags & KR_ADAPTIVE)) config.step = (double)step / KR_STAGE_TICKS;
+    if (!(flags & KR_ADAPTIVE)) config.step = time_of(step);
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) enter(stage);
     return status;
@@ -203,8 +205,7 @@ static int take_step(kr_stage *stage, kr_actor *a)
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
     } else {
-        const kr_status status =
-            kr_top_advance(a->top, (double)k * ((double)a->step / KR_STAGE_TICKS));
+        const kr_status status = kr_top_advance(a->top, (double)k * time_of(a->step));
         if (status == KR_ERR_INTERRUPTED) return 0;
         a->status = status;
         a->now = kr_top_state(a->top);

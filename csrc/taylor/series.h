@@ -17,11 +17,12 @@ static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 /* The headless form goes without the attitude, whose lanes are zero. What is damped has its own
  * expansion, so that damping costs nothing where there is none. */
 typedef enum { WHOLE, HEADLESS } form;
-/* The coefficients of a vector, turned both ways: (next | prev) and (prev | next). */
+/* A coefficient of a vector, turned both ways: (next | prev) and (prev | next). */
 typedef struct {
-    duo ahead[KR_TAYLOR_MAX + 1], behind[KR_TAYLOR_MAX + 1];
+    duo ahead, behind;
 } turned;
-/* W is turned in every form, P in the headless one only. */
+/* W is turned in every form, P in the headless one only. Those of one order lie side by side, from
+ * where one instruction loads two vectors. */
 typedef struct {
     turned w, p;
 } parts;
@@ -32,12 +33,12 @@ typedef struct {
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } sums;
 
-/* Stores the n-th coefficient of a vector, plain and turned. */
-INLINE void set_turned(double *to, turned *a, int n, quad value)
+/* Stores a coefficient of a vector, plain and turned. */
+INLINE void set_turned(double *to, turned *a, quad value)
 {
     quad_store(to, value);
-    a->ahead[n] = duo_next_prev(value);
-    a->behind[n] = duo_prev_next(value);
+    a->ahead = duo_next_prev(value);
+    a->behind = duo_prev_next(value);
 }
 
 /* Adds the term with W_j and x_m. */
@@ -45,7 +46,7 @@ INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m,
 {
     const duo x = duo_load(s->x[m]);
     if (what == HEADLESS) {
-        a->p = duo_fma(of->w.ahead[j], of->p.behind[m], a->p);
+        a->p = duo_fma(of[j].w.ahead, of[m].p.behind, a->p);
     } else {
         a->i = duo_fma(duo_lane(s->w[j], 1), x, a->i);
         a->j = duo_fma(duo_lane(s->w[j], 2), x, a->j);
@@ -57,7 +58,7 @@ INLINE void add_pair(sums *a, sums *b, const kr_series *s, const parts *of, int 
 {
     add_term(a, s, of, j, m, what);
     add_term(b, s, of, m, j, what);
-    a->cross = duo_fma(of->w.ahead[j], of->w.behind[m], a->cross);
+    a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
 INLINE void join(sums *a, const sums *b, form what)
 {
@@ -78,7 +79,7 @@ INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form wha
     sums a = {zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
         add_term(&a, s, of, n / 2, n / 2, what);
-        a.cross = duo_mul(duo_splat(0.5), duo_mul(of->w.ahead[n / 2], of->w.behind[n / 2]));
+        a.cross = duo_mul(duo_splat(0.5), duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind));
     }
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
@@ -117,13 +118,13 @@ INLINE void next_coefficient(kr_series *s, parts *of, int n, form what, int damp
     /* P_n is read as it was stored, in either form. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
-        set_turned(s->x[n + 1] + 4, &of->p, n + 1, vertical_rates(&a, n + 1));
+        set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
     else
         duo_store(s->x[n + 1], attitude_rates(&a, duo_inverse(n + 1)));
     quad w = velocity_rates(&a, s, p, quad_inverse(n + 1));
     if (damped)
         w = quad_fma(quad_mul(quad_inverse(n + 1), quad_load(s->drag)), quad_load(s->w[n]), w);
-    set_turned(s->w[n + 1], &of->w, n + 1, w);
+    set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
 /* rough_log2 and rough_exp2 are right to two digits, by way of the bits: that is enough for a step
@@ -181,15 +182,15 @@ INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 INLINE void turn_known(kr_series *s, parts *of, int from, form what)
 {
     for (int n = 0; n <= from; n++) {
-        set_turned(s->w[n], &of->w, n, quad_load(s->w[n]));
-        if (what == HEADLESS) set_turned(s->x[n] + 4, &of->p, n, duo_hi(duo_load(s->x[n])));
+        set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
+        if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
     }
 }
 INLINE void damped_terms(kr_series *s, int from, int order, form what)
 {
-    parts of;
-    turn_known(s, &of, from, what);
-    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what, 1);
+    parts of[KR_TAYLOR_MAX + 1];
+    turn_known(s, of, from, what);
+    for (int n = from; n < order; n++) next_coefficient(s, of, n, what, 1);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
@@ -201,14 +202,14 @@ APART void expand_damped(kr_series *s, int from, int order, form what)
 /* Computes the coefficients after number `from`, up to the order. */
 INLINE void expand(kr_series *s, int from, int order, form what)
 {
-    parts of;
+    parts of[KR_TAYLOR_MAX + 1];
     if (s->damped != 0.0) {
         expand_damped(s, from, order, what);
         return;
     }
-    turn_known(s, &of, from, what);
+    turn_known(s, of, from, what);
     UNROLL
-    for (int n = from; n < order; n++) next_coefficient(s, &of, n, what, 0);
+    for (int n = from; n < order; n++) next_coefficient(s, of, n, what, 0);
 }
 
 /* Sums x_n h^(n - from) with h = to - t. Even and odd powers are summed apart, in two chains of fma

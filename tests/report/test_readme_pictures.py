@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from toolbox import need
 
-from validation.report import page_picture, readme_picture, sweep_picture
+from validation.report import page_picture, readme_picture, section_picture, sweep_picture
 
 
 def test_the_axis_and_the_energy_are_drawn(tmp_path):
@@ -26,6 +26,15 @@ def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
     sweep_picture.draw(sweep_picture.swept(tmp_path / "runs", spins, tilts), tmp_path / "map.png")
     assert all(file.stat().st_mtime_ns == made for file, made in files.items())
     assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
+    found = section_picture.sections(tops=4, points=5)
+    for gravity, cuts in found.items():
+        assert sorted(cuts.top) == sorted([0, 1, 2, 3] * 5), gravity
+        assert np.ptp(cuts.energy) < 1e-10, gravity
+    section_picture.draw(found, tmp_path / "section.png")
+    assert (tmp_path / "section.png").stat().st_size > 10_000
 
 
 def test_the_page_is_photographed(tmp_path):

@@ -14,6 +14,10 @@ FLAGS = (
 )
 OF_LOOPS = "states.c"  # its loops over times are left to the compiler's vectorizer
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
+SMALL = dict.fromkeys(("closed_form.c", "plans.c", "map.c"), ("-Os", "-fno-inline-functions"))
+SMALL |= dict.fromkeys(
+    ("kernel_dd.c", "kernel_bundles_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
+)
 ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 
 
@@ -29,13 +33,18 @@ def per_isa():
     return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
 
 
+def small_before_fast(file, options):
+    """Gives the options of what runs everywhere, where other instruction sets are beside it."""
+    return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
+
+
 def compiler():
     return shutil.which(os.environ.get("CC", "gcc")) or exit("needs gcc, or another compiler as CC")
 
 
 def compiled(folder, source, isas=ISAS, options=("-DKR_X86",)):
     """Compiles the core and one more source into a library in the folder, and loads it."""
-    jobs = [(file, options) for file in (*core(), source)]
+    jobs = [(file, (*options, *small_before_fast(file, options))) for file in (*core(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in per_isa()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
     for (file, more), to in zip(jobs, objects, strict=True):

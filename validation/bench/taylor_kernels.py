@@ -13,13 +13,16 @@ SOURCE = Path(__file__).with_suffix(".c")
 TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
-def library(folder, terms, plain):
-    """Compiles all instruction sets; or the portable kernel alone; or, with other numbers of terms
-    (head and last for 20 digits, for 30), the widest alone."""
+def library(folder, terms, plain, alone):
+    """Compiles all instruction sets; or the portable kernel alone; or that of every x86_64 alone,
+    fast before small; or, with other numbers of terms (head and last for 20 digits, for 30), the
+    widest alone."""
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
         return compiled(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
-    return compiled(folder, SOURCE, {}, ("-DKR_PLAIN",)) if plain else compiled(folder, SOURCE)
+    if plain or alone:
+        return compiled(folder, SOURCE, {}, ("-DKR_PLAIN",) if plain else ())
+    return compiled(folder, SOURCE)
 
 
 def listed(give):
@@ -31,9 +34,9 @@ def listed(give):
 
 
 class Kernels:
-    def __init__(self, terms=None, plain=False):
+    def __init__(self, terms=None, plain=False, alone=False):
         self.folder = tempfile.TemporaryDirectory()
-        self.library = library(self.folder.name, terms, plain)
+        self.library = library(self.folder.name, terms, plain, alone)
         self.library.kr_bench_isa.restype = ctypes.c_char_p
         self.isas = [name.decode() for name in listed(self.library.kr_bench_isa)]
         self.orders = listed(self.library.kr_bench_order)

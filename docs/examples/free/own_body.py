@@ -17,11 +17,11 @@ print(hammer)
 print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 
 # %%
-# Held at the end of its handle and let go, it swings; spun about the handle, its motion is that of
-# a top without any symmetry. The film shows the box that moves as it does:
+# Held at the end of its handle, pushed sideways and let go, it swings round; spun about the handle,
+# its motion is that of a top without any symmetry. The film shows the box that moves as it does:
 
 scene = kr.Scene.from_euler(
-    hammer, angles=(0, 150, 0), rates=(0, 0, 3000), degrees=True, gravity=9.81
+    hammer, angles=(0, 75, 0), rates=(180, 0, 3000), degrees=True, gravity=9.81
 )
 path = kr.solve(scene, np.linspace(0, 1.5, 900))
 path.animate(fps=20, size=320)

@@ -1,0 +1,52 @@
+"""What a step of the Taylor series takes on other processors: python -m validation.bench.processors
+
+A processor with fewer vectors is this one, which leaves its own unused. The last row is for what
+the library saves: where there is no AVX2 its kernels of 20 and 30 digits are small before fast. The
+best of all rounds counts, for a disturbance only ever adds. It prints the table of README.md.
+"""
+
+from ctypes import c_int64
+
+from ..peers import core, machine, measure
+from ..truth.problems import load
+from .taylor_kernels import Kernels
+
+ROUNDS, T = 40, 100.0
+WHAT = {"1e-6": (-20, 1), "16 digits": (-53, 4), "20 digits": (-70, 5), "30 digits": (-100, 6)}
+NAMES = {
+    "avx512": "AVX-512",
+    "avx2": "AVX2 and fma",
+    "base": "every x86_64 (SSE2)",
+    "plain": "C without vectors",
+    "fast": "every x86_64, fast before small",
+}
+
+
+def libraries():
+    """Yields the kernels of each row: its name, the library, and their number in there."""
+    all_here = Kernels()
+    yield from ((name, all_here, isa) for isa, name in enumerate(all_here.isas))
+    yield "plain", Kernels(plain=True), 0
+    yield "fast", Kernels(alone=True), 0
+
+
+def main():
+    scene = core.block(load("asymmetric").scene())
+    rows, calls, steps = list(libraries()), [], []
+    for _, kernels, isa in rows:
+        for log2_tol, kernel in WHAT.values():
+            taken = c_int64()
+            call = kernels.run(scene, isa, kernel, log2_tol, T, taken)
+            call()
+            calls.append(call)
+            steps.append(taken.value)
+    seconds = measure.best_of(calls, ROUNDS)
+    each = iter([1e6 * s / n for s, n in zip(seconds, steps, strict=True)])
+    print(f"{machine.processor()}\n\n| kernels for | {' | '.join(WHAT)} |")
+    print("| --- |" + " ---: |" * len(WHAT))
+    for name, _, _ in rows:
+        print(f"| {NAMES[name]} | {' | '.join(f'{next(each):.2f}' for _ in WHAT)} |")
+
+
+if __name__ == "__main__":
+    main()

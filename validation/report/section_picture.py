@@ -1,0 +1,48 @@
+"""The picture of sections in README.md: order, chaos about it, and what is left of order.
+
+Tops of one body, energy and vertical momentum leave a point at every lowest place of the apex, a
+colour for each top; from one chart to the next only gravity is stronger.
+
+python -m validation.report.section_picture [validation/report/section.png]
+"""
+
+import sys
+from pathlib import Path
+
+import kreisel as kr
+
+from ..drawing.look import plt
+
+BODY = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
+GRAVITIES = (0.05, 2.0, 4.0)
+TARGET = Path(__file__).with_name("section.png")
+
+
+def sections(tops=80, points=800):
+    """Gives the section of so many tops, by gravity."""
+    found = {}
+    for gravity in GRAVITIES:
+        starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)
+        found[gravity] = kr.section(starts, n=points)
+    return found
+
+
+def draw(found, target=TARGET):
+    with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
+        figure, axes = plt.subplots(
+            1, len(found), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
+        )
+        for chart, (gravity, cuts) in zip(axes, found.items(), strict=True):
+            hue = plt.get_cmap("twilight_shifted")(cuts.top / (1 + cuts.top.max()))
+            chart.scatter(
+                cuts.spin_angle, cuts.apex[:, 2], c=hue, s=0.25, linewidths=0, rasterized=True
+            )
+            chart.set(title=f"gravity {gravity}", xlabel="spin angle [rad]")
+            chart.grid(visible=False)
+        axes[0].set_ylabel("height of the lowest points")
+        figure.savefig(target)
+        plt.close(figure)
+
+
+if __name__ == "__main__":
+    draw(sections(), *sys.argv[1:])
