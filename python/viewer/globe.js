@@ -7,7 +7,9 @@ import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 
 const INK = "#7c8698";
 const upright = (shape) => shape.rotateX(Math.PI / 2); // what three.js makes along y
-const PARALLELS = upright(new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10));
+let lines = null; // the parallels, made when they are first asked for
+const parallels = () =>
+  (lines ??= upright(new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10)));
 const film = (color, opacity) =>
   new THREE.MeshBasicMaterial({ color, transparent: true, opacity, depthWrite: false });
 // Below this angle a circle is a point.
@@ -36,7 +38,7 @@ export function globe(limits, floor) {
   const all = new THREE.Mesh(bowlOf(floor), film(INK, 0.07));
   if (!limits) {
     const color = { color: INK, transparent: true, opacity: 0.3 };
-    return all.add(new THREE.LineSegments(PARALLELS, new THREE.LineBasicMaterial(color)));
+    return all.add(new THREE.LineSegments(parallels(), new THREE.LineBasicMaterial(color)));
   }
   const { least, greatest } = limits;
   for (const angle of new Set([least, greatest]))

@@ -161,7 +161,7 @@ export class Panel {
   }
   sections() {
     const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
-    const unfold = () => this.charts.update();
+    const unfold = () => this.charts.build();
     return [
       section("Motion", this.motion(), { open: true }),
       section("Body", this.body()),

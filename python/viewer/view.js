@@ -22,8 +22,10 @@ const FLOOR = -2.7; // the lowest that it lies
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
+  wake = () => {}; // asks for a frame
   constructor(parent) {
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.debug.checkShaderErrors = false; // that would wait for the graphics
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
@@ -51,8 +53,17 @@ export class View {
   get camera() {
     return this.orbit.object;
   }
+  // What is to be drawn anew wakes the page.
+  get dirty() {
+    return this.isDirty;
+  }
+  set dirty(on) {
+    this.isDirty = on;
+    if (on) this.wake();
+  }
 
   size(w, h) {
+    if (w === this.pixels?.[0] && h === this.pixels[1]) return;
     const [wide, flat] = this.cameras;
     wide.aspect = w / h;
     const across = 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w);
@@ -64,8 +75,7 @@ export class View {
     this.pixels = [w, h];
     if (this.isHome) this.home();
     this.dirty = true;
-    this.render(); // at once: a canvas of another size is empty
-    this.dirty = true;
+    if (this.page) this.render(); // at once: a canvas of another size is empty
   }
 
   // Makes the picture anew for a scene. With `fit` it chooses the scales of length and arrows too,
