@@ -1,9 +1,7 @@
 // The globe on which the apex writes. Where a closed form knows between which circles that is, they
 // are drawn with the zone between them; elsewhere the parallels are.
 import * as THREE from "three";
-import { Line2 } from "three/addons/lines/Line2.js";
-import { LineGeometry } from "three/addons/lines/LineGeometry.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
+import { fourfold, Line } from "./lines.js";
 
 const INK = "#7c8698";
 const upright = (shape) => shape.rotateX(Math.PI / 2); // what three.js makes along y
@@ -16,12 +14,9 @@ const film = (color, opacity) =>
 const POINT = 0.01;
 
 // All circles are this one, made smaller.
-const CIRCLE = new LineGeometry().setPositions(
-  Array.from({ length: 129 }, (_, i) => (2 * Math.PI * i) / 128).flatMap((turn) => [
-    Math.cos(turn),
-    Math.sin(turn),
-    0,
-  ]),
+const ROUND = 128; // pieces
+const CIRCLE = Array.from({ length: ROUND + 1 }, (_, i) => (2 * Math.PI * i) / ROUND).flatMap(
+  (turn) => [Math.cos(turn), Math.sin(turn), 0],
 );
 const part = (columns, rows, from, angle) =>
   upright(new THREE.SphereGeometry(1, columns, rows, 0, 2 * Math.PI, from, angle));
@@ -29,7 +24,7 @@ const part = (columns, rows, from, angle) =>
 const bowls = new Map();
 function bowlOf(floor) {
   const rim = Math.acos(Math.max(-1, Math.min(1, floor)));
-  if (!bowls.has(rim)) bowls.clear(), bowls.set(rim, part(64, 40, 0, rim));
+  if (!bowls.has(rim)) bowls.clear(), bowls.set(rim, part(48, 24, 0, rim));
   return bowls.get(rim);
 }
 
@@ -44,13 +39,16 @@ export function globe(limits, floor) {
   for (const angle of new Set([least, greatest]))
     if (Math.sin(angle) > POINT) all.add(circle(angle));
   if (greatest - least < POINT) return all;
-  const zone = part(64, 2 + Math.ceil(7 * (greatest - least)), least, greatest - least);
+  const zone = part(48, 2 + Math.ceil(7 * (greatest - least)), least, greatest - least);
   all.add(new THREE.Mesh(zone, film("#e0a100", 0.1)));
   return all;
 }
 function circle(angle) {
-  const look = { color: INK, linewidth: 1.6, transparent: true, opacity: 0.9 };
-  const line = new Line2(CIRCLE, new LineMaterial(look));
+  const line = new Line(ROUND + 1, { opacity: 0.9 });
+  fourfold(CIRCLE, ROUND + 1, line.places.array);
+  const ink = new THREE.Color(INK);
+  for (let k = 0; k < line.shades.array.length; k += 3) ink.toArray(line.shades.array, k);
+  line.width = 1.6;
   line.scale.setScalar(Math.sin(angle));
   line.position.z = Math.cos(angle);
   return line;

@@ -1,9 +1,7 @@
 // The parts of which the picture is made.
 import * as THREE from "three";
-import { Line2 } from "three/addons/lines/Line2.js";
-import { LineGeometry } from "three/addons/lines/LineGeometry.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { ROD_RINGS, ROD_SIDES, stage, WAY_POINTS } from "./core.js";
+import { fourfold, Line } from "./lines.js";
 import { cornerSigns, quaternion } from "./scene.js";
 import { hull, surface } from "./turned.js";
 
@@ -118,36 +116,29 @@ export function halo() {
   return light;
 }
 
-// The way of the apex begins with the newest point, which is strongest in colour. Each point ends
-// one piece and begins the next. No older piece covers a fresh one.
+// The way of the apex begins with the newest point, which is strongest in colour. No older piece
+// covers a fresh one.
 const FRESH = 256; // points
 export function pathLine(colour, ground) {
-  const geometry = new LineGeometry();
-  geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
-  const numbers = () => new Float32Array(3 * WAY_POINTS);
-  const interleaved = () => new THREE.InstancedInterleavedBuffer(numbers(), 3, 1);
-  const [places, shades] = [interleaved(), interleaved()];
-  for (const [name, buffer] of Object.entries({ instance: places, instanceColor: shades })) {
-    geometry.setAttribute(`${name}Start`, new THREE.InterleavedBufferAttribute(buffer, 3, 0));
-    geometry.setAttribute(`${name}End`, new THREE.InterleavedBufferAttribute(buffer, 3, 3));
-  }
+  const [line, fresh] = [new Line(WAY_POINTS, { depthWrite: false }), new Line(2)];
+  const points = new Float32Array(3 * WAY_POINTS);
   const [paint, mixed] = [new THREE.Color(colour), new THREE.Color()];
   for (let i = 0; i < WAY_POINTS; i++) {
     const strength = Math.max(0.2, 1 - (0.9 * i) / WAY_POINTS);
-    mixed.lerpColors(ground, paint, strength).toArray(shades.array, 3 * i);
+    mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
   }
-  const line = new Line2(geometry, new LineMaterial({ vertexColors: true, depthWrite: false }));
-  const fresh = new Line2(new LineGeometry(), new LineMaterial({ vertexColors: true }));
-  Object.assign(fresh.geometry, { attributes: geometry.attributes, index: geometry.index });
-  fresh.geometry.boundingSphere = geometry.boundingSphere;
-  line.frustumCulled = fresh.frustumCulled = false;
+  fourfold(points, WAY_POINTS, line.shades.array);
+  Object.assign(fresh.geometry, { attributes: line.geometry.attributes });
+  fresh.geometry.setIndex(line.geometry.index);
   [line.renderOrder, fresh.renderOrder] = [1, 2]; // after what is solid, and the fresh one last
   line.add(fresh);
   line.follow = (i, radius, thickness) => {
-    line.material.linewidth = fresh.material.linewidth = 2.4 * thickness;
-    geometry.instanceCount = stage.way(i, radius, places.array) - 1;
-    fresh.geometry.instanceCount = Math.min(geometry.instanceCount, FRESH);
-    places.needsUpdate = true;
+    line.width = fresh.width = 2.4 * thickness;
+    const n = stage.way(i, radius, points);
+    fourfold(points, n, line.places.array);
+    line.places.needsUpdate = true;
+    line.show(n - 1);
+    fresh.show(Math.min(n - 1, FRESH));
   };
   return line;
 }

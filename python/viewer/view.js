@@ -7,6 +7,7 @@ import { cuboidOf, stage } from "./core.js";
 import { Floor, light } from "./floor.js";
 import { globe } from "./globe.js";
 import { Letters } from "./letters.js";
+import { setWindow } from "./lines.js";
 import { cornerSigns, quaternion } from "./scene.js";
 import { turnedOf } from "./turned.js";
 
@@ -73,6 +74,7 @@ export class View {
     for (const camera of this.cameras) camera.updateProjectionMatrix();
     this.renderer.setSize(w, h);
     this.pixels = [w, h];
+    setWindow(w, h);
     if (this.isHome) this.home();
     this.dirty = true;
     if (this.page) this.render(); // at once: a canvas of another size is empty

@@ -42,6 +42,11 @@ def window(size):
     return dict(zip(("width", "height"), size, strict=True))
 
 
+def is_trouble(message):
+    """What software that draws says of its speed is none."""
+    return message.type in {"error", "warning"} and "GPU stall" not in message.text
+
+
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     """The page in a window of its own, drawn with so many pixels of the screen to one of its own.
 
@@ -53,10 +58,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.on(
-        "console",
-        lambda message: message.type in {"error", "warning"} and troubles.append(message.text),
-    )
+    page.on("console", lambda message: is_trouble(message) and troubles.append(message.text))
     page.on(
         "request",
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),

@@ -44,6 +44,7 @@ def page(shared):
         Object.assign(page, {past: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;
+        document.getElementById('keys').close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
     }""")
     load(shared)

@@ -63,7 +63,7 @@ def test_starts_by_itself(browser):
     page = visit(browser)
     wait_for(page, "kreisel.page.clock > 200000 && kreisel.stage.rows() > 2")
     assert page.get_by_role("button", name="Stop").is_visible()
-    assert page.evaluate("kreisel.view.tops[0].line.geometry.instanceCount") > 10
+    assert page.evaluate("kreisel.view.tops[0].line.geometry.drawRange.count") > 60
     assert page.troubles == []
     page.context.close()
 
