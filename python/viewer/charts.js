@@ -67,11 +67,11 @@ export class Charts {
   build() {
     const { tops, scene, large, big } = this.page;
     const width = document.getElementById("panel").clientWidth - 28;
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const ground = getComputedStyle(document.body).backgroundColor; // light, dark, or black
     const { chart, integral, log, shown } = scene;
     const places = [...document.querySelectorAll(".chart")].filter((place) => place.offsetParent);
     const names = places.map((place) => place.dataset.of); // of those that are not folded away
-    const looks = JSON.stringify([chart, integral, log, shown, width, dark, large, big, names]);
+    const looks = JSON.stringify([chart, integral, log, shown, width, ground, large, big, names]);
     if (width < 0 || (this.tops === tops && this.looks === looks)) return;
     const height = large || big ? LARGE : SMALL;
     Object.assign(this, { tops, looks, width, height, clock: this.page.clock });

@@ -1,7 +1,7 @@
 // The globe on which the apex writes. Where a closed form knows between which circles that is, they
 // are drawn with the zone between them; elsewhere the parallels are.
 import * as THREE from "three";
-import { fourfold, Line } from "./lines.js";
+import { fourfold, Line, strip } from "./lines.js";
 
 const INK = "#7c8698";
 const upright = (shape) => shape.rotateX(Math.PI / 2); // what three.js makes along y
@@ -13,11 +13,14 @@ const film = (color, opacity) =>
 // Below this angle a circle is a point.
 const POINT = 0.01;
 
-// All circles are this one, made smaller.
+// All circles are this one, made smaller. Globes come and go, and share it.
 const ROUND = 128; // pieces
-const CIRCLE = Array.from({ length: ROUND + 1 }, (_, i) => (2 * Math.PI * i) / ROUND).flatMap(
-  (turn) => [Math.cos(turn), Math.sin(turn), 0],
-);
+const CIRCLE = strip(ROUND + 1);
+const turns = Array.from({ length: ROUND + 1 }, (_, i) => (2 * Math.PI * i) / ROUND);
+const round = (point) => turns.flatMap(point);
+fourfold(round((turn) => [Math.cos(turn), Math.sin(turn), 0]), ROUND + 1, CIRCLE.places.array);
+fourfold(round(() => new THREE.Color(INK).toArray()), ROUND + 1, CIRCLE.shades.array);
+CIRCLE.dispose = () => {};
 const part = (columns, rows, from, angle) =>
   upright(new THREE.SphereGeometry(1, columns, rows, 0, 2 * Math.PI, from, angle));
 // Bowls by the height of their rim: a drag asks for the same one again and again.
@@ -44,11 +47,7 @@ export function globe(limits, floor) {
   return all;
 }
 function circle(angle) {
-  const line = new Line(ROUND + 1, { opacity: 0.9 });
-  fourfold(CIRCLE, ROUND + 1, line.places.array);
-  const ink = new THREE.Color(INK);
-  for (let k = 0; k < line.shades.array.length; k += 3) ink.toArray(line.shades.array, k);
-  line.width = 1.6;
+  const line = new Line(CIRCLE, { width: 1.6, opacity: 0.9 });
   line.scale.setScalar(Math.sin(angle));
   line.position.z = Math.cos(angle);
   return line;

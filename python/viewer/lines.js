@@ -32,24 +32,28 @@ const PAINT = {
 const size = { value: new THREE.Vector2(1, 1) }; // half the picture's, in pixels
 export const setWindow = (w, h) => size.value.set(w / 2, h / 2);
 
-// Makes a line of up to so many points, which lie four times in `places`, one for each corner of
-// the piece that begins there; its end is where the next one begins.
+// Makes room for a line of up to so many points. They lie four times in `places`, one for each
+// corner of the piece that begins there; its end is where the next one begins.
+export function strip(points) {
+  const shape = new THREE.BufferGeometry();
+  const stored = () => new THREE.InterleavedBuffer(new Float32Array(12 * points), 3);
+  const [places, shades] = [stored(), stored()];
+  const put = (name, data, offset) =>
+    shape.setAttribute(name, new THREE.InterleavedBufferAttribute(data, 3, offset));
+  put("start", places, 0);
+  put("end", places, 12);
+  put("shade", shades, 0);
+  const corners = Array.from({ length: points }, () => CORNERS).flat(2);
+  shape.setAttribute("corner", new THREE.Float32BufferAttribute(corners, 2));
+  const pieces = Array.from({ length: points - 1 }, (_, k) => 4 * k);
+  shape.setIndex(pieces.flatMap((k) => [k, k + 1, k + 2, k, k + 2, k + 3]));
+  return Object.assign(shape, { places, shades });
+}
 export class Line extends THREE.Mesh {
-  constructor(points, { opacity = 1, depthWrite = true } = {}) {
-    const uniforms = { size, width: { value: 1 }, opacity: { value: opacity } };
+  constructor(shape, { width = 1, opacity = 1, depthWrite = true } = {}) {
+    const uniforms = { size, width: { value: width }, opacity: { value: opacity } };
     const look = { transparent: opacity < 1 || !depthWrite, depthWrite, side: THREE.DoubleSide };
-    super(new THREE.BufferGeometry(), new THREE.ShaderMaterial({ ...PAINT, ...look, uniforms }));
-    const stored = (n) => new THREE.InterleavedBuffer(new Float32Array(12 * n), 3);
-    [this.places, this.shades] = [stored(points), stored(points)];
-    const put = (name, data, n, offset) =>
-      this.geometry.setAttribute(name, new THREE.InterleavedBufferAttribute(data, n, offset));
-    put("start", this.places, 3, 0);
-    put("end", this.places, 3, 12);
-    put("shade", this.shades, 3, 0);
-    const corners = Array.from({ length: points }, () => CORNERS).flat(2);
-    this.geometry.setAttribute("corner", new THREE.Float32BufferAttribute(corners, 2));
-    const pieces = Array.from({ length: points - 1 }, (_, k) => 4 * k);
-    this.geometry.setIndex(pieces.flatMap((k) => [k, k + 1, k + 2, k, k + 2, k + 3]));
+    super(shape, new THREE.ShaderMaterial({ ...PAINT, ...look, uniforms }));
     this.frustumCulled = false;
   }
   set width(pixels) {

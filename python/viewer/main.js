@@ -57,10 +57,20 @@ page.tell = () => {
   else draw();
   wake();
 };
-matchMedia("(prefers-color-scheme: dark)").addEventListener(
-  "change",
-  () => (view.build(page, false), page.tell()),
-);
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => panel.repaint());
+// Paper is white, whatever the screen was.
+const { style } = document.documentElement;
+let chosen = "";
+addEventListener("beforeprint", () => {
+  chosen = style.colorScheme;
+  style.colorScheme = "light";
+  panel.repaint();
+  view.render();
+});
+addEventListener("afterprint", () => {
+  style.colorScheme = chosen;
+  panel.repaint();
+});
 view.canvas.addEventListener("webglcontextlost", () =>
   page.say("The browser took the picture away, for now"),
 );

@@ -1,7 +1,7 @@
 // The parts of which the picture is made.
 import * as THREE from "three";
 import { ROD_RINGS, ROD_SIDES, stage, WAY_POINTS } from "./core.js";
-import { fourfold, Line } from "./lines.js";
+import { fourfold, Line, strip } from "./lines.js";
 import { cornerSigns, quaternion } from "./scene.js";
 import { hull, surface } from "./turned.js";
 
@@ -107,6 +107,26 @@ export function arrow(color, radius, opacity = 1, depthTest = false) {
   return group;
 }
 
+// Lines from the tip of m and from the centre of mass straight down to the floor, each with a spot
+// where it ends: else an eye cannot tell how far off they are.
+export function dropLines() {
+  const group = new THREE.Group();
+  const drops = ["#1f9d4d", "#7c8698"].map((color) => {
+    const [line, spot] = [SHAFT, BALL].map((shape) => mesh(shape, flat({ color, opacity: 0.8 })));
+    spot.scale.set(0.07, 0.07, 0.004);
+    return new THREE.Group().add(line, spot);
+  });
+  group.add(...drops);
+  group.follow = (floor, ...points) =>
+    drops.forEach((drop, k) => {
+      const { x, y, z } = points[k];
+      drop.position.set(x, y, floor);
+      drop.visible = z > floor;
+      drop.children[0].scale.set(0.012, 0.012, z - floor);
+    });
+  return group;
+}
+
 // Light about a handle.
 export function halo() {
   const light = mesh(BALL, flat({ color: "#ffb020", opacity: 0.45, depthTest: false }));
@@ -120,23 +140,23 @@ export function halo() {
 // covers a fresh one.
 const FRESH = 256; // points
 export function pathLine(colour, ground) {
-  const [line, fresh] = [new Line(WAY_POINTS, { depthWrite: false }), new Line(2)];
+  const [shape, part] = [strip(WAY_POINTS), new THREE.BufferGeometry()];
+  Object.assign(part, { attributes: shape.attributes, index: shape.index });
+  const [line, fresh] = [new Line(shape, { depthWrite: false }), new Line(part)];
   const points = new Float32Array(3 * WAY_POINTS);
   const [paint, mixed] = [new THREE.Color(colour), new THREE.Color()];
   for (let i = 0; i < WAY_POINTS; i++) {
     const strength = Math.max(0.2, 1 - (0.9 * i) / WAY_POINTS);
     mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
   }
-  fourfold(points, WAY_POINTS, line.shades.array);
-  Object.assign(fresh.geometry, { attributes: line.geometry.attributes });
-  fresh.geometry.setIndex(line.geometry.index);
+  fourfold(points, WAY_POINTS, shape.shades.array);
   [line.renderOrder, fresh.renderOrder] = [1, 2]; // after what is solid, and the fresh one last
   line.add(fresh);
   line.follow = (i, radius, thickness) => {
     line.width = fresh.width = 2.4 * thickness;
     const n = stage.way(i, radius, points);
-    fourfold(points, n, line.places.array);
-    line.places.needsUpdate = true;
+    fourfold(points, n, shape.places.array);
+    shape.places.needsUpdate = true;
     line.show(n - 1);
     fresh.show(Math.min(n - 1, FRESH));
   };
@@ -157,8 +177,8 @@ export function rodMesh(color) {
   geometry.setIndex(FACES);
   const rod = mesh(geometry, shiny({ color, transparent: false, side: 2, shininess: 40 }));
   rod.frustumCulled = false;
-  rod.follow = (i, scale, radius) => {
-    const n = stage.rod(i, scale, radius, places.array);
+  rod.follow = (i, scale, radius, power) => {
+    const n = stage.rod(i, scale, radius, power, places.array);
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
     let far = ROOM;
     for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));

@@ -2,13 +2,14 @@
 // neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { arrow, axisLines, box, pathLine, rodMesh, stand, turnedTop } from "./shapes.js";
+import { arrow, axisLines, box, dropLines, pathLine, rodMesh } from "./shapes.js";
+import { stand, turnedTop } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
 import { Floor, light } from "./floor.js";
 import { globe } from "./globe.js";
 import { Letters } from "./letters.js";
 import { setWindow } from "./lines.js";
-import { cornerSigns, quaternion } from "./scene.js";
+import { cornerSigns, quaternion, SECTIONS } from "./scene.js";
 import { turnedOf } from "./turned.js";
 
 const SIDES = [
@@ -236,7 +237,8 @@ export class View {
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
-    group.add(parts.rod, parts.p);
+    parts.drops = dropLines();
+    group.add(parts.rod, parts.p, parts.drops);
     if (scene.gravity) group.add(stand(-this.floor.height));
     return parts;
   }
@@ -268,10 +270,17 @@ export class View {
       if (top.role !== "thick") return;
       top.globe.visible = show.trace;
       top.axes.visible = show.axes || !!this.moving;
+      top.drops.visible = show.drops || !!this.held;
+      if (top.drops.visible) this.drop(top);
       top.rod.visible = show.rod;
-      if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness);
+      const power = SECTIONS[show.section];
+      if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
     });
     this.dirty = true;
+  }
+  drop({ m, body, solid, drops }) {
+    const tip = new THREE.Vector3(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
+    drops.follow(this.floor.height, tip, solid.position.clone().applyQuaternion(body.quaternion));
   }
   render() {
     if (!this.dirty && !this.recording) return;
