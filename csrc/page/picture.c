@@ -98,8 +98,7 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
 /* The half axes of the rod's section in the body lie across the principal axis nearest the apex.
  * A rod is as stiff towards a side as that side is thick, squared, so with a power of a half it is
  * as stiff against bending towards one side as the body is against turning about the other. */
-static void section(const kr_body *body, kr_vec3 apex, double radius, double power,
-                    kr_vec3 side[2])
+static void section(const kr_body *body, kr_vec3 apex, double radius, double power, kr_vec3 side[2])
 {
     const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};

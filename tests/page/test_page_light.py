@@ -1,4 +1,4 @@
-"""Light and dark, paper, drop lines, the rod's section, top or box; and that a page at rest rests."""
+"""Light and dark, paper, drop lines, the rod's section, top or box; and a page at rest rests."""
 
 import numpy as np
 import pytest
