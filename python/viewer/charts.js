@@ -130,7 +130,7 @@ export class Charts {
     const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
     return [
       { ...ink, size: 22 },
-      { ...ink, size: wide, space: 16, values, ...powers },
+      { ...ink, size: wide, space: this.page.big ? 30 : 16, values, ...powers },
     ];
   }
   data(what) {
