@@ -97,9 +97,9 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
 }
 
 /* The half axes of the rod's section in the body lie across the principal axis nearest the apex.
- * The rod is as stiff towards a side as that side is thick, squared; and it is as stiff against
- * bending towards one side as the body is against turning about the other. */
-static void section(const kr_body *body, kr_vec3 apex, double radius, kr_vec3 side[2])
+ * A rod is as stiff towards a side as that side is thick, squared, so with a power of a half it is
+ * as stiff against bending towards one side as the body is against turning about the other. */
+static void section(const kr_body *body, kr_vec3 apex, double radius, double power, kr_vec3 side[2])
 {
     const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
@@ -108,11 +108,11 @@ static void section(const kr_body *body, kr_vec3 apex, double radius, kr_vec3 si
     const int k = along[2] >= fmax(along[0], along[1]) ? 2 : along[1] >= along[0], i = (k + 1) % 3,
               j = (k + 2) % 3;
     const double most = fmax(moment[i], moment[j]);
-    side[0] = q_turn(body->axes, v_scale(radius * sqrt(moment[j] / most), e[i]));
-    side[1] = q_turn(body->axes, v_scale(radius * sqrt(moment[i] / most), e[j]));
+    side[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), e[i]));
+    side[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), e[j]));
 }
 int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
-                   float point[][3])
+                   double power, float point[][3])
 {
     const double round = 6.28318530717958648;
     const kr_vec3 apex = apex_in_body(body);
@@ -120,7 +120,7 @@ int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, dou
                   oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
-    section(body, apex, radius, side);
+    section(body, apex, radius, power, side);
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_PICTURE_RINGS; k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_PICTURE_SIDES; s++) {

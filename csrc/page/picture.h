@@ -35,8 +35,9 @@ void kr_picture_reach(const kr_scene *scene, double *momentum, double *velocity)
  * points, KR_PICTURE_POINTS at most. */
 int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, float point[][3]);
 /* Lays rings of KR_PICTURE_SIDES points about the rod's centre line, which begins at the fixed
- * point and is `scale` long for each unit of time; it is `radius` thick on the thicker side.
- * Returns the number of rings, KR_PICTURE_RINGS at most. */
+ * point and is `scale` long for each unit of time; it is `radius` thick on the thicker side, and
+ * its sides are to each other as the body's moments to this power: 0.5 is as stiff as the body, 1
+ * as the thesis draws it, 0 round. Returns the number of rings, KR_PICTURE_RINGS at most. */
 int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
-                   float point[][3]);
+                   double power, float point[][3]);
 #endif

@@ -178,8 +178,9 @@ EXPORT(int, kr_page_way, (int i, double radius))
     const kr_trail t = trail(&stage.actor[i]);
     return kr_picture_way(&stage.actor[i].scene.body, &t, radius, points);
 }
-EXPORT(int, kr_page_rod, (int i, double scale, double radius))
+EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
 {
+    const kr_body *body = &stage.actor[i].scene.body;
     const kr_trail t = trail(&stage.actor[i]);
-    return KR_PICTURE_SIDES * kr_picture_rod(&stage.actor[i].scene.body, &t, scale, radius, points);
+    return KR_PICTURE_SIDES * kr_picture_rod(body, &t, scale, radius, power, points);
 }

@@ -90,7 +90,7 @@ def core(wasm: Path) -> None:
     caches = dict.fromkeys(
         ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig"))
     )
-    subprocess.run([*command, "-o", str(wasm)], check=True, env=os.environ | caches)
+    subprocess.run([*command, "-o", str(wasm)], check=True, env=caches | os.environ)
     wasm.write_bytes(zlib.compress(wasm.read_bytes(), 9))
 
 

@@ -67,13 +67,16 @@ export class Charts {
   build() {
     const { tops, scene, large, big } = this.page;
     const width = document.getElementById("panel").clientWidth - 28;
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const ground = getComputedStyle(document.body).backgroundColor; // light, dark, or black
     const { chart, integral, log, shown } = scene;
-    const looks = JSON.stringify([chart, integral, log, shown, width, dark, large, big]);
+    const places = [...document.querySelectorAll(".chart")].filter((place) => place.offsetParent);
+    const names = places.map((place) => place.dataset.of); // of those that are not folded away
+    const looks = JSON.stringify([chart, integral, log, shown, width, ground, large, big, names]);
     if (width < 0 || (this.tops === tops && this.looks === looks)) return;
-    Object.assign(this, { tops, looks, width, height: large || big ? LARGE : SMALL });
+    const height = large || big ? LARGE : SMALL;
+    Object.assign(this, { tops, looks, width, height, clock: this.page.clock });
     this.plots?.forEach((plot) => plot.destroy());
-    this.plots = [...document.querySelectorAll(".chart")].map((place) => this.make(place));
+    this.plots = places.map((place) => this.make(place));
   }
   make(place) {
     const what = place.dataset.of;
@@ -127,7 +130,7 @@ export class Charts {
     const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
     return [
       { ...ink, size: 22 },
-      { ...ink, size: wide, space: 16, values, ...powers },
+      { ...ink, size: wide, space: this.page.big ? 30 : 16, values, ...powers },
     ];
   }
   data(what) {
@@ -144,8 +147,9 @@ export class Charts {
     return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
   }
   update() {
+    if (this.clock === this.page.clock) return;
+    this.clock = this.page.clock;
     for (const plot of this.plots) {
-      if (!plot.place.offsetParent) continue; // folded away
       const { min, max } = plot.scales.x;
       const zoomed = stage.rows() > 1 && (min > 0 || max < plot.data[0].at(-1));
       plot.setData(this.data(plot.what), !zoomed);

@@ -127,7 +127,8 @@ export const stage = {
   reach: (i) => doubles(C.kr_page_reach(i), 2), // how long momentum and velocity get
   failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
   way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
-  rod: (i, scale, radius, into) => points(C.kr_page_rod(i, scale, radius), into),
+  rod: (i, scale, radius, power, into) =>
+    points(C.kr_page_rod(i, scale, radius, power), into),
   // Returns what is measured of top i now, by name; NaN is not to be had.
   measure(i) {
     const now = doubles(C.kr_page_measure(i), measures.length);

@@ -59,7 +59,7 @@ function video(view) {
       target.textContent = "Video";
     };
     recorder.start();
-    view.recording = true; // or a picture that stands still gives no film
+    view.recording = view.dirty = true; // or a picture that stands still gives no film
     target.textContent = "End video";
   };
   return type && canvas.captureStream ? { Video: [click] } : {};

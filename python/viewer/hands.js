@@ -79,8 +79,13 @@ export class Hands {
     if (!hit && !this.lit) return;
     this.lit = hit || null;
     halo.visible = !!hit;
-    if (hit) halo.position.copy(view.handle(hit.part, hit.i, hit.corner));
     view.dirty = true;
+    this.follow();
+  }
+  // The light stays at a handle that moves.
+  follow() {
+    const { halo, lit, view } = this;
+    if (lit && view.dirty) halo.position.copy(view.handle(lit.part, lit.i, lit.corner));
   }
   // A push is drawn as a band from where the body is held to the pointer.
   stretch({ clientX, clientY }) {

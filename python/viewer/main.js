@@ -40,18 +40,37 @@ function choose(preset) {
   page.run(!calm.matches);
 }
 let stale = false; // while a hand moves, what is told waits for the next frame
+let told = {}; // of what was told last
+const differs = (before) => ["clock", "tops", "running"].some((key) => before[key] !== page[key]);
 function draw() {
   stale = false;
+  const { clock, tops, running } = page;
+  told = { clock, tops, running };
   panel.draw();
   bar.draw();
   numbers.update(page);
   charts.build();
+  $("times").textContent = behind();
 }
-page.tell = () => (hands.drag ? (stale = true) : draw());
-matchMedia("(prefers-color-scheme: dark)").addEventListener(
-  "change",
-  () => (view.build(page, false), page.tell()),
-);
+page.tell = () => {
+  if (hands.drag) stale = true;
+  else draw();
+  wake();
+};
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => panel.repaint());
+// Paper is white, whatever the screen was.
+const { style } = document.documentElement;
+let chosen = "";
+addEventListener("beforeprint", () => {
+  chosen = style.colorScheme;
+  style.colorScheme = "light";
+  panel.repaint();
+  view.render();
+});
+addEventListener("afterprint", () => {
+  style.colorScheme = chosen;
+  panel.repaint();
+});
 view.canvas.addEventListener("webglcontextlost", () =>
   page.say("The browser took the picture away, for now"),
 );
@@ -68,24 +87,34 @@ $("fold").addEventListener("click", () => {
   $("fold").ariaExpanded = !$("panel").hidden;
 });
 
-let last = 0;
-let shown = { at: 0 };
+// A page at rest asks for no frames: whatever changes it wakes it.
+let asked = 0;
+function wake() {
+  asked ||= requestAnimationFrame(frame);
+}
+view.wake = wake;
+let last = null; // when the frame before was, if that was just now
+let due = 0; // when all may be told again
 function frame(now) {
-  const rate = page.frame((now - last) / 1000);
-  last = now;
+  asked = 0;
+  const rate = page.frame(last === null ? 0 : (now - last) / 1000);
+  const isOld = () => stale || differs(told) || charts.clock !== page.clock;
+  if (isOld() && now >= due) {
+    due = now + 120;
+    if (stale || differs(told)) draw();
+    charts.update();
+  }
+  tellTime(rate);
+  hands.follow();
+  view.render();
+  const goesOn = page.running || page.goal !== null || view.recording || isOld();
+  last = goesOn ? now : null;
+  if (goesOn) wake();
+}
+function tellTime(rate) {
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
   $("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more}`;
   $("clock").title = rate ? `only ${rate.toPrecision(2)} a second: the tops are too fast` : "";
-  const isNew = stale || shown.clock !== page.clock || shown.tops !== page.tops;
-  if (now - shown.at > 120 && isNew) {
-    shown = { at: now, clock: page.clock, tops: page.tops };
-    draw();
-    charts.update();
-    $("times").textContent = behind();
-  }
-  hands.light(hands.lit);
-  view.render();
-  requestAnimationFrame(frame);
 }
 // Says which tops stand at another time than the clock: they move from step to step.
 function behind() {
@@ -112,7 +141,7 @@ function attempt(open) {
 attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || presets[0]));
 const open = () => linked() && page.replace(complete(linked()));
 addEventListener("hashchange", () => attempt(open));
-new ResizeObserver(() => page.tell()).observe($("panel"));
+new ResizeObserver(() => charts.build()).observe($("panel"));
 // In a notebook it waits, and the wheel scrolls that until one clicks in.
 const isInside = window.parent !== window;
 view.orbit.enableZoom = !isInside;
@@ -120,7 +149,7 @@ view.canvas.addEventListener("pointerdown", () => (view.orbit.enableZoom = true)
 view.canvas.addEventListener("pointerleave", () => (view.orbit.enableZoom = !isInside));
 if (!calm.matches && !isInside) setTimeout(() => page.run(true), 600);
 setTimeout(() => ($("hint").style.opacity = 0), 20000);
-requestAnimationFrame(frame);
+wake();
 
 // For tests and for the curious, here are the page's state and what moves it.
 const at = (part, i = 0, number = 0) => view.project(view.handle(part, i, number));

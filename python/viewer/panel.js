@@ -16,6 +16,16 @@ const SHAPE_NAMES = {
   kowalewski: "Kowalewski",
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
+const SECTIONS = [
+  ["stiff", "as stiff as the body"],
+  ["thesis", "as in the thesis: its moments"],
+  ["round", "round"],
+];
+const LIGHTS = [
+  ["", "as the system"],
+  ["light", "light"],
+  ["dark", "dark"],
+];
 const button = (words, act, key = nothing, off = false) =>
   html`<button aria-keyshortcuts=${key} ?disabled=${off} @click=${act}>${words}</button>`;
 const section = (words, content, { open = false, toggle = nothing } = {}) =>
@@ -105,9 +115,8 @@ export class Panel {
       @change=${this.setter(place, (box) => box.checked)}>${words}</label>`;
   }
   // A choice is what it sets, its words, whether it is off, and what it is.
-  select(words, place, choices) {
+  select(words, place, choices, chosen = valueAt(this.page.scene, place) ?? "") {
     const now = () => valueAt(this.page.scene, place) ?? "";
-    const chosen = now();
     const option = ([value, text, off, about = nothing]) =>
       html`<option value=${value} title=${about} .selected=${value === chosen}
         ?disabled=${off}>${text}</option>`;
@@ -161,7 +170,7 @@ export class Panel {
   }
   sections() {
     const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
-    const unfold = () => this.charts.update();
+    const unfold = () => this.charts.build();
     return [
       section("Motion", this.motion(), { open: true }),
       section("Body", this.body()),
@@ -210,28 +219,48 @@ export class Panel {
     ];
   }
   looks() {
+    const { view } = this.page;
     const solids = [
-      ["top", "top: turned", !this.page.view.turned],
+      ["top", "top: turned", !view.turned],
       ["box", "box"],
     ];
+    const drawn = view.asTop ? "top" : "box"; // as which other bodies are drawn too
     return [
-      this.pair("Show as", this.select("Show as", "show.solid", solids)),
+      this.pair("Show as", this.select("Show as", "show.solid", solids, drawn)),
       this.check("Trace of the apex", "show.trace", "T"),
       this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
+      this.pair("Section", this.select("Rod's section", "show.section", SECTIONS)),
       this.check("Principal axes and centre of mass", "show.axes", "P"),
+      this.check("Drop lines to the floor", "show.drops", "G"),
       this.check("Floor", "show.floor"),
       this.check("2D view", "show.flat", "V"),
+      this.pair("Light", this.light()),
       this.slider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
       this.slider("Thickness", "show.thickness", { min: 0.1, max: 4 }),
-      html`<div class="row">${button("From the next side", () => this.page.view.turn(), "N")}
+      html`<div class="row">${button("From the next side", () => view.turn(), "N")}
         <button aria-pressed=${!!this.page.big} aria-keyshortcuts="B"
           @click=${() => this.enbig()}>Projector</button></div>`,
     ];
   }
-  // For a hall: large letters, large charts.
+  // Light or dark is as the system has it, until somebody chooses.
+  light() {
+    const { style } = document.documentElement;
+    const set = ({ target }) => {
+      style.colorScheme = target.value;
+      this.repaint();
+    };
+    const option = ([value, text]) =>
+      html`<option value=${value} .selected=${value === style.colorScheme}>${text}</option>`;
+    return html`<select aria-label="Light or dark" @change=${set}>${LIGHTS.map(option)}</select>`;
+  }
+  // For a hall: large letters, large charts, and as much contrast as a projector can make.
   enbig() {
     this.page.big = !this.page.big;
     document.body.classList.toggle("projector", this.page.big);
+    this.repaint();
+  }
+  repaint() {
+    this.page.view.build(this.page, false);
     this.page.tell();
   }
   python() {

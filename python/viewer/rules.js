@@ -1,7 +1,7 @@
 // What a control may set: each value has its place in a scene, such as "show.trace", and some
 // places have rules of their own. Tilt and spin are places too, of the start.
 import { Quaternion, Vector3 } from "three";
-import { makeBody, stage, TICKS } from "./core.js";
+import { makeBody, measureOf, stage, TICKS } from "./core.js";
 import { becomeCuboid, quaternion, resize, wxyz } from "./scene.js";
 
 export const valueAt = (scene, place) => place.split(".").reduce((at, key) => at?.[key], scene);
@@ -72,6 +72,7 @@ const rules = {
     scene.shape = shape;
     if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
     resize(scene, scene.body.half);
+    if (measureOf(shape)) scene.integral = shape; // the one that this shape has beside the others
     if (shape === "goryachev_chaplygin") {
       scene.momentum[2] = 0; // else G changes
       if (scene.second) scene.second[6] = 0;

@@ -34,6 +34,8 @@ export const plain = {
     axes: false,
     floor: true,
     flat: false,
+    section: "stiff", // of the rod, one of SECTIONS
+    drops: false, // lines down to the floor
     solid: "top", // or "box": as what a symmetric body is drawn; others are boxes
     opacity: 0.3,
     thickness: 1,
@@ -64,9 +66,12 @@ const [word, flag, size, three] = [
 ];
 const isStep = within(1 / TICKS, 2000);
 const isTrack = (track) => word(track?.name) && word(track.states) && isStep(track.step);
-const isShow = ({ opacity, thickness, solid, ...flags }) =>
+// The sides of a rod's section are to each other as the body's moments to these powers.
+export const SECTIONS = { stiff: 0.5, thesis: 1, round: 0 };
+const isShow = ({ opacity, thickness, solid, section, ...flags }) =>
   within(0, 1)(opacity) &&
   within(0.1, 20)(thickness) &&
+  Object.hasOwn(SECTIONS, section) &&
   ["top", "box"].includes(solid) &&
   Object.values(flags).every(flag);
 const isMeasure = (x) => word(x) && !!measureOf(chartOf(x, "kowalewski"));

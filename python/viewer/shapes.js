@@ -1,9 +1,7 @@
 // The parts of which the picture is made.
 import * as THREE from "three";
-import { Line2 } from "three/addons/lines/Line2.js";
-import { LineGeometry } from "three/addons/lines/LineGeometry.js";
-import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { ROD_RINGS, ROD_SIDES, stage, WAY_POINTS } from "./core.js";
+import { fourfold, Line, strip } from "./lines.js";
 import { cornerSigns, quaternion } from "./scene.js";
 import { hull, surface } from "./turned.js";
 
@@ -109,6 +107,26 @@ export function arrow(color, radius, opacity = 1, depthTest = false) {
   return group;
 }
 
+// Lines from the tip of m and from the centre of mass straight down to the floor, each with a spot
+// where it ends: else an eye cannot tell how far off they are.
+export function dropLines() {
+  const group = new THREE.Group();
+  const drops = ["#1f9d4d", "#7c8698"].map((color) => {
+    const [line, spot] = [SHAFT, BALL].map((shape) => mesh(shape, flat({ color, opacity: 0.8 })));
+    spot.scale.set(0.07, 0.07, 0.004);
+    return new THREE.Group().add(line, spot);
+  });
+  group.add(...drops);
+  group.follow = (floor, ...points) =>
+    drops.forEach((drop, k) => {
+      const { x, y, z } = points[k];
+      drop.position.set(x, y, floor);
+      drop.visible = z > floor;
+      drop.children[0].scale.set(0.012, 0.012, z - floor);
+    });
+  return group;
+}
+
 // Light about a handle.
 export function halo() {
   const light = mesh(BALL, flat({ color: "#ffb020", opacity: 0.45, depthTest: false }));
@@ -118,36 +136,29 @@ export function halo() {
   return light;
 }
 
-// The way of the apex begins with the newest point, which is strongest in colour. Each point ends
-// one piece and begins the next. No older piece covers a fresh one.
+// The way of the apex begins with the newest point, which is strongest in colour. No older piece
+// covers a fresh one.
 const FRESH = 256; // points
 export function pathLine(colour, ground) {
-  const geometry = new LineGeometry();
-  geometry.boundingSphere = new THREE.Sphere(); // else it is asked of points that are not there yet
-  const numbers = () => new Float32Array(3 * WAY_POINTS);
-  const interleaved = () => new THREE.InstancedInterleavedBuffer(numbers(), 3, 1);
-  const [places, shades] = [interleaved(), interleaved()];
-  for (const [name, buffer] of Object.entries({ instance: places, instanceColor: shades })) {
-    geometry.setAttribute(`${name}Start`, new THREE.InterleavedBufferAttribute(buffer, 3, 0));
-    geometry.setAttribute(`${name}End`, new THREE.InterleavedBufferAttribute(buffer, 3, 3));
-  }
+  const [shape, part] = [strip(WAY_POINTS), new THREE.BufferGeometry()];
+  Object.assign(part, { attributes: shape.attributes, index: shape.index });
+  const [line, fresh] = [new Line(shape, { depthWrite: false }), new Line(part)];
+  const points = new Float32Array(3 * WAY_POINTS);
   const [paint, mixed] = [new THREE.Color(colour), new THREE.Color()];
   for (let i = 0; i < WAY_POINTS; i++) {
     const strength = Math.max(0.2, 1 - (0.9 * i) / WAY_POINTS);
-    mixed.lerpColors(ground, paint, strength).toArray(shades.array, 3 * i);
+    mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
   }
-  const line = new Line2(geometry, new LineMaterial({ vertexColors: true, depthWrite: false }));
-  const fresh = new Line2(new LineGeometry(), new LineMaterial({ vertexColors: true }));
-  Object.assign(fresh.geometry, { attributes: geometry.attributes, index: geometry.index });
-  fresh.geometry.boundingSphere = geometry.boundingSphere;
-  line.frustumCulled = fresh.frustumCulled = false;
+  fourfold(points, WAY_POINTS, shape.shades.array);
   [line.renderOrder, fresh.renderOrder] = [1, 2]; // after what is solid, and the fresh one last
   line.add(fresh);
   line.follow = (i, radius, thickness) => {
-    line.material.linewidth = fresh.material.linewidth = 2.4 * thickness;
-    geometry.instanceCount = stage.way(i, radius, places.array) - 1;
-    fresh.geometry.instanceCount = Math.min(geometry.instanceCount, FRESH);
-    places.needsUpdate = true;
+    line.width = fresh.width = 2.4 * thickness;
+    const n = stage.way(i, radius, points);
+    fourfold(points, n, shape.places.array);
+    shape.places.needsUpdate = true;
+    line.show(n - 1);
+    fresh.show(Math.min(n - 1, FRESH));
   };
   return line;
 }
@@ -166,8 +177,8 @@ export function rodMesh(color) {
   geometry.setIndex(FACES);
   const rod = mesh(geometry, shiny({ color, transparent: false, side: 2, shininess: 40 }));
   rod.frustumCulled = false;
-  rod.follow = (i, scale, radius) => {
-    const n = stage.rod(i, scale, radius, places.array);
+  rod.follow = (i, scale, radius, power) => {
+    const n = stage.rod(i, scale, radius, power, places.array);
     geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
     let far = ROOM;
     for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));

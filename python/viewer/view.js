@@ -2,12 +2,14 @@
 // neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { arrow, axisLines, box, pathLine, rodMesh, stand, turnedTop } from "./shapes.js";
+import { arrow, axisLines, box, dropLines, pathLine, rodMesh } from "./shapes.js";
+import { stand, turnedTop } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
 import { Floor, light } from "./floor.js";
 import { globe } from "./globe.js";
 import { Letters } from "./letters.js";
-import { cornerSigns, quaternion } from "./scene.js";
+import { setWindow } from "./lines.js";
+import { cornerSigns, quaternion, SECTIONS } from "./scene.js";
 import { turnedOf } from "./turned.js";
 
 const SIDES = [
@@ -22,8 +24,10 @@ const FLOOR = -2.7; // the lowest that it lies
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
+  wake = () => {}; // asks for a frame
   constructor(parent) {
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer.debug.checkShaderErrors = false; // that would wait for the graphics
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
@@ -51,8 +55,17 @@ export class View {
   get camera() {
     return this.orbit.object;
   }
+  // What is to be drawn anew wakes the page.
+  get dirty() {
+    return this.isDirty;
+  }
+  set dirty(on) {
+    this.isDirty = on;
+    if (on) this.wake();
+  }
 
   size(w, h) {
+    if (w === this.pixels?.[0] && h === this.pixels[1]) return;
     const [wide, flat] = this.cameras;
     wide.aspect = w / h;
     const across = 2 * THREE.MathUtils.RAD2DEG * Math.atan((Math.tan(Math.PI / 12) * h) / w);
@@ -62,10 +75,10 @@ export class View {
     for (const camera of this.cameras) camera.updateProjectionMatrix();
     this.renderer.setSize(w, h);
     this.pixels = [w, h];
+    setWindow(w, h);
     if (this.isHome) this.home();
     this.dirty = true;
-    this.render(); // at once: a canvas of another size is empty
-    this.dirty = true;
+    if (this.page) this.render(); // at once: a canvas of another size is empty
   }
 
   // Makes the picture anew for a scene. With `fit` it chooses the scales of length and arrows too,
@@ -224,7 +237,8 @@ export class View {
     // It stays in sight, however strong gravity is.
     parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
     parts.p.visible = scene.gravity !== 0;
-    group.add(parts.rod, parts.p);
+    parts.drops = dropLines();
+    group.add(parts.rod, parts.p, parts.drops);
     if (scene.gravity) group.add(stand(-this.floor.height));
     return parts;
   }
@@ -256,10 +270,17 @@ export class View {
       if (top.role !== "thick") return;
       top.globe.visible = show.trace;
       top.axes.visible = show.axes || !!this.moving;
+      top.drops.visible = show.drops || !!this.held;
+      if (top.drops.visible) this.drop(top);
       top.rod.visible = show.rod;
-      if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness);
+      const power = SECTIONS[show.section];
+      if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
     });
     this.dirty = true;
+  }
+  drop({ m, body, solid, drops }) {
+    const tip = new THREE.Vector3(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
+    drops.follow(this.floor.height, tip, solid.position.clone().applyQuaternion(body.quaternion));
   }
   render() {
     if (!this.dirty && !this.recording) return;

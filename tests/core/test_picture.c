@@ -120,7 +120,7 @@ static int way(const kr_actor *a, double radius)
 static int rod(const kr_actor *a, double scale, double radius)
 {
     const kr_trail trail = trail_of(a);
-    return kr_picture_rod(&a->scene.body, &trail, scale, radius, point);
+    return kr_picture_rod(&a->scene.body, &trail, scale, radius, 0.5, point);
 }
 static void test_way(void)
 {
@@ -147,7 +147,7 @@ static void test_trails(void)
     for (int k = 0; k < LONG; k++) attitude[k] = q_exp(v3(0.0, 0.0, 0.001 * k));
     const kr_trail all = {attitude, LONG, LONG - 1, 0.01}, last = {attitude, 3, 100, 0.1};
     IS(kr_picture_way(&body, &all, 1.0, point) == KR_PICTURE_POINTS);
-    IS(kr_picture_rod(&body, &last, 1.0, 0.1, point) == 3);
+    IS(kr_picture_rod(&body, &last, 1.0, 0.1, 0.5, point) == 3);
     IS(kr_picture_way(&body, &last, 1.0, point) == 3);
 }
 

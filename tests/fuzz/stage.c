@@ -86,7 +86,7 @@ static void picture(void)
     kr_picture_reach(&actor->scene, &momentum, &velocity);
     const int way = kr_picture_way(&actor->scene.body, &trail, 1.0, points);
     CLAIM(way >= 0 && way <= KR_PICTURE_POINTS);
-    const int rings = kr_picture_rod(&actor->scene.body, &trail, 1.0, 0.1, points);
+    const int rings = kr_picture_rod(&actor->scene.body, &trail, 1.0, 0.1, 0.5, points);
     CLAIM(rings >= 0 && rings <= KR_PICTURE_RINGS);
 }
 void call_stage(void)

@@ -10,8 +10,8 @@ from kreisel import _core
 from toolbox import ROOT
 
 PAGE = view._PAGE
-WIDE, PHONE = (1280, 800), (390, 780)  # windows, in pixels
-SMALL = {"width": 720, "height": 420}  # a window that is drawn fast
+WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # windows, in pixels
+COARSE = 0.25  # pixels of the screen to one of the page, where nothing depends on how it is drawn
 UPRIGHT = "Lagrange's top"  # the preset with which every test of a shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
 TICKS = 1_000_000  # of the clock, in a unit of time
@@ -22,30 +22,43 @@ ROD_SIDES = 12  # of a rod's section
 
 
 def wait_for(page, condition, arg=None):
-    """Waits until the page is so. It lets no script but its own look again and again, so that it is
-    looked at from here."""
-    for _ in range(3000):
-        if page.evaluate(condition, arg):
-            return
-        page.wait_for_timeout(10)
-    raise AssertionError(f"in 30 s it has not come to {condition}")
+    """Waits in the page until it is so, or what the condition gives of `arg` is."""
+    page.evaluate(
+        f"""(arg) => new Promise((done, fail) => {{
+            const end = performance.now() + 30000;
+            const look = () => {{
+                const told = ({condition});
+                if (typeof told === 'function' ? told(arg) : told) return done();
+                if (performance.now() > end) return fail(new Error('it has not come to this'));
+                setTimeout(look, 5);
+            }};
+            look();
+        }})""",
+        arg,
+    )
 
 
-def visit(browser, file=PAGE, size=WIDE, fragment="", **how):
-    """The page in a window of its own.
+def window(size):
+    return dict(zip(("width", "height"), size, strict=True))
+
+
+def is_trouble(message):
+    """What software that draws says of its speed is none."""
+    return message.type in {"error", "warning"} and "GPU stall" not in message.text
+
+
+def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
+    """The page in a window of its own, drawn with so many pixels of the screen to one of its own.
 
     `troubles` are complaints in the console and what was asked of the network.
     """
-    window = {"width": size[0], "height": size[1]}
-    context = browser.new_context(viewport=window, offline=True, **how)
+    how = {"viewport": window(size), "device_scale_factor": scale, **how}
+    context = browser.new_context(offline=True, **how)
     context.set_default_timeout(30000)
     page = context.new_page()
     page.troubles = troubles = []
     page.on("pageerror", lambda error: troubles.append(str(error)))
-    page.on(
-        "console",
-        lambda message: message.type in {"error", "warning"} and troubles.append(message.text),
-    )
+    page.on("console", lambda message: is_trouble(message) and troubles.append(message.text))
     page.on(
         "request",
         lambda request: request.url.startswith(("http", "ws")) and troubles.append(request.url),

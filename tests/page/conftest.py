@@ -3,13 +3,14 @@
 import shutil
 
 import pytest
-from browser import PAGE, SMALL, load, visit
+from browser import PAGE, load, visit
 from toolbox import need
 
 SOFTWARE = [  # draws without a GPU
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",  # what is not WebGL is drawn faster without one that is made up
 ]
 
 
@@ -26,23 +27,27 @@ def browser():
         browser.close()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def shared(browser):
+    """One page for all tests that can share it."""
     page = visit(browser, reduced_motion="reduce")
     yield page
-    assert page.troubles == []
     page.context.close()
-
-
-@pytest.fixture(scope="module")
-def small(shared):
-    shared.set_viewport_size(SMALL)
 
 
 @pytest.fixture
 def page(shared):
     """Lagrange's top at rest, at its start, and all of the panel open."""
-    shared.evaluate("kreisel.page.run(false); kreisel.page.past = []")
+    shared.evaluate("""{
+        const {page, view} = kreisel;
+        page.run(false);
+        Object.assign(page, {past: [], gesture: null});
+        Object.assign(view, {isHome: true, side: undefined});
+        document.getElementById('panel').hidden = false;
+        document.getElementById('keys').close();
+        document.querySelectorAll('details').forEach((part) => (part.open = true));
+    }""")
     load(shared)
-    shared.evaluate("document.querySelectorAll('details').forEach((part) => (part.open = true))")
-    return shared
+    yield shared
+    troubles, shared.troubles[:] = [*shared.troubles], []
+    assert troubles == []

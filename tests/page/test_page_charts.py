@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python, states, wait_for
 
-pytestmark = pytest.mark.usefixtures("small")
 AXES = ("first", "second", "vertical")
 
 

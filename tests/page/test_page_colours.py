@@ -49,6 +49,7 @@ LIGHT, DARK = zip(
     *(colours("style.css", rf"--{name}: light-dark.*") for name in ("ground", "panel")), strict=True
 )
 FAINT = colours("style.css", "--faint: light-dark.*")
+HALL = colours("controls.css", r"\.projector \{[^}]*")  # ground, panel, faint, light and dark
 EDGES = colours("controls.css", "--edge: light-dark.*")
 
 
@@ -74,6 +75,14 @@ def test_lines_stand_out(ground):
     assert len(TOPS) == 6 and len(ARROWS) == 3
     for colour in [*TOPS, *ARROWS, *CIRCLES]:
         assert contrast(colour, ground) >= 3, colour
+
+
+@pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
+def test_a_projector_shows_lines_and_text(mode):
+    ground, panel, faint = HALL[mode::2]
+    for colour in [*TOPS, *ARROWS, *CIRCLES]:
+        assert contrast(colour, ground) >= 3, colour
+    assert min(contrast(faint, ground), contrast(faint, panel)) >= 7
 
 
 @pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])

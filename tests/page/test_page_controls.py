@@ -118,9 +118,8 @@ def test_looks(page):
     thin = page.evaluate(edge)
     page.get_by_role("slider", name="Thickness").press("End")
     assert page.evaluate(edge) == pytest.approx(4 * thin, rel=1e-6)
-    assert page.evaluate("kreisel.view.tops[0].line.material.linewidth") == pytest.approx(
-        9.6, rel=1e-6
-    )
+    width = page.evaluate("kreisel.view.tops[0].line.material.uniforms.width.value")
+    assert width == pytest.approx(9.6, rel=1e-6)
     page.get_by_role("slider", name="Gravity").press("End")
     up = page.evaluate(
         "kreisel.view.tops[0].p.tip.getWorldPosition(kreisel.view.world.position.clone()).toArray()"

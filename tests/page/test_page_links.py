@@ -23,7 +23,6 @@ from browser import (
     words,
 )
 
-pytestmark = pytest.mark.usefixtures("small")
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
 TRACK = {"name": "rk4", "step": 0.1, "states": ""}
 WRONG = {
@@ -200,7 +199,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
 
 
 def test_picture_comes_back_with_the_graphics(browser):
-    page = visit(browser, size=(SMALL["width"], SMALL["height"]), reduced_motion="reduce")
+    page = visit(browser, size=SMALL, reduced_motion="reduce")
     wait_for(page, "!kreisel.view.dirty")
     before = colours(page)
     page.evaluate("""new Promise((done) => {

@@ -235,9 +235,9 @@ def test_rod_is_that_of_python_and_grows(page, preset):
 @pytest.mark.parametrize("t, stride", [(5, 1), (45, 2)])
 def test_trace_is_the_way_of_the_apex(page, t, stride):
     advance(page, t)
-    places, count = page.evaluate(f"""(({{attributes, instanceCount}}) =>
-        [Array.from(attributes.instanceStart.data.array), instanceCount])({TOP}.line.geometry)""")
-    points = np.reshape(places, (-1, 3))[: count + 1]
+    places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
+        [Array.from(attributes.start.data.array), drawRange.count])({TOP}.line.geometry)""")
+    points = np.reshape(places, (-1, 4, 3))[: count // 6 + 1, 0]
     assert len(points) == min(100 * t + 1, TRACE)
     path = kr.solve(scene_in_python(scene(page)), t, "bobenko_suris", step=0.01, every=1)
     radius = np.linalg.norm(points, axis=1)

@@ -10,7 +10,6 @@ import pytest
 from browser import UPRIGHT, advance, load, scene, scene_in_python, states, wait_for
 from toolbox import ROOT
 
-pytestmark = pytest.mark.usefixtures("small")
 ALL = json.loads((ROOT / "python/viewer/presets.json").read_text())
 TOPS = [preset for preset in ALL if preset.get("shape") == "lagrange"]
 STARTED = [preset for preset in TOPS if "start" in preset]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from browser import WIDE, advance, load, measure, record, scene, scene_in_python, states
 
-pytestmark = pytest.mark.usefixtures("small")
 FOUR = ("red", "blue", "yellow", "green")
 
 

@@ -41,6 +41,15 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     page.context.close()
 
 
+def test_three_methods_from_python_stand_beside_each_other(browser, tmp_path):
+    names = ["strang", "rk4", "taylor"]
+    kr.view(kr.scenes.thesis, methods=names, open=False).save(tmp_path / "a.html")
+    page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
+    assert page.evaluate("kreisel.page.tops.map(({method}) => method)") == names
+    assert page.troubles == []
+    page.context.close()
+
+
 def test_python_and_page_count_the_same_ticks(browser, tmp_path):
     kr.view(kr.scenes.thesis, step=3e-6, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
@@ -98,8 +107,8 @@ def test_the_page_runs_in_a_notebook(browser):
 def test_view_refuses(tmp_path, monkeypatch):
     with pytest.raises(TypeError, match=r"Scene or a kreisel\.Path"):
         kr.view("thesis", open=False)
-    with pytest.raises(ValueError, match="one method or two"):
-        kr.view(kr.scenes.thesis, methods=["strang", "rk4", "extrap"], open=False)
+    with pytest.raises(ValueError, match="one to three methods"):
+        kr.view(kr.scenes.thesis, methods=["strang", "rk4", "extrap", "taylor"], open=False)
     with pytest.raises(ValueError, match="does not apply"):
         kr.view(kr.scenes.kowalewski, methods="bobenko_suris", open=False)
     with pytest.raises(ValueError, match="millionths"):

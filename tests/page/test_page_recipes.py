@@ -5,7 +5,7 @@ import sys
 import pytest
 from browser import visit
 from copied import House, add_quantity
-from toolbox import need, run
+from toolbox import ROOT, need, run
 
 PRESET = """  {
     "name": "Lagrange's top, twice as heavy",
@@ -24,7 +24,9 @@ def other(browser, tmp_path_factory):
     add_quantity(house)
     house.insert("preset", "python/viewer/presets.json", "  {", PRESET)
     page = house.folder / "top.html"
-    run(sys.executable, house.folder / "python/viewer/build.py", house.folder / "build", page)
+    build = house.folder / "python/viewer/build.py"
+    made = str(ROOT / "build/viewer/zig")  # what is compiled of zig's own libraries is there
+    run(sys.executable, build, house.folder / "build", page, ZIG_GLOBAL_CACHE_DIR=made)
     page = visit(browser, page)
     page.house = house
     yield page

@@ -20,7 +20,6 @@ from browser import (
 )
 
 LISTED = 1 + PRESETS.index(UPRIGHT)
-pytestmark = pytest.mark.usefixtures("small")
 REFUSED = [
     *(("Step, number", value) for value in ("0", "-1", "", "1e300", "0.0000001")),
     *(("Second step, number", value) for value in ("0", "-1", "", "1e300")),

@@ -21,6 +21,14 @@ PAIRS = [
     ("exact", "taylor"),
 ]
 
+WINDOW = {"width": 1280, "height": 800}
+DRAGS = [
+    ("A spinning top", "tip", 0),
+    ("A spinning top", "face", 0),
+    ("Lagrange's top", "corner", 5),
+    ("Compare four", "corner", 5),
+]
+
 # Milliseconds from the navigation to the first picture, drawn to its end.
 READY = """new Promise((done) => { const look = () => {
     if (!window.kreisel?.view.renderer.info.render.frame) return requestAnimationFrame(look);
@@ -35,6 +43,21 @@ STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
+# Milliseconds of each of 150 moves of what is held, sorted.
+HELD = """([part, number]) => {
+    const { canvas } = kreisel.view, [x, y] = kreisel.at(part, 0, number);
+    canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+    const mouse = { pointerId: 7, pointerType: "mouse", bubbles: true, cancelable: true };
+    const send = (type, clientX, clientY) => {
+        const begin = performance.now();
+        canvas.dispatchEvent(new PointerEvent(type, { ...mouse, clientX, clientY, buttons: 1 }));
+        return performance.now() - begin;
+    };
+    send("pointerdown", x, y);
+    const took = Array.from({ length: 150 }, (_, i) => send("pointermove", x + i % 20, y - i % 30));
+    send("pointerup", x, y);
+    return took;
+}"""
 LOAD = "(name) => kreisel.page.load(kreisel.presets.find((preset) => preset.name === name))"
 # Of each pointermove: how many frames until it was drawn, and after how many milliseconds.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
@@ -47,16 +70,23 @@ WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove",
 
 
 def fresh(browser):
-    page = browser.new_context(viewport={"width": 1280, "height": 800}, offline=True).new_page()
+    page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     page.goto(_PAGE.as_uri())
     return page
 
 
 def ready(browser):
-    page = fresh(browser)
+    """Until the first picture: the time, and what the page's own thread worked of that."""
+    page = browser.new_context(viewport=WINDOW, offline=True).new_page()
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable", {"timeDomain": "threadTicks"})
+    page.goto(_PAGE.as_uri())
     took = page.evaluate(READY)
+    told = {
+        each["name"]: each["value"] for each in session.send("Performance.getMetrics")["metrics"]
+    }
     page.context.close()
-    return took
+    return took, 1e3 * told["TaskDuration"]
 
 
 def say(what, values, unit, digits):
@@ -90,12 +120,17 @@ def main(argv=None):
     weigh()
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
-        say("ready", [ready(browser) for _ in range(7)], "ms", 0)
+        took, worked = zip(*(ready(browser) for _ in range(7)), strict=True)
+        say("ready", took, "ms", 0)
+        say("ready, work of the page's thread", worked, "ms", 0)
         page = fresh(browser)
         page.evaluate(READY)
         for pair in PAIRS:
             name = f"stepping, two {pair[0]}, two {pair[1]}"
             say(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
+        for name, *held in DRAGS:
+            page.evaluate(LOAD, name)
+            say(f"a drag event, {name}, {held[0]}", page.evaluate(HELD, held), "ms", 2)
         page.evaluate(LOAD, "Lagrange's top")
         frames, after = zip(*drag(page), strict=True)
         say("a drag is drawn", frames, "frame(s)", 0)

@@ -133,8 +133,8 @@ def view(
     """A scene, or a path beside a live top, in the page: in a notebook as the result of a cell,
     else in a browser.
 
-    methods  one or two that the page has, to begin with; left out: bobenko_suris for Lagrange tops,
-             else strang
+    methods  one to three that the page has, to begin with; left out: bobenko_suris for Lagrange
+             tops, else strang
     step     theirs, in whole millionths [T]; left out: the path's, or 0.01
     speed    units of time a second
     open     false: only make it, for `.save("top.html")`
@@ -190,8 +190,8 @@ def _methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
     chosen = [names] if isinstance(names, str) else list(names)
-    if not 1 <= len(chosen) <= 2:
-        raise ValueError(f"the page shows one method or two side by side, not {chosen!r}")
+    if not 1 <= len(chosen) <= 3:
+        raise ValueError(f"the page shows one to three methods side by side, not {chosen!r}")
     for name in chosen:
         if fitting(name, scene).name.startswith("gsl_") or name == "auto":
             raise ValueError(f"the page has no {name!r}: solve with it, and view the path")

@@ -1,0 +1,72 @@
+// Lines of some pixels' width: each piece is a flat strip that faces the eye. One mesh holds them
+// all, for where graphics are software each instance of one would cost as much as a mesh.
+import * as THREE from "three";
+
+const CORNERS = [-1, 1, 1, -1].map((side, k) => [k > 1 ? 1 : 0, side]); // end, side
+const PAINT = {
+  vertexShader: `
+    attribute vec3 start, end, shade;
+    attribute vec2 corner;
+    uniform vec2 size;
+    uniform float width;
+    varying vec3 tint;
+    void main() {
+      mat4 view = projectionMatrix * modelViewMatrix;
+      vec4 a = view * vec4(start, 1.0), b = view * vec4(end, 1.0);
+      vec2 way = (b.xy / b.w - a.xy / a.w) * size;
+      vec2 along = way / max(length(way), 1e-6);
+      vec2 away = along * (corner.x - 0.5) + vec2(-along.y, along.x) * corner.y;
+      gl_Position = mix(a, b, corner.x);
+      gl_Position.xy += 0.5 * width * away / size * gl_Position.w;
+      if (min(a.w, b.w) <= 0.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // behind the eye
+      tint = shade;
+    }`,
+  fragmentShader: `
+    uniform float opacity;
+    varying vec3 tint;
+    void main() {
+      gl_FragColor = vec4(tint, opacity);
+      #include <colorspace_fragment>
+    }`,
+};
+const size = { value: new THREE.Vector2(1, 1) }; // half the picture's, in pixels
+export const setWindow = (w, h) => size.value.set(w / 2, h / 2);
+
+// Makes room for a line of up to so many points. They lie four times in `places`, one for each
+// corner of the piece that begins there; its end is where the next one begins.
+export function strip(points) {
+  const shape = new THREE.BufferGeometry();
+  const stored = () => new THREE.InterleavedBuffer(new Float32Array(12 * points), 3);
+  const [places, shades] = [stored(), stored()];
+  const put = (name, data, offset) =>
+    shape.setAttribute(name, new THREE.InterleavedBufferAttribute(data, 3, offset));
+  put("start", places, 0);
+  put("end", places, 12);
+  put("shade", shades, 0);
+  const corners = Array.from({ length: points }, () => CORNERS).flat(2);
+  shape.setAttribute("corner", new THREE.Float32BufferAttribute(corners, 2));
+  const pieces = Array.from({ length: points - 1 }, (_, k) => 4 * k);
+  shape.setIndex(pieces.flatMap((k) => [k, k + 1, k + 2, k, k + 2, k + 3]));
+  return Object.assign(shape, { places, shades });
+}
+export class Line extends THREE.Mesh {
+  constructor(shape, { width = 1, opacity = 1, depthWrite = true } = {}) {
+    const uniforms = { size, width: { value: width }, opacity: { value: opacity } };
+    const look = { transparent: opacity < 1 || !depthWrite, depthWrite, side: THREE.DoubleSide };
+    super(shape, new THREE.ShaderMaterial({ ...PAINT, ...look, uniforms }));
+    this.frustumCulled = false;
+  }
+  set width(pixels) {
+    this.material.uniforms.width.value = pixels;
+  }
+  // Draws the first pieces only.
+  show(pieces) {
+    this.geometry.setDrawRange(0, 6 * Math.max(0, pieces));
+  }
+}
+// Writes each of the first n points, three numbers each, four times.
+export function fourfold(points, n, into) {
+  for (let k = 0; k < n; k++)
+    for (let corner = 0; corner < 4; corner++)
+      for (let i = 0; i < 3; i++) into[12 * k + 3 * corner + i] = points[3 * k + i];
+}

@@ -1,0 +1,165 @@
+"""Light and dark, paper, drop lines, the rod's section, top or box; and a page at rest rests."""
+
+import numpy as np
+import pytest
+from browser import UPRIGHT, advance, changed, load, scene, states, wait_for
+
+GROUND = "kreisel.view.world.background.getHexString()"
+TOP = "kreisel.view.tops[0]"
+FRAMES = """new Promise((done) => {
+    let left = 12;
+    const next = () => (left-- ? requestAnimationFrame(next) : done());
+    next();
+})"""
+
+
+@pytest.fixture
+def chosen(page):
+    """The page whose light is chosen, and after that as the system has it again."""
+    yield page
+    page.emulate_media(color_scheme="light")
+    page.get_by_label("Light or dark").select_option("")
+
+
+def settled(page):
+    """Waits until all is drawn and told, and tells how many pictures there were."""
+    wait_for(page, "!kreisel.view.dirty && kreisel.charts.clock === kreisel.page.clock")
+    return page.evaluate("kreisel.view.renderer.info.render.frame")
+
+
+# Light and dark
+
+
+def test_light_is_that_of_the_system_until_one_chooses(chosen):
+    light = chosen.evaluate(GROUND)
+    chosen.emulate_media(color_scheme="dark")
+    wait_for(chosen, f"{GROUND} !== '{light}'")
+    dark, before = chosen.evaluate(GROUND), scene(chosen)
+    field = chosen.get_by_label("Light or dark")
+    field.select_option("light")
+    assert chosen.evaluate(GROUND) == light and scene(chosen) == before
+    field.select_option("dark")
+    chosen.emulate_media(color_scheme="light")
+    assert chosen.evaluate(GROUND) == dark
+    field.select_option("")
+    assert chosen.evaluate(GROUND) == light
+
+
+@pytest.mark.parametrize("light, ground", [("light", "ffffff"), ("dark", "000000")])
+def test_a_projector_gets_all_the_contrast_there_is(chosen, light, ground):
+    chosen.get_by_label("Light or dark").select_option(light)
+    before = chosen.evaluate(GROUND)
+    chosen.get_by_role("button", name="Projector").click()
+    assert chosen.evaluate(GROUND) == ground != before
+    chosen.get_by_role("button", name="Projector").click()
+    assert chosen.evaluate(GROUND) == before
+
+
+def test_a_projector_gets_larger_numbers_and_charts(page):
+    size = "parseFloat(getComputedStyle(document.querySelector('#numbers dd')).fontSize)"
+    panel = "document.getElementById('panel').clientWidth"
+    before = page.evaluate(size)
+    page.keyboard.press("b")
+    narrow = page.evaluate(panel)
+    assert page.evaluate(size) > 1.5 * before
+    page.keyboard.press("l")
+    assert page.evaluate(panel) > 1.3 * narrow
+    page.keyboard.press("l")
+    page.keyboard.press("b")
+    assert page.evaluate(size) == before
+
+
+def test_paper_is_light(chosen):
+    light = chosen.evaluate(GROUND)
+    chosen.get_by_label("Light or dark").select_option("dark")
+    dark = chosen.evaluate(GROUND)
+    chosen.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert chosen.evaluate(GROUND) == light
+    chosen.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert chosen.evaluate(GROUND) == dark
+    assert chosen.get_by_label("Light or dark").input_value() == "dark"
+
+
+# Rest
+
+
+def test_a_page_at_rest_draws_nothing(page):
+    advance(page, 3)
+    before = settled(page)
+    page.evaluate(FRAMES)
+    assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
+    page.evaluate("kreisel.page.set('gravity', 2)")
+    assert settled(page) > before
+
+
+def test_a_light_on_a_handle_asks_for_no_pictures(page):
+    page.mouse.move(*page.evaluate("kreisel.at('tip')"))
+    before = settled(page)
+    assert page.evaluate("kreisel.hands.halo.visible")
+    page.evaluate(FRAMES)
+    assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
+    page.mouse.move(60, 120)
+
+
+# Drop lines
+
+
+def drops(page):
+    """Where the drop lines end, and how far up they go: of the tip of m, of the centre of mass."""
+    return np.array(
+        page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
+            [...position.toArray(), children[0].scale.z])""")
+    )
+
+
+def test_drop_lines_go_from_tip_and_centre_of_mass_to_the_floor(page):
+    assert not page.evaluate(f"{TOP}.drops.visible")
+    before = scene(page)
+    page.get_by_role("checkbox", name="Drop lines").check()
+    assert changed(before, scene(page)) == {"show"} and page.evaluate(f"{TOP}.drops.visible")
+    advance(page, 2)
+    state, floor = states(page)[0], page.evaluate("kreisel.view.floor.height")
+    m = np.array(state[5:]) * page.evaluate("kreisel.view.momentumZoom")
+    _, w, x, y, z = state[:5]
+    apex = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+    centre = apex * page.evaluate("kreisel.view.zoom")  # the lever is 1
+    for drop, point in zip(drops(page), (m, centre), strict=True):
+        assert drop == pytest.approx([point[0], point[1], floor, point[2] - floor], abs=1e-6)
+
+
+def test_drop_lines_are_shown_while_a_tip_is_held(page):
+    x, y = page.evaluate("kreisel.at('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 20, y - 10)
+    assert page.evaluate(f"{TOP}.drops.visible")
+    page.mouse.up()
+    assert not page.evaluate(f"{TOP}.drops.visible")
+
+
+# Top, box, rod
+
+
+@pytest.mark.parametrize(
+    "section, ratio", [("stiff", 0.5), ("thesis", 0.25), ("round", 1)], ids=str
+)
+def test_the_section_of_the_rod_can_be_chosen(page, section, ratio):
+    load(page, "Goryachev-Chaplygin", show={"rod": True})
+    page.get_by_label("Rod's section").select_option(section)
+    advance(page, 3)
+    ring = page.evaluate(f"Array.from({TOP}.rod.geometry.attributes.position.array.slice(0, 36))")
+    across = np.linalg.norm(np.reshape(ring, (12, 3)), axis=1)
+    assert across.min() / across.max() == pytest.approx(ratio, rel=1e-5)
+
+
+def test_top_or_box_changes_nothing_else(page):
+    load(page, UPRIGHT, chart="spin")
+    before, choice = scene(page), page.get_by_label("Show as")
+    choice.select_option("top")
+    assert changed(before, scene(page)) == {"show"} and choice.input_value() == "top"
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert choice.input_value() == "box" and choice.locator("option[value=top]").is_disabled()
+    assert scene(page)["chart"] == "spin" and scene(page)["integral"] == "kowalewski"
+    page.get_by_label("Shape").select_option("lagrange")
+    assert choice.input_value() == "top"
+    assert scene(page)["chart"] == "spin" and scene(page)["integral"] == "energy"
