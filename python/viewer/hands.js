@@ -32,6 +32,7 @@ export class Hands {
   }
   grab(event) {
     const { view, page } = this;
+    view.canvas.focus({ preventScroll: true }); // keys are for it now, and no field is half typed
     const hit = this.drag || event.button > 1 ? null : this.under(event);
     const moves = event.button === 1 || event.altKey || page.scene.corners;
     const pivot = hit?.part === "corner" && moves;

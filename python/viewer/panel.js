@@ -231,7 +231,7 @@ export class Panel {
       this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
       this.pair("Section", this.select("Rod's section", "show.section", SECTIONS)),
       this.check("Principal axes and centre of mass", "show.axes", "P"),
-      this.check("Drop lines to the floor", "show.drops", "G"),
+      this.check("Drop lines", "show.drops", "G"),
       this.check("Floor", "show.floor"),
       this.check("2D view", "show.flat", "V"),
       this.pair("Light", this.light()),

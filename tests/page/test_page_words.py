@@ -98,6 +98,14 @@ def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
     assert everything(page) == before
 
 
+def test_undo_of_a_drag_is_not_for_the_field_that_had_the_focus(page):
+    before = scene(page)
+    page.get_by_label("Momentum, first component").focus()
+    drag(page, "tip", (30, 20))
+    page.keyboard.press("Control+z")
+    assert scene(page) == before
+
+
 def test_escape_amid_a_drag_takes_it_back(page):
     advance(page, 3)
     before = everything(page)
