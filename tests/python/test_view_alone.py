@@ -46,9 +46,9 @@ def test_methods_that_the_page_has_not_are_refused(name):
         kr.view(TOP, methods=name, open=False)
 
 
-def test_no_method_and_three_are_refused():
-    for names in ([], ["strang"] * 3):
-        with pytest.raises(ValueError, match="one method or two"):
+def test_no_method_and_four_are_refused():
+    for names in ([], ["strang"] * 4):
+        with pytest.raises(ValueError, match="one to three methods"):
             kr.view(TOP, methods=names, open=False)
 
 

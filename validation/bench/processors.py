@@ -5,6 +5,7 @@ the library saves: where there is no AVX2 its kernels of 20 and 30 digits are sm
 least time of the processor over all rounds counts. It prints the table of README.md.
 """
 
+import argparse
 from ctypes import c_int64
 from time import process_time
 
@@ -40,7 +41,10 @@ def seconds(call, least=2e-3):
     return spent / number
 
 
-def main():
+def main(argv=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.bench.processors", description=__doc__.splitlines()[0]
+    ).parse_args(argv)
     scene = core.block(load("asymmetric").scene())
     rows, calls, steps = list(libraries()), [], []
     for _, kernels, isa in rows:
