@@ -19,6 +19,7 @@ ELSEWHERE = (
     "test_golden.py",
     "test_recipes.py",
     "test_parts.py",
+    "test_readme_pictures.py",
 )
 SLACK = 10  # times what the modules take when nothing is changed
 
