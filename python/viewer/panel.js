@@ -16,12 +16,12 @@ const SHAPE_NAMES = {
   kowalewski: "Kowalewski",
   goryachev_chaplygin: "Goryachev-Chaplygin",
 };
-const SECTIONS = [
+const SECTION_NAMES = [
   ["stiff", "as stiff as the body"],
   ["thesis", "as in the thesis: its moments"],
   ["round", "round"],
 ];
-const LIGHTS = [
+const LIGHT_NAMES = [
   ["", "as the system"],
   ["light", "light"],
   ["dark", "dark"],
@@ -229,7 +229,7 @@ export class Panel {
       this.pair("Show as", this.select("Show as", "show.solid", solids, drawn)),
       this.check("Trace of the apex", "show.trace", "T"),
       this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
-      this.pair("Section", this.select("Rod's section", "show.section", SECTIONS)),
+      this.pair("Section", this.select("Rod's section", "show.section", SECTION_NAMES)),
       this.check("Principal axes and centre of mass", "show.axes", "P"),
       this.check("Drop lines", "show.drops", "G"),
       this.check("Floor", "show.floor"),
@@ -251,7 +251,7 @@ export class Panel {
     };
     const option = ([value, text]) =>
       html`<option value=${value} .selected=${value === style.colorScheme}>${text}</option>`;
-    return html`<select aria-label="Light or dark" @change=${set}>${LIGHTS.map(option)}</select>`;
+    return html`<select aria-label="Light or dark" @change=${set}>${LIGHT_NAMES.map(option)}</select>`;
   }
   // For a hall: large letters, large charts, and as much contrast as a projector can make.
   enbig() {

@@ -2,14 +2,22 @@
 // neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { arrow, axisLines, box, dropLines, pathLine, rodMesh } from "./shapes.js";
-import { stand, turnedTop } from "./shapes.js";
 import { cuboidOf, stage } from "./core.js";
 import { Floor, light } from "./floor.js";
 import { globe } from "./globe.js";
 import { Letters } from "./letters.js";
 import { setWindow } from "./lines.js";
 import { cornerSigns, quaternion, SECTIONS } from "./scene.js";
+import {
+  arrow,
+  axisLines,
+  box,
+  dropLines,
+  pathLine,
+  rodMesh,
+  stand,
+  turnedTop,
+} from "./shapes.js";
 import { turnedOf } from "./turned.js";
 
 const SIDES = [

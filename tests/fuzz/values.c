@@ -108,15 +108,18 @@ static void value_of(const kr_quantity *quantity, const kr_scene *scene, const k
     CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
     CLAIM(same_bits(one, out + doubles, doubles * sizeof *out));
 }
+/* The attitudes of the body's axes and of the state may each lack so much of unit length, and turn
+ * a vector by their squares. */
+static const double slack = 3.0 * KR_INPUT_RTOL;
 static void check_values(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 apex = kr_state_apex(scene, s);
     const double nutation = kr_state_nutation(scene, s);
     kr_vec3 frame[3];
     kr_state_frame(scene, s, frame);
-    CLAIM(fabs(v_length(apex) - 1.0) <= 1e-11);
+    CLAIM(fabs(v_length(apex) - 1.0) <= slack);
     CLAIM(nutation >= 0.0 && nutation <= 3.1415926535897936);
-    for (int i = 0; i < 3; i++) CLAIM(fabs(v_length(frame[i]) - 1.0) <= 1e-11);
+    for (int i = 0; i < 3; i++) CLAIM(fabs(v_length(frame[i]) - 1.0) <= slack);
     CLAIM(kr_attitude_error(s->q, scene->start.q) <= 3.1415926535897936);
 }
 void call_values(void)
