@@ -164,12 +164,12 @@ class worker
     {
         patience &waiting = movers[0]->waiting;
         waiting.begin();
+        while (shared && movers.size() < shared->threads) { // each holds an object of Python
+            movers.push_back(std::make_unique<mover>(method, config, kept, shared));
+            movers.back()->waiting.watching.signals = watch::theirs;
+        }
         {
             py::gil_scoped_release nogil;
-            while (shared && movers.size() < shared->threads) {
-                movers.push_back(std::make_unique<mover>(method, config, kept, shared));
-                movers.back()->waiting.watching.signals = watch::theirs;
-            }
             go(asked);
         }
         waiting.end();

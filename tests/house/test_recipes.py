@@ -68,6 +68,9 @@ def test_a_ball_is_alike_about_all_axes_through_its_centre():
 """
 
 
+OF_THREADS = "many_laws", "many_results", "sections", "stopping", "exact"
+
+
 @pytest.fixture(scope="module")
 def house(tmp_path_factory):
     need("cmake", "gcc", "g++")
@@ -124,6 +127,16 @@ def test_its_own_test_passes(house):
         "import pytest", f"print(pytest.main(['-q', '--rootdir=/', *{at(house, tests)}]))"
     )
     assert "2 passed" in told
+
+
+def test_no_reference_is_counted_without_the_lock_of_python(house):
+    """In a build without NDEBUG, as this one is, pybind11 looks at each."""
+    (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
+    assert b"PyGILState_Check" in extension.read_bytes()
+    tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]
+    words = ["-q", "-x", "--rootdir=/", "-p", "no:cacheprovider", *at(house, tests)]
+    told = house.python("import pytest", f"print(pytest.main({words}))")
+    assert told.endswith("\n0\n"), told
 
 
 def at(house, names):
