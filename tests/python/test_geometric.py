@@ -61,6 +61,26 @@ def test_the_error_is_met_or_refused_where_a_motion_lingers(seed):
     assert true <= target and path.error / 3 <= max(true, 1e-15) <= 3 * path.error
 
 
+def turning_over():
+    """A free body about its middle axis: the errors of a path are largest where it turns over."""
+    return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
+
+
+def test_the_error_is_of_the_states_the_choice_of_all_the_way():
+    """Of one path or of many, of a part of it, loaded again, or of the attitude alone."""
+    scene, times = turning_over(), [10.0, 20.0, 39.0]
+    steered = {"method": "geometric", "error": 1e-5}
+    path = kr.solve(scene, times, **steered)
+    truth = kr.solve(scene, times, digits=20)
+    off = kr.attitude_error(path.q, truth.q)
+    assert path.error == pytest.approx(off.max(), rel=1e-6)
+    assert path.error < path.plan.choice.error / 3 and path.plan.choice.error <= 1e-5
+    assert path[:1].error == pytest.approx(off[0], rel=1e-6, abs=1e-15)
+    of_many = kr.solve(scene.vary(gravity=[0.0]), times, **steered)[0]
+    alone = kr.solve(scene, times, want=("q",), **steered)
+    assert of_many.error == alone.error == path.error
+
+
 @pytest.mark.parametrize(
     "scene, t, target",
     [

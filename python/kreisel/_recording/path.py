@@ -127,14 +127,17 @@ class Path(Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of the states [rad]: as solve estimated it where it was given
-        an error; else as a second run tells, computed when first asked for: the closed form where
-        it holds to the bit and is far nearer than that, or the Taylor series with 20 digits (30 for
-        a path of 20). Of a path of 30 it is a guess: how far its roundings go astray, as shorter
-        steps show, or how far one rounding of the start does where this is more; of needles it is
-        rather too large, by some ten times and at worst a thousand."""
-        if self._choice or not len(self):
-            return self._choice.error if self._choice else 0.0
+        """The largest attitude error of the states [rad], as a second run tells, computed when
+        first asked for: the closed form where it holds to the bit and is far nearer than that, or
+        the Taylor series with 20 digits (30 for a path of 20). Of a path of 30 it is a guess: how
+        far its roundings go astray, as shorter steps show, or how far one rounding of the start
+        does where this is more; of needles it is rather too large, by some ten times and at worst a
+        thousand. A path that keeps no attitude has it where solve was given an error: the largest
+        on the way, plan.choice.error."""
+        if not len(self):
+            return 0.0
+        if self._choice and self._columns is not None and "q" not in self._columns:
+            return self._choice.error
         if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
             error = self._apart(CLOSED_FORM)
             if error >= ROUNDINGS * ROUNDING * self._grown():
