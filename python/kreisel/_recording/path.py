@@ -127,13 +127,10 @@ class Path(Tables):
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of the states [rad], as a second run tells, computed when
-        first asked for: the closed form where it holds to the bit and is far nearer than that, or
-        the Taylor series with 20 digits (30 for a path of 20). Of a path of 30 it is a guess: how
-        far its roundings go astray, as shorter steps show, or how far one rounding of the start
-        does where this is more; of needles it is rather too large, by some ten times and at worst a
-        thousand. A path that keeps no attitude has it where solve was given an error: the largest
-        on the way, plan.choice.error."""
+        """The largest attitude error of the states [rad], as a second run tells: the closed form
+        where it holds to the bit and is far nearer, or the Taylor series with 20 digits (30 for a
+        path of 20). For 30 digits it is a guess, for needles ten to a thousand times too large.
+        Without the attitude it is the largest on all of the way, where solve was given an error."""
         if not len(self):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
