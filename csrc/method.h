@@ -24,8 +24,8 @@ typedef struct kr_motion {
     /* KR_HEADLESS methods give q and m up to a turn about the vertical, the same for both. */
     int leave_heading;
     /* KR_DIGITS methods go by these where they are not 0, instead of by tol. Above 16 they add what
-     * doubles leave out: of the lever; in `low` of the start at `reset`, of the clock at `at`, and
-     * there of the state that it gives. */
+     * doubles leave out: of the lever; in `low` of the start at `reset`, whose momentum is then
+     * that seen from the body; of the clock at `at`, and there of the state that it gives. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;

@@ -3,12 +3,30 @@
  * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
  * principal ones, which no rounding separates from the moments. */
 #include "model/scene.h"
-#include "numbers/su2_dd.h"
+#include "numbers/parts.h"
 #include "top.h"
 
-static quat_dd axes_of(const kr_top *top)
+static quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
+static quat_dd axes_of(const kr_top *top) { return qdd_unit(qdd_of(top->axes)); }
+static dd square_of(kr_quat q)
 {
-    return qdd_unit(q_dd(top->axes, q4(0.0, v3(0.0, 0.0, 0.0))));
+    const quat_dd wide = qdd_of(q);
+    return dd_add(dd_mul(wide.w, wide.w), vdd_dot(wide.v, wide.v));
+}
+/* Returns the momentum seen from the body. Each component is rounded once, by its own size: the
+ * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
+static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
+{
+    const parts in_space[3] = {parts_of(m.x), parts_of(m.y), parts_of(m.z)};
+    parts given[3];
+    dd M[3], square = square_of(q);
+    for (int i = 0; i < 3; i++) given[i] = parts_turned_back(q, in_space, i);
+    if (top->turned) square = dd_mul(square, square_of(top->axes));
+    for (int i = 0; i < 3; i++) {
+        const parts own = top->turned ? parts_turned_back(top->axes, given, i) : given[i];
+        M[i] = dd_div(parts_dd(own), square);
+    }
+    return (vec_dd){M[0], M[1], M[2]};
 }
 
 void kr_deep_lever(kr_top *top, double moment)
@@ -24,10 +42,11 @@ void kr_deep_lever(kr_top *top, double moment)
 }
 kr_state kr_deep_in(kr_top *top, const kr_state *start)
 {
-    const quat_dd given = q_dd(start->q, q4(0.0, v3(0.0, 0.0, 0.0)));
-    const quat_dd q = qdd_unit(top->turned ? qdd_mul(given, axes_of(top)) : given);
-    const kr_state low = {0.0, qdd_low(q), {0.0, 0.0, 0.0}};
-    const kr_state own = {0.0, qdd_high(q), v_scale(1.0 / top->momentum_unit, start->m)};
+    const quat_dd given = qdd_of(start->q),
+                  q = qdd_unit(top->turned ? qdd_mul(given, axes_of(top)) : given);
+    const vec_dd M = momentum_in_body(top, start->q, v_scale(1.0 / top->momentum_unit, start->m));
+    const kr_state low = {0.0, qdd_low(q), vdd_low(M)};
+    const kr_state own = {0.0, qdd_high(q), vdd_high(M)};
     top->main.low = low;
     return own;
 }

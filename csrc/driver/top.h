@@ -60,7 +60,8 @@ struct kr_top {
 /* The ways in and out for more digits than a double has. This one sets main's lever, in
  * units of `moment`. */
 void kr_deep_lever(kr_top *top, double moment);
-/* Takes a start into own units, and what doubles leave out of it into main's `low`. */
+/* Takes a start into own units, its momentum as seen from the body, and what doubles leave out of
+ * it into main's `low`. */
 kr_state kr_deep_in(kr_top *top, const kr_state *start);
 /* Takes a state of main's out of own units, and what doubles leave out into the top's `low`. */
 void kr_deep_out(kr_top *top, kr_state *state);

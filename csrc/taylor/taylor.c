@@ -168,7 +168,9 @@ static void set_start(path *p, const kr_motion *motion, const kr_state *start)
     kr_series *high = &p->series[0], *low = &p->series[1];
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
-    const vec_dd W = over(qdd_turn(qdd_conj(q), v_dd(start->m, motion->low.m)), motion->inertia);
+    const vec_dd m = v_dd(start->m, motion->low.m),
+                 M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
+                 W = over(M, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = rate_for(motion, vdd_high(W));
     if (!motion->leave_heading) {

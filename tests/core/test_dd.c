@@ -2,6 +2,7 @@
  * words each. What they carry shows in a motion only after 1e6 steps. */
 #include "check.h"
 #include "numbers/dd_functions.h"
+#include "numbers/parts.h"
 
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }
@@ -103,6 +104,29 @@ static void arithmetic(void)
     IS(dd_max(pair(1.0, -0x1p-60), dd_of(1.0)).lo == 0.0);
     IS(dd_abs(pair(-1.0, 0x1p-60)).lo == -0x1p-60 && dd_abs(two).hi == 2.0);
 }
+/* What cancels leaves no rounding behind, down to the last of four doubles. */
+static void cancellations(void)
+{
+    double x[] = {1.0, 0x1p-60, -0x1p-190, 3.0, -4.0, 0x1p-120, -0x1p-60, 5.0, 0x1p-130, -5.0};
+    const dd sum = parts_dd(parts_sum(x, 10));
+    IS(sum.hi == 0x1p-120 + 0x1p-130 && sum.lo == -0x1p-190);
+    double few[] = {0.1, -0.1, 0.1, 0x1p-80};
+    const parts kept = parts_sum(few, 4);
+    IS(parts_dd(kept).hi == 0.1 && parts_dd(kept).lo == 0x1p-80);
+}
+/* The vector (8, 0, 6) from a frame turned about y by twice the angle whose tangent is 1 / 3: its x
+ * becomes 8 * 0.8 - 6 * 0.6 and its z 8 * 0.6 + 6 * 0.8, times 10; and z where it all but goes. */
+static void turns_back(void)
+{
+    const kr_quat q = {3.0, 0.0, 1.0, 0.0};
+    const parts v[3] = {parts_of(8.0), parts_of(0.0), parts_of(6.0)};
+    IS(parts_dd(parts_turned_back(q, v, 0)).hi == 28.0);
+    IS(parts_dd(parts_turned_back(q, v, 1)).hi == 0.0);
+    IS(parts_dd(parts_turned_back(q, v, 2)).hi == 96.0);
+    const parts across[3] = {parts_of(-8.0), parts_of(0.0), parts_of(6.0 + 0x1p-50)};
+    const dd rest = parts_dd(parts_turned_back(q, across, 2));
+    IS(rest.hi == 8.0 * 0x1p-50 && rest.lo == 0.0);
+}
 
 int main(void)
 {
@@ -111,5 +135,7 @@ int main(void)
     sines();
     exponentials();
     arithmetic();
+    cancellations();
+    turns_back();
     return check_result();
 }

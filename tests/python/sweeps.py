@@ -21,6 +21,9 @@ REDUCED |= {"max_steps": 14, "part": 64}
 WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part": 64}
 PARTS = 5
 
+# A cluster that is slow to come up leaves the sockets behind by which it was looked for.
+SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExceptionWarning"
+
 
 def swept(to, words=REDUCED, source=SOURCE, **more):
     """A sweep of all parts, or of some."""

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from distributed import LocalCluster
 from shell import call, said
-from sweeps import rows_hash
+from sweeps import SOCKETS_LEFT, rows_hash
 from toolbox import HEEDING
 
 PLAN = """
@@ -67,6 +67,7 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
+@pytest.mark.filterwarnings(SOCKETS_LEFT)
 def test_processes_and_a_cluster_make_the_parts(plan, expected):
     call("sweep plan.toml --to processes --workers 2")
     with LocalCluster(

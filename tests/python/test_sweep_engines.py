@@ -13,8 +13,9 @@ from distributed import Client, LocalCluster
 from killed import killed_once
 from kreisel._sweeping import folder as folder_of
 from kreisel._sweeping import making
-from sweeps import PARTS, REDUCED, SOURCE, WATCHED, rows_hash, swept
+from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, rows_hash, swept
 
+pytestmark = pytest.mark.filterwarnings(SOCKETS_LEFT)
 WORDS = {"reduced": REDUCED, "watched": WATCHED}
 SPAWN = multiprocessing.get_context("spawn")
 

@@ -18,7 +18,7 @@ from .tree import copied, environment
 ROOT = Path(__file__).parents[2]
 WITHOUT_BROWSER = ("tests/python", "tests/report/test_truths.py", "tests/report/test_errata.py")
 
-C_FLAGS = "--coverage -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
+C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
 UNTAKEN = r".*/\* untaken: \w.*"
 FUZZ = ("1", "10000")  # the seed, and how many rounds
 
@@ -60,7 +60,7 @@ def core(tests):
 
 def build(tree, objects):
     """Compiles with counters and without any optimization, which would merge branches; what is laid
-    out for each order or put into each caller elsewhere is one function here."""
+    out for each order or put into each caller elsewhere is one function here. Threads count, too."""
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
     gsl = tell("pkg-config", "--exists", "gsl") == 0

@@ -129,7 +129,7 @@ class Path(Tables):
     def error(self) -> float:
         """The largest attitude error of the states [rad], as a second run tells: the closed form
         where it holds to the bit and is far nearer, or the Taylor series with 20 digits (30 for a
-        path of 20). For 30 digits it is a guess, for needles ten to a thousand times too large.
+        path of 20). Of 30 digits it is a guess, by shorter steps and what a rounding grows to.
         Without the attitude it is the largest on all of the way, where solve was given an error."""
         if not len(self):
             return 0.0
@@ -144,7 +144,7 @@ class Path(Tables):
         return error if self.digits != 30 else max(error, ROUNDING**2 * self._grown())
 
     def _grown(self) -> float:
-        came, most = grown_roundings(self.scene, self.t)
+        came, most = grown_roundings(self.scene, self.t, self.digits or 16)
         good(self.scene, SERIES, came)
         return most
 

@@ -20,6 +20,7 @@ from .._ground.arguments import Array
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.request import Progress, Request
+from ..quaternion import turn, turn_back
 from .rows import Rows
 
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
@@ -47,14 +48,32 @@ def closed_form_holds(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 
+def rounded(scene: Scene, digits: int = 16) -> Array:
+    """How a rounding of the state may move attitude and momentum, over the rounding, as columns.
+    Doubles hold either in the top's own units. A series of more digits keeps the momentum as the
+    body sees it: the attitude takes it along, and each component is rounded by its own size."""
+    if digits <= 16:
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
+    q, axes = scene.attitude, np.eye(3).tolist()
+    seen = turn_back(q, scene.momentum)
+    taken = [turn(q, tuple(np.cross(axis, seen))) for axis in axes]
+    principal = [np.array(turn(scene.body.axes, axis)) for axis in axes]
+    own = [np.dot(axis, seen) * np.array(turn(q, tuple(axis))) for axis in principal]
+    return np.block([[np.eye(3), np.zeros((3, 3))], [np.array(taken).T, np.array(own).T]])
+
+
 def grown_roundings(
-    scene: Scene, times: Array, max_steps: int = 0, progress: Progress | Work | None = None
+    scene: Scene,
+    times: Array,
+    digits: int = 16,
+    max_steps: int = 0,
+    progress: Progress | Work | None = None,
 ) -> tuple[Rows, float]:
-    """How far one rounding of the state moves the attitude on the way [rad] over the rounding, by
-    tangents of the series, whatever method moves the top: of the start's directions, each in the
-    top's own units, that which moves it most; infinite where a tangent outgrows doubles. Before it
-    the states that were looked at, of which some are missing where that run fails."""
-    unit, most = max(scene.body.moments) * scene._fastest, 1.0
+    """How far one rounding of the start moves the attitude on the way at most [rad], over the
+    rounding, by tangents of the series, whatever method moves the top; infinite where a tangent
+    outgrows doubles. Before it the states that were looked at, of which some are missing where that
+    run fails."""
+    directions, most = rounded(scene, digits), 1.0
     came: Rows = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
@@ -69,7 +88,7 @@ def grown_roundings(
             return ("OK", *came[1:]), math.inf
         if came[0] != "OK":
             break
-        turns = high.reshape(-1, 6, 6)[:, :3] * ([1.0] * 3 + [unit] * 3)
+        turns = high.reshape(-1, 6, 6)[:, :3] @ directions
         most = max(most, float(np.linalg.norm(turns, axis=1).max()))
     return came, most
 
