@@ -60,7 +60,7 @@ def core(tests):
 
 def build(tree, objects):
     """Compiles with counters and without any optimization, which would merge branches; what is laid
-    out for each order or put into each caller elsewhere is one function here. Threads count, too."""
+    out for each order or put into each caller elsewhere is one function here. Threads may count."""
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
     gsl = tell("pkg-config", "--exists", "gsl") == 0

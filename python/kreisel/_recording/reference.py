@@ -16,11 +16,11 @@ import numpy as np
 
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Array
+from .._ground.arguments import Array, Quaternion
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.request import Progress, Request
-from ..quaternion import turn, turn_back
+from ..quaternion import turn
 from .rows import Rows
 
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
@@ -54,12 +54,16 @@ def rounded(scene: Scene, digits: int = 16) -> Array:
     body sees it: the attitude takes it along, and each component is rounded by its own size."""
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
-    q, axes = scene.attitude, np.eye(3).tolist()
-    seen = turn_back(q, scene.momentum)
-    taken = [turn(q, tuple(np.cross(axis, seen))) for axis in axes]
-    principal = [np.array(turn(scene.body.axes, axis)) for axis in axes]
-    own = [np.dot(axis, seen) * np.array(turn(q, tuple(axis))) for axis in principal]
-    return np.block([[np.eye(3), np.zeros((3, 3))], [np.array(taken).T, np.array(own).T]])
+    to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
+    seen = to_space.T @ np.array(scene.momentum)
+    taken = to_space @ np.cross(np.eye(3), seen).T
+    own = to_space @ (principal * (principal.T @ seen))
+    return np.block([[np.eye(3), np.zeros((3, 3))], [taken, own]])
+
+
+def _matrix(q: Quaternion) -> Array:
+    axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    return np.array([turn(q, axis) for axis in axes]).T
 
 
 def grown_roundings(
