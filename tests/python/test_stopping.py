@@ -9,7 +9,6 @@ import weakref
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._recording import recording
 from toolbox import python
 from tops import GENERAL
 
@@ -157,27 +156,23 @@ def test_a_call_that_is_refused_leaves_the_time_alone():
 # Ctrl-C and other signals
 
 
-@pytest.mark.parametrize("pieces", [0, 1, 3])
+@pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
     """Where Ctrl-C arrives while Python is at work, in place of the core."""
-    add, added = recording.Columns.add, []
+    record, done = kr.start(TOP)._record.__func__, []
 
-    def interrupted(self, part):
-        add(self, part)
-        added.append(len(part))
-        if len([n for n in added if n]) == pieces and len(added) > 1:
+    def interrupted(self, times, progress):
+        if len(done) == pieces:
             raise KeyboardInterrupt
+        done.append(len(times))
+        return record(self, times, progress)
 
-    monkeypatch.setattr(recording.Columns, "add", interrupted)
+    monkeypatch.setattr(kr.Run, "_record", interrupted)
     times = np.linspace(0, 10, 100_000)
-    if not pieces:
-        monkeypatch.setattr(
-            recording, "_pieces", lambda _: (_ for _ in ()).throw(KeyboardInterrupt)
-        )
     with pytest.raises(kr.Interrupted) as stopped:
         kr.solve(TOP, times, want=("energy",))
     path = stopped.value.path
-    assert len(path) == sum(added) == len(path.energy) and path.want == ("energy",)
+    assert len(path) == sum(done) == len(path.energy) and path.want == ("energy",)
     assert np.array_equal(path.t, times[: len(path)])
 
 
@@ -196,14 +191,12 @@ STOPS = {
     "by itself": 'kr.solve(top, 1e9, "rk4", step=1e-3, progress=stop)',
 }
 INTERRUPTED = """
-import math, numpy as np, os, signal, sys, threading, time, kreisel as kr
-top, sent = kr.scenes.asymmetric, []
+import math, numpy as np, os, signal, sys, threading, kreisel as kr
+top = kr.scenes.asymmetric
 far = np.array([[1e8, 1, 0, 0, 0, 0, 0, 1.0]])
 def stop(t):
-    sent.append(time.perf_counter())
     raise KeyboardInterrupt
 def kill():
-    sent.append(time.perf_counter())
     os.kill(os.getpid(), signal.SIGINT)
 def send(t, timers=[]):
     if not timers:
@@ -212,20 +205,19 @@ def send(t, timers=[]):
 try:
     eval(sys.argv[1])
 except kr.Interrupted as stopped:
-    seconds, path = time.perf_counter() - sent[0], stopped.path
     assert isinstance(stopped, KeyboardInterrupt) and stopped.status == "ERR_INTERRUPTED"
-    print(seconds, len(path.t), path.t[-1])
+    print(len(stopped.path.t), stopped.path.t[-1])
 """
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    """How soon, validation/bench/running.py measures."""
+    """Else it has no end. How soon, validation/bench/running.py measures."""
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
-    seconds, states, reached = map(float, done.stdout.split())
-    assert seconds < 2 and states >= 1 and reached >= 0
+    states, reached = map(float, done.stdout.split())
+    assert states >= 1 and reached >= 0
     assert kind not in ("fixed", "adaptive", "detours") or (states >= 2 and reached > 0)
 
 

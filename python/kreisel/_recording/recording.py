@@ -95,21 +95,21 @@ def in_pieces(
     ended: Callable[[], bool],
 ) -> tuple[str, Path]:
     """The status and the path of what is wanted, of which no more than a piece is ever states,
-    until all is recorded or has ended. Ctrl-C between two pieces ends it as one within a piece
-    does."""
+    until all is recorded or has ended. The first state is a piece of its own: from then on, Ctrl-C
+    between two pieces ends it as one within a piece does."""
     columns = Columns(want, times.size)
-    status, part = record(times[:0])
+    status, part = record(times[:1])
     columns.add(part)
     try:
-        for piece in _pieces(times):
-            status, part = record(piece)
-            columns.add(part)
+        for piece in _pieces(times[1:]):
             if status != "OK" or ended():
                 break
+            status, part = record(piece)
+            columns.add(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
     return status, columns.path(part)
 
 
 def _pieces(times: Array) -> Iterator[Array]:
-    return (times[first : first + PIECE] for first in range(0, max(times.size, 1), PIECE))
+    return (times[first : first + PIECE] for first in range(0, times.size, PIECE))
