@@ -63,20 +63,31 @@ export class Charts {
   constructor(page) {
     this.page = page;
   }
-  // Makes the charts anew for other tops, another measure or scale.
+  // Makes the charts anew for tops of other looks, another measure or scale.
   build() {
-    const { tops, scene, large, big } = this.page;
+    const { scene, large, big } = this.page;
+    const tops = this.page.tops.map(({ colour, role, against }) => [colour, role, against < 0]);
     const width = document.getElementById("panel").clientWidth - 28;
     const ground = getComputedStyle(document.body).backgroundColor; // light, dark, or black
     const { chart, integral, log, shown } = scene;
     const places = [...document.querySelectorAll(".chart")].filter((place) => place.offsetParent);
     const names = places.map((place) => place.dataset.of); // of those that are not folded away
-    const looks = JSON.stringify([chart, integral, log, shown, width, ground, large, big, names]);
-    if (width < 0 || (this.tops === tops && this.looks === looks)) return;
+    const all = [tops, chart, integral, log, shown, width, ground, large, big, names];
+    const looks = JSON.stringify(all);
+    if (width < 0) return;
+    if (this.looks === looks) return this.update();
     const height = large || big ? LARGE : SMALL;
-    Object.assign(this, { tops, looks, width, height, clock: this.page.clock });
+    Object.assign(this, { looks, width, height });
+    this.know();
     this.plots?.forEach((plot) => plot.destroy());
     this.plots = places.map((place) => this.make(place));
+  }
+  // Other tops have another record.
+  know() {
+    const { tops, clock } = this.page;
+    const isNew = this.tops !== tops || this.clock !== clock;
+    Object.assign(this, { tops, clock });
+    return isNew;
   }
   make(place) {
     const what = place.dataset.of;
@@ -147,8 +158,7 @@ export class Charts {
     return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
   }
   update() {
-    if (this.clock === this.page.clock) return;
-    this.clock = this.page.clock;
+    if (!this.know()) return;
     for (const plot of this.plots) {
       const { min, max } = plot.scales.x;
       const zoomed = stage.rows() > 1 && (min > 0 || max < plot.data[0].at(-1));

@@ -1,4 +1,6 @@
 // Letters in the picture, beside what they name. They stand upright while all else moves.
+import { html, render } from "lit-html";
+
 const GAP = 17; // between two letters, in pixels
 const isHigher = (a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0);
 
@@ -12,13 +14,11 @@ export class Letters {
   // Takes other letters: each has its words, a colour or "", and a function that tells its place in
   // pixels, null where it is not to be seen.
   set(all) {
-    this.all = all.map(({ words, colour, at, about = "" }) => {
-      const span = Object.assign(document.createElement("span"), { textContent: words });
-      Object.assign(span, { title: about, className: colour ? "arrow" : "" });
-      span.style.color = colour;
-      return { span, at, wide: 7 * words.length + 12 };
-    });
-    this.place.replaceChildren(...this.all.map(({ span }) => span));
+    const letter = ({ words, colour, about = "" }) =>
+      html`<span class=${colour && "arrow"} title=${about} style="color: ${colour}">${words}</span>`;
+    render(all.map(letter), this.place);
+    const spans = this.place.children;
+    this.all = all.map(({ words, at }, i) => ({ span: spans[i], at, wide: 7 * words.length + 12 }));
   }
   // Puts all where they belong. Of two that would lie over each other the lower gives way.
   follow([width, height]) {

@@ -260,6 +260,7 @@ export class Panel {
     this.repaint();
   }
   repaint() {
+    this.page.view.paint();
     this.page.view.build(this.page, false);
     this.page.tell();
   }
