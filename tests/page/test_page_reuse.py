@@ -1,8 +1,9 @@
 """What is drawn is kept and told what became of it: never is anything but the present scene seen,
 nothing is made that was there, nothing leaks."""
 
+import numpy as np
 import pytest
-from browser import TICKS, advance, drag, load, scene, wait_for
+from browser import TICKS, advance, drag, load, scene, states, wait_for
 
 # Pulls at a part of top i, by some moves, and lets go or not.
 PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} = {}) => {
@@ -175,3 +176,25 @@ def test_charts_are_kept_and_have_the_record_of_now(tried):
     assert tried.evaluate("kreisel.charts.plots[0].scales.x.max") > 2
     tried.evaluate("changes.ghost()")
     assert not tried.evaluate(plots)
+
+
+@pytest.mark.parametrize("top", [0, 1])
+def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
+    load(tried, "Energy and motion")
+    advance(tried, 20)
+    before = states(tried)
+    assert np.abs(np.subtract(before[0], before[1])).max() > 1e-3
+    tried.evaluate("i => pull('tip', 1, {i})", top)
+    assert scene(tried)["attitude"] == before[top][1:5]
+
+
+def test_undo_while_a_drag_is_held_is_not_for_a_field(page):
+    page.get_by_label("Thickness, number").fill("2")
+    x, y = page.evaluate("kreisel.at('tip')")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 20, y + 10)
+    page.keyboard.press("Control+z")
+    assert page.evaluate("document.activeElement === kreisel.view.canvas")
+    assert scene(page)["show"]["thickness"] == 2
+    page.mouse.up()
