@@ -57,7 +57,7 @@ const range = (fine) => (_, low, high) => {
 const logRange = (_, low, high) =>
   isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
 const timeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
-const [SMALL, LARGE] = [118, 250]; // pixels
+const [SMALL, LARGE, HALL] = [118, 250, 320]; // pixels
 
 export class Charts {
   constructor(page) {
@@ -76,7 +76,7 @@ export class Charts {
     const looks = JSON.stringify(all);
     if (width < 0) return;
     if (this.looks === looks) return this.update();
-    const height = large || big ? LARGE : SMALL;
+    const height = big ? HALL : large ? LARGE : SMALL;
     Object.assign(this, { looks, width, height });
     this.know();
     this.plots?.forEach((plot) => plot.destroy());
@@ -104,7 +104,7 @@ export class Charts {
   options(what) {
     const series = this.tops.map((top, i) => ({
       stroke: top.colour,
-      width: 1.5,
+      width: this.page.big ? 3 : 1.5,
       dash: top.role === "thin" ? [5, 3] : undefined,
       show: this.page.scene.shown[i] && !(what === "error" && top.against < 0),
       points: { show: false },
@@ -128,7 +128,8 @@ export class Charts {
   }
   axes(log) {
     const grid = { stroke: style("charts").borderBottomColor, width: 1 };
-    const font = `${this.page.big ? 16 : 11}px system-ui`;
+    const { big } = this.page;
+    const font = `${big ? 22 : 11}px system-ui`;
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
     const values = (_, all, axis, room, step) => all.map((x) => tick(x, log ? x : step));
     const splits = (_, axis, low, high) => decades(low, high);
@@ -136,12 +137,12 @@ export class Charts {
     const isHigh = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
     const high = (plot, all) => all.map((x) => (isHigh(plot.scales.y, x) ? x : null));
     const powers = log && { splits, filter: high };
-    const letter = this.page.big ? 9 : 6.2;
+    const letter = big ? 12.4 : 6.2;
     const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
     const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
     return [
-      { ...ink, size: 22 },
-      { ...ink, size: wide, space: this.page.big ? 30 : 16, values, ...powers },
+      { ...ink, size: big ? 40 : 22, space: big ? 90 : 50 },
+      { ...ink, size: wide, space: big ? 40 : 16, values, ...powers },
     ];
   }
   data(what) {
