@@ -31,6 +31,7 @@ const page = new Page(view);
 const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
 const numbers = new Numbers($("view"));
+view.letters.avoid(numbers.place);
 const hands = new Hands(view, page);
 
 const keys = new Keys($("keys"), { page, view, hands, presets, choose });

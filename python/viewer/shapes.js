@@ -73,7 +73,8 @@ export function box({ colour: color, role }) {
   group.handles = group.children;
   group.look = (half, opacity, times) => {
     Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
-    const thin = times * Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
+    const size = Math.cbrt(half[0] * half[1] * half[2]);
+    const thin = times * size * (role === "thick" ? 0.026 : 0.013);
     faces.scale.set(...half);
     for (const { part, at } of [...corners, ...edges]) part.position.copy(at).multiply(faces.scale);
     for (const { part } of corners) part.scale.setScalar(2.6 * thin);

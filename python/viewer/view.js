@@ -116,7 +116,8 @@ export class View {
     if (made !== this.made) this.makeTops(height);
     this.made = made;
     this.tops.forEach((top, i) => this.settle(top, page.tops[i]));
-    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
+    const letters = this.tops.flatMap((top) => this.lettersOf(top));
+    this.letters.set(letters, page.big ? 1.6 : 1);
     if (this.fresh) this.home();
     this.fresh = false;
     this.show(page.scene);
@@ -124,7 +125,8 @@ export class View {
   // Tells all that tops are made of, in one word: while it stays, so do they, and all else that
   // becomes of them is told to them by `settle`, `show` and `draw`.
   makings(height) {
-    const tops = this.page.tops.map(({ colour, role, side, track }) => [colour, role, side, !!track]);
+    const words = ({ colour, role, side, track }) => [colour, role, side, !!track];
+    const tops = this.page.tops.map(words);
     const turned = this.asTop && [this.turned, this.trail / this.zoom];
     const paper = this.world.background.getHex();
     return JSON.stringify([tops, turned, paper, this.comesOut, height]);
@@ -133,9 +135,11 @@ export class View {
   fit() {
     const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
-    // Out of a turned top that spins it looks by its own length, or it would not be seen.
+    // Out of turned tops that spin it looks by its own length, if it does so out of all of them; or
+    // it would not be seen.
     const now = Math.hypot(...this.page.leader().slice(5));
-    this.comesOut = this.asTop && now > momentum / 4;
+    const least = Math.min(...this.page.tops.map((_, i) => Math.hypot(...stage.state(i).slice(5))));
+    this.comesOut = this.asTop && now > momentum / 4 && least > 0.8 * now;
     const long = this.comesOut ? now : momentum;
     this.momentumZoom = (this.asTop ? 3 : 3.2) / long;
     this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
