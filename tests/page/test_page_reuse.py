@@ -34,7 +34,8 @@ SEEN = """window.seen = () => {
     };
     view.world.traverseVisible(({geometry, material, matrixWorld, renderOrder}) => geometry &&
         parts.push([digits(matrixWorld.elements), material.color?.getHexString(), renderOrder,
-            material.opacity, material.transparent, geometry.drawRange.count, sum(geometry)]));
+            material.opacity, material.transparent, material.depthTest, geometry.drawRange.count,
+            sum(geometry)]));
     const letters = [...view.letters.place.children].map((span) => span.outerHTML);
     return JSON.stringify([parts, letters, view.world.background.getHexString()]);
 };"""
