@@ -57,26 +57,37 @@ const range = (fine) => (_, low, high) => {
 const logRange = (_, low, high) =>
   isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
 const timeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
-const [SMALL, LARGE] = [118, 250]; // pixels
+const [SMALL, LARGE, HALL] = [118, 250, 320]; // pixels
 
 export class Charts {
   constructor(page) {
     this.page = page;
   }
-  // Makes the charts anew for other tops, another measure or scale.
+  // Makes the charts anew for tops of other looks, another measure or scale.
   build() {
-    const { tops, scene, large, big } = this.page;
+    const { scene, large, big } = this.page;
+    const tops = this.page.tops.map(({ colour, role, against }) => [colour, role, against < 0]);
     const width = document.getElementById("panel").clientWidth - 28;
     const ground = getComputedStyle(document.body).backgroundColor; // light, dark, or black
     const { chart, integral, log, shown } = scene;
     const places = [...document.querySelectorAll(".chart")].filter((place) => place.offsetParent);
     const names = places.map((place) => place.dataset.of); // of those that are not folded away
-    const looks = JSON.stringify([chart, integral, log, shown, width, ground, large, big, names]);
-    if (width < 0 || (this.tops === tops && this.looks === looks)) return;
-    const height = large || big ? LARGE : SMALL;
-    Object.assign(this, { tops, looks, width, height, clock: this.page.clock });
+    const all = [tops, chart, integral, log, shown, width, ground, large, big, names];
+    const looks = JSON.stringify(all);
+    if (width < 0) return;
+    if (this.looks === looks) return this.update();
+    const height = big ? HALL : large ? LARGE : SMALL;
+    Object.assign(this, { looks, width, height });
+    this.know();
     this.plots?.forEach((plot) => plot.destroy());
     this.plots = places.map((place) => this.make(place));
+  }
+  // Other tops have another record.
+  know() {
+    const { tops, clock } = this.page;
+    const isNew = this.tops !== tops || this.clock !== clock;
+    Object.assign(this, { tops, clock });
+    return isNew;
   }
   make(place) {
     const what = place.dataset.of;
@@ -93,7 +104,7 @@ export class Charts {
   options(what) {
     const series = this.tops.map((top, i) => ({
       stroke: top.colour,
-      width: 1.5,
+      width: this.page.big ? 3 : 1.5,
       dash: top.role === "thin" ? [5, 3] : undefined,
       show: this.page.scene.shown[i] && !(what === "error" && top.against < 0),
       points: { show: false },
@@ -117,7 +128,8 @@ export class Charts {
   }
   axes(log) {
     const grid = { stroke: style("charts").borderBottomColor, width: 1 };
-    const font = `${this.page.big ? 16 : 11}px system-ui`;
+    const { big } = this.page;
+    const font = `${big ? 22 : 11}px system-ui`;
     const ink = { stroke: style("about").color, grid, ticks: { show: false }, font };
     const values = (_, all, axis, room, step) => all.map((x) => tick(x, log ? x : step));
     const splits = (_, axis, low, high) => decades(low, high);
@@ -125,12 +137,12 @@ export class Charts {
     const isHigh = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
     const high = (plot, all) => all.map((x) => (isHigh(plot.scales.y, x) ? x : null));
     const powers = log && { splits, filter: high };
-    const letter = this.page.big ? 9 : 6.2;
+    const letter = big ? 12.4 : 6.2;
     const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
     const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
     return [
-      { ...ink, size: 22 },
-      { ...ink, size: wide, space: this.page.big ? 30 : 16, values, ...powers },
+      { ...ink, size: big ? 40 : 22, space: big ? 90 : 50 },
+      { ...ink, size: wide, space: big ? 40 : 16, values, ...powers },
     ];
   }
   data(what) {
@@ -147,8 +159,7 @@ export class Charts {
     return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
   }
   update() {
-    if (this.clock === this.page.clock) return;
-    this.clock = this.page.clock;
+    if (!this.know()) return;
     for (const plot of this.plots) {
       const { min, max } = plot.scales.x;
       const zoomed = stage.rows() > 1 && (min > 0 || max < plot.data[0].at(-1));

@@ -4,10 +4,6 @@ import * as THREE from "three";
 import { fourfold, Line, strip } from "./lines.js";
 
 const INK = "#7c8698";
-const upright = (shape) => shape.rotateX(Math.PI / 2); // what three.js makes along y
-let lines = null; // the parallels, made when they are first asked for
-const parallels = () =>
-  (lines ??= upright(new THREE.EdgesGeometry(new THREE.SphereGeometry(1, 96, 6), 10)));
 const film = (color, opacity) =>
   new THREE.MeshBasicMaterial({ color, transparent: true, opacity, depthWrite: false });
 // Below this angle a circle is a point.
@@ -21,34 +17,65 @@ const round = (point) => turns.flatMap(point);
 fourfold(round((turn) => [Math.cos(turn), Math.sin(turn), 0]), ROUND + 1, CIRCLE.places.array);
 fourfold(round(() => new THREE.Color(INK).toArray()), ROUND + 1, CIRCLE.shades.array);
 CIRCLE.dispose = () => {};
-const part = (columns, rows, from, angle) =>
-  upright(new THREE.SphereGeometry(1, columns, rows, 0, 2 * Math.PI, from, angle));
-// Bowls by the height of their rim: a drag asks for the same one again and again.
-const bowls = new Map();
-function bowlOf(floor) {
-  const rim = Math.acos(Math.max(-1, Math.min(1, floor)));
-  if (!bowls.has(rim)) bowls.clear(), bowls.set(rim, part(48, 24, 0, rim));
-  return bowls.get(rim);
+function circle() {
+  const line = new Line(CIRCLE, { width: 1.6, opacity: 0.9 });
+  line.at = (angle) => {
+    line.scale.setScalar(Math.sin(angle));
+    line.position.z = Math.cos(angle);
+    line.visible = Math.sin(angle) > POINT;
+  };
+  return line;
 }
 
-// Makes a globe of radius 1 above a level floor; `limits` may be null.
-export function globe(limits, floor) {
-  const all = new THREE.Mesh(bowlOf(floor), film(INK, 0.07));
-  if (!limits) {
-    const color = { color: INK, transparent: true, opacity: 0.3 };
-    return all.add(new THREE.LineSegments(parallels(), new THREE.LineBasicMaterial(color)));
-  }
-  const { least, greatest } = limits;
-  for (const angle of new Set([least, greatest]))
-    if (Math.sin(angle) > POINT) all.add(circle(angle));
-  if (greatest - least < POINT) return all;
-  const zone = part(48, 2 + Math.ceil(7 * (greatest - least)), least, greatest - least);
-  all.add(new THREE.Mesh(zone, film("#e0a100", 0.1)));
-  return all;
+// The parallels, each 30 degrees from the next.
+function parallels() {
+  const places = [1, 2, 3, 4, 5].flatMap((row) => {
+    const [out, up] = [Math.sin((row * Math.PI) / 6), Math.cos((row * Math.PI) / 6)];
+    const point = (turn) => [out * Math.cos(turn), out * Math.sin(turn), up];
+    return turns.slice(1).flatMap((end, k) => [...point(turns[k]), ...point(end)]);
+  });
+  const shape = new THREE.BufferGeometry();
+  shape.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+  const paint = new THREE.LineBasicMaterial({ color: INK, transparent: true, opacity: 0.3 });
+  return new THREE.LineSegments(shape, paint);
 }
-function circle(angle) {
-  const line = new Line(CIRCLE, { width: 1.6, opacity: 0.9 });
-  line.scale.setScalar(Math.sin(angle));
-  line.position.z = Math.cos(angle);
-  return line;
+
+// A zone of the sphere, between two angles from above. Its points move when these change.
+const [COLUMNS, ROWS] = [48, 24];
+function zone(color, opacity) {
+  const shape = new THREE.SphereGeometry(1, COLUMNS, ROWS, 0, 2 * Math.PI, 1, 1);
+  const points = shape.attributes.position;
+  const mesh = new THREE.Mesh(shape, film(color, opacity));
+  mesh.frustumCulled = false;
+  let [low, high] = [1, 2];
+  mesh.between = (from, to) => {
+    if (from === low && to === high) return;
+    [low, high] = [from, to];
+    for (let k = 0; k < points.count; k++) {
+      const turn = (2 * Math.PI * (k % (COLUMNS + 1))) / COLUMNS;
+      const angle = from + ((to - from) * Math.floor(k / (COLUMNS + 1))) / ROWS;
+      const out = Math.sin(angle);
+      points.setXYZ(k, out * Math.cos(turn), out * Math.sin(turn), Math.cos(angle));
+    }
+    points.needsUpdate = true;
+  };
+  return mesh;
+}
+
+// Makes a globe of radius 1. It follows what is known: the limits, which may be null, and how high
+// the level floor is.
+export function globe() {
+  const [bowl, band] = [zone(INK, 0.07), zone("#e0a100", 0.1)];
+  const [net, ...circles] = [parallels(), circle(), circle()];
+  bowl.add(net, ...circles, band);
+  bowl.follow = (limits, floor) => {
+    bowl.between(0, Math.acos(Math.max(-1, Math.min(1, floor))));
+    net.visible = !limits;
+    const { least, greatest } = limits ?? { least: 0, greatest: 0 };
+    band.visible = greatest - least >= POINT;
+    if (band.visible) band.between(least, greatest);
+    circles[0].at(least);
+    circles[1].at(greatest === least ? 0 : greatest);
+  };
+  return bowl;
 }

@@ -63,7 +63,7 @@ export class Hands {
     const at = meet(view, drag.plane, event)?.sub(drag.offset);
     if (!at) return;
     if (!drag.moved) {
-      page.begin({ top: drag.top }); // now that it moves: a click changes nothing
+      page.begin({ top: page.tops[drag.i] }); // now that it moves: a click changes nothing
       drag.moved = view.held = true;
     }
     page.edit((scene) => changes[drag.part](view, scene, drag, at, event));
@@ -103,7 +103,7 @@ export class Hands {
   push({ i, band: { from, by } }) {
     const { view, page } = this;
     const top = view.tops[i];
-    page.begin({ top });
+    page.begin({ top: page.tops[i] });
     const lever = from.clone().sub(top.group.position);
     const change = lever.cross(by).multiplyScalar(STRENGTH / view.momentumZoom);
     page.edit((scene) => {

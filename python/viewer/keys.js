@@ -40,7 +40,8 @@ export class Keys {
       : /^(Arrow|Home)/.test(name)
         ? "input, "
         : "";
-    if (this.hands.drag || altKey) return;
+    if (this.hands.drag) return event.preventDefault(); // or Control+Z is for a field elsewhere
+    if (altKey) return;
     if (target.closest(`${own}[type=number], select, textarea`)) return;
     if (!this.letters && !isChord && key.length === 1 && key !== " ") return;
     const act = this.meaning(isChord ? `Control+${name}` : name);

@@ -7,6 +7,7 @@ import { Charts } from "./charts.js";
 import { Hands } from "./hands.js";
 import { fileButtons } from "./files.js";
 import { Keys } from "./keys.js";
+import { remembered } from "./memory.js";
 import { Numbers } from "./numbers.js";
 import { Page } from "./page.js";
 import { Panel } from "./panel.js";
@@ -18,6 +19,8 @@ import { View } from "./view.js";
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const $ = (id) => document.getElementById(id);
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const { style } = document.documentElement;
+style.colorScheme = remembered();
 
 // An event without an error is a note of the browser's, as that a size is told a frame later.
 addEventListener("error", ({ message, error }) => {
@@ -28,6 +31,7 @@ const page = new Page(view);
 const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
 const numbers = new Numbers($("view"));
+view.letters.avoid(numbers.place);
 const hands = new Hands(view, page);
 
 const keys = new Keys($("keys"), { page, view, hands, presets, choose });
@@ -59,7 +63,6 @@ page.tell = () => {
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => panel.repaint());
 // Paper is white, whatever the screen was.
-const { style } = document.documentElement;
 let chosen = "";
 addEventListener("beforeprint", () => {
   chosen = style.colorScheme;

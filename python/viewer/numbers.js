@@ -1,6 +1,7 @@
 // The numbers under the eye: tilt, spin, precession and turns of the first top, now, each with what
 // a symmetric top's closed form says of it: between which angles, against which critical spin, how
 // long a round takes.
+import { html, render } from "lit-html";
 import { stage } from "./core.js";
 
 // A top that failed is nowhere, and has no numbers.
@@ -36,7 +37,9 @@ export class Numbers {
     const turns = (time * spin) / (2 * Math.PI);
     const since = "about its own axis, since the start";
     if (limits) lines.push(["turns", known(turns, Math.abs(turns).toFixed(1)), "", since]);
-    this.write(lines);
+    const item = ([name, value, note, about]) =>
+      html`<div title=${about}><dt>${name}</dt><dd>${value}</dd><small>${note || ""}</small></div>`;
+    render(lines.map(item), this.place);
   }
   precession(velocity, spin, nutation, limits) {
     if (!limits || !(Math.sin(nutation) >= UPRIGHT)) return [];
@@ -44,18 +47,6 @@ export class Numbers {
     const round = (2 * Math.PI) / Math.abs(limits.precession);
     const note = round < 1e4 ? `a round in ${round.toFixed(1)}` : "";
     return [["precession", short(now), note, "of the axis about the vertical, in radians a time"]];
-  }
-  write(lines) {
-    const words = JSON.stringify(lines);
-    if (words === this.words) return;
-    this.words = words;
-    const made = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
-    const item = ([name, value, note, about]) => {
-      const box = Object.assign(document.createElement("div"), { title: about });
-      box.append(made("dt", name), made("dd", value), made("small", note ?? ""));
-      return box;
-    };
-    this.place.replaceChildren(...lines.map(item));
   }
 }
 function between({ least, greatest }) {

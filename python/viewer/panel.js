@@ -4,6 +4,7 @@ import { html, noChange, nothing, render } from "lit-html";
 import { title } from "./charts.js";
 import { chartPlace, compute } from "./compute.js";
 import { measureOf, stage } from "./core.js";
+import { remember } from "./memory.js";
 import presets from "./presets.json";
 import { valueAt } from "./rules.js";
 import { aboutOf, tries } from "./tries.js";
@@ -242,16 +243,18 @@ export class Panel {
           @click=${() => this.enbig()}>Projector</button></div>`,
     ];
   }
-  // Light or dark is as the system has it, until somebody chooses.
+  // Light or dark is as the system has it, until somebody chooses, for later visits too.
   light() {
     const { style } = document.documentElement;
     const set = ({ target }) => {
       style.colorScheme = target.value;
+      remember(target.value);
       this.repaint();
     };
     const option = ([value, text]) =>
       html`<option value=${value} .selected=${value === style.colorScheme}>${text}</option>`;
-    return html`<select aria-label="Light or dark" @change=${set}>${LIGHT_NAMES.map(option)}</select>`;
+    return html`<select aria-label="Light or dark" @change=${set}>
+      ${LIGHT_NAMES.map(option)}</select>`;
   }
   // For a hall: large letters, large charts, and as much contrast as a projector can make.
   enbig() {
@@ -260,6 +263,7 @@ export class Panel {
     this.repaint();
   }
   repaint() {
+    this.page.view.paint();
     this.page.view.build(this.page, false);
     this.page.tell();
   }

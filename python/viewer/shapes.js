@@ -50,34 +50,35 @@ export function turnedTop(turned, { colour, role }, pen) {
   return Object.assign(new THREE.Group().add(group), { shading: [caster], handles, look() {} });
 }
 
-// A cuboid has translucent faces, and edges and corners to take hold of.
-export function box({ half }, { colour: color, role }) {
+// A cuboid has translucent faces, and edges and corners to take hold of. All cuboids are these few
+// shapes, put in their places: a hand that pulls at one makes nothing anew.
+const CUBE = new THREE.BoxGeometry(2, 2, 2);
+export function box({ colour: color, role }) {
   const group = new THREE.Group();
   const glass = shiny({ color, side: 2, depthWrite: false });
   const opacity = role === "ghost" ? 0.55 : 1;
   const solid = shiny({ color, transparent: opacity < 1, opacity, shininess: 40 });
-  const faces = new THREE.BoxGeometry(...half.map((h) => 2 * h));
-  put(group, mesh(faces, glass), { part: "face" });
+  const faces = put(group, mesh(CUBE, glass), { part: "face" });
+  const [corners, edges] = [[], []];
   for (let i = 0; i < 8; i++) {
-    const ball = { part: "corner", corner: i, stretch: [2.6, 2.6, 2.6], length: 0 };
-    const corner = put(group, mesh(BALL, solid), ball);
-    corner.position.set(...cornerSigns(i).map((sign, k) => sign * half[k]));
+    const at = vector(...cornerSigns(i));
+    corners.push({ part: put(group, mesh(BALL, solid), { part: "corner", corner: i }), at });
     for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
-      const rod = { part: "face", stretch: [1, 0, 1], length: 2 * half[k] };
-      const edge = put(group, mesh(ROD, solid), rod);
-      edge.position.copy(corner.position).setComponent(k, 0);
-      edge.quaternion.setFromUnitVectors(UNITS[1], UNITS[k]);
+      const part = put(group, mesh(ROD, solid), { part: "face" });
+      part.quaternion.setFromUnitVectors(UNITS[1], UNITS[k]);
+      edges.push({ part, k, at: at.clone().setComponent(k, 0) });
     }
   }
-  group.shading = [group.children[0]];
+  group.shading = [faces];
   group.handles = group.children;
-  const thickness = Math.cbrt(half[0] * half[1] * half[2]) * (role === "thick" ? 0.026 : 0.013);
-  group.look = (opacity, times) => {
+  group.look = (half, opacity, times) => {
     Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
-    for (const { scale, userData } of group.children.slice(1)) {
-      scale.set(...userData.stretch).multiplyScalar(times * thickness);
-      scale.y += userData.length;
-    }
+    const size = Math.cbrt(half[0] * half[1] * half[2]);
+    const thin = times * size * (role === "thick" ? 0.026 : 0.013);
+    faces.scale.set(...half);
+    for (const { part, at } of [...corners, ...edges]) part.position.copy(at).multiply(faces.scale);
+    for (const { part } of corners) part.scale.setScalar(2.6 * thin);
+    for (const { part, k } of edges) part.scale.set(thin, 2 * half[k], thin);
   };
   return group;
 }
@@ -190,16 +191,17 @@ export function rodMesh(color) {
 }
 
 // Draws the principal axes N, B, T at the fixed point, and the centre of mass.
-export function axisLines({ axes, com }, zoom, reach) {
+export function axisLines() {
   const frame = new THREE.Group();
-  frame.quaternion.copy(quaternion(axes));
-  ["#e07a2e", "#a94fd0", "#1797a6"].forEach((colour, k) => {
-    const end = UNITS[k].clone().multiplyScalar(reach * zoom * 0.8);
-    put(frame, arrow(colour, 0.014)).point(...end);
-  });
+  const colours = ["#e07a2e", "#a94fd0", "#1797a6"];
+  const axes = colours.map((colour) => put(frame, arrow(colour, 0.014)));
   const dot = put(frame, mesh(BALL, flat({ color: "#ffb020", depthTest: false })));
   dot.scale.setScalar(0.07);
   dot.renderOrder = 11;
-  dot.position.set(...com).multiplyScalar(zoom);
+  frame.follow = (body, zoom, length) => {
+    frame.quaternion.copy(quaternion(body.axes));
+    axes.forEach((axis, k) => axis.point(...UNITS[k].clone().multiplyScalar(length)));
+    dot.position.set(...body.com).multiplyScalar(zoom);
+  };
   return frame;
 }

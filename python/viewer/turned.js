@@ -58,6 +58,8 @@ function lengthsOf(profile) {
   return [mean, Math.sqrt(second / volume - mean * mean), Math.sqrt(fourth / volume)];
 }
 
+const [SOLID_TOP, SOLID_DRUM] = [TOP, DRUM].map((profile) => [profile, lengthsOf(profile)]);
+
 // Two lengths that differ by less are equal, as those of a body given by its numbers.
 const CLOSE = 1e-6;
 // Finds the turned solid for a body's cuboid: which of the cuboid's edges is the axis and whether
@@ -73,15 +75,14 @@ export function turnedOf({ half, centre }) {
   const axis = [2, 1, 0].find(isAxis);
   if (axis === undefined) return null;
   const [height, up] = [Math.abs(centre[axis]), centre[axis] < 0 ? -1 : 1];
-  const fit = (shape) => {
-    const [mean, spread, across] = lengthsOf(shape);
+  const fit = ([shape, [mean, spread, across]]) => {
     const along = half[axis] / Math.sqrt(3) / spread;
     const wide = half[(axis + 1) % 3] / Math.sqrt(3) / across;
     return shape.map(([z, r]) => [height + along * (z - mean), wide * r]);
   };
-  const top = fit(TOP);
+  const top = fit(SOLID_TOP);
   const stands = height > 0 && top[0][0] >= 0;
-  return { axis, up, height, profile: stands || !height ? top : fit(DRUM) };
+  return { axis, up, height, profile: stands || !height ? top : fit(SOLID_DRUM) };
 }
 
 // What casts the shadow is a simpler solid without hollows, from the tip on: pressed flat, it

@@ -56,6 +56,7 @@ export class View {
     this.orbit.addEventListener("start", () => (this.isHome = false));
     this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
+    this.paint();
     const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
     new ResizeObserver(resize).observe(parent);
     this.size(parent.clientWidth, parent.clientHeight);
@@ -72,6 +73,10 @@ export class View {
     if (on) this.wake();
   }
 
+  // Takes the colour of the page, on which all is drawn.
+  paint() {
+    this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
+  }
   size(w, h) {
     if (w === this.pixels?.[0] && h === this.pixels[1]) return;
     const [wide, flat] = this.cameras;
@@ -93,7 +98,6 @@ export class View {
   // as for a scene just loaded.
   build(page, fit) {
     this.page = page;
-    this.world.background.setStyle(getComputedStyle(document.body).backgroundColor);
     this.body = cuboidOf(page.scene.body);
     this.turned = turnedOf(this.body);
     const asTop = !!this.turned && page.scene.show.solid === "top";
@@ -107,27 +111,35 @@ export class View {
     // The way of the apex is drawn on a sphere of this radius.
     const [lever, least] = [Math.hypot(...centre), 0.85 * this.reach];
     this.trail = this.zoom * Math.max((asTop ? 1.7 : 2) * lever, asTop ? 1.1 * least : least);
-    const { body, gravity } = page.scene;
-    const paper = this.world.background.getHex();
-    const kept = (key, x) => (key === "limits" ? undefined : x);
-    const looks = JSON.stringify([gravity, page.tops, asTop, paper], kept);
-    const shape = JSON.stringify([body, this.trail]);
-    const isSame = this.held && looks === this.looks;
-    if (isSame && shape === this.shape) this.bound();
-    else if (isSame && !asTop) this.reshape();
-    else this.makeTops();
-    Object.assign(this, { looks, shape });
+    const height = this.held ? this.floor.height : this.ground(); // it stays while a hand moves
+    const made = this.makings(height);
+    if (made !== this.made) this.makeTops(height);
+    this.made = made;
+    this.tops.forEach((top, i) => this.settle(top, page.tops[i]));
+    const letters = this.tops.flatMap((top) => this.lettersOf(top));
+    this.letters.set(letters, page.big ? 1.6 : 1);
     if (this.fresh) this.home();
     this.fresh = false;
     this.show(page.scene);
+  }
+  // Tells all that tops are made of, in one word: while it stays, so do they, and all else that
+  // becomes of them is told to them by `settle`, `show` and `draw`.
+  makings(height) {
+    const words = ({ colour, role, side, track }) => [colour, role, side, !!track];
+    const tops = this.page.tops.map(words);
+    const turned = this.asTop && [this.turned, this.trail / this.zoom];
+    const paper = this.world.background.getHex();
+    return JSON.stringify([tops, turned, paper, this.comesOut, height]);
   }
   // Chooses the scales and looks from home.
   fit() {
     const [momentum, velocity] = stage.reach(0);
     this.zoom = 2.4 / this.reach;
-    // Out of a turned top that spins it looks by its own length, or it would not be seen.
+    // Out of turned tops that spin it looks by its own length, if it does so out of all of them; or
+    // it would not be seen.
     const now = Math.hypot(...this.page.leader().slice(5));
-    this.comesOut = this.asTop && now > momentum / 4;
+    const least = Math.min(...this.page.tops.map((_, i) => Math.hypot(...stage.state(i).slice(5))));
+    this.comesOut = this.asTop && now > momentum / 4 && least > 0.8 * now;
     const long = this.comesOut ? now : momentum;
     this.momentumZoom = (this.asTop ? 3 : 3.2) / long;
     this.velocityZoom = (this.asTop ? 3.35 : 2.4) / velocity;
@@ -156,66 +168,35 @@ export class View {
     this.orbit.update();
     this.isHome = true;
   }
-  makeTops() {
+  makeTops(height) {
     for (const top of this.tops) {
       this.world.remove(top.group);
       top.group.traverse((part) => part.geometry?.dispose());
     }
-    this.floor.place(this.ground(this.asTop), this.world.background.r < 0.2);
+    this.floor.place(height, this.world.background.r < 0.2);
     this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
     this.floor.cast(this.tops.filter((top) => top.role === "thick"));
-    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
   }
-  // Boxes in hand take another shape; what else belongs to their tops stays.
-  reshape() {
-    this.tops.forEach((top, i) => {
-      for (const old of [top.solid, top.axes]) {
-        old?.traverse((part) => part.geometry?.dispose());
-        if (old) top.body.remove(old);
-      }
-      this.addSolid(top, i);
-      if (top.axes) this.addAxes(top);
-    });
-    this.floor.cast(this.tops.filter((top) => top.role === "thick"));
-    this.bound();
-  }
-  addSolid(top, i) {
-    const { colour, role } = top;
-    const solid = this.asTop
-      ? turnedTop(this.turned, { colour, role }, this.trail / this.zoom)
-      : box(this.body, { colour, role });
-    solid.position.set(...this.body.centre).multiplyScalar(this.zoom);
-    solid.quaternion.copy(quaternion(this.body.turn));
-    solid.scale.setScalar(this.zoom);
-    top.body.add(solid);
-    const isHeld = role !== "ghost" && !top.track;
-    Object.assign(top, { solid, handles: isHeld ? [top.m.tip, ...solid.handles] : [] });
-    for (const { userData } of top.handles) userData.i = i;
-  }
-  addAxes(top) {
-    top.axes = axisLines(this.page.body, this.zoom, this.reach);
-    top.body.add(top.axes);
-  }
-  // Tops in hand stay as they are made, but for the circles between which they now go.
-  bound() {
-    this.tops.forEach((top, i) => {
-      top.limits = this.page.tops[i].limits;
-      if (!top.globe) return;
-      top.globe.traverse((part) => part.geometry?.dispose());
-      top.group.remove(top.globe);
-      this.addGlobe(top);
-    });
-    this.letters.set(this.tops.flatMap((top) => this.lettersOf(top)));
-  }
-  addGlobe(top) {
-    top.globe = globe(top.limits, this.floor.height / this.trail);
-    top.globe.scale.setScalar(this.trail);
-    top.group.add(top.globe);
+  // Gives a top the words of its twin in the page, and the shape and the surroundings of now.
+  settle(top, words) {
+    Object.assign(top, words);
+    const { body, zoom, trail } = this;
+    top.solid.position.set(...body.centre).multiplyScalar(zoom);
+    top.solid.quaternion.copy(quaternion(body.turn));
+    top.solid.scale.setScalar(zoom);
+    if (top.role !== "thick") return;
+    const { gravity } = this.page.scene;
+    top.globe.follow(top.limits, this.floor.height / trail);
+    top.globe.scale.setScalar(trail);
+    top.axes.follow(this.page.body, zoom, 0.8 * this.reach * zoom);
+    // It stays in sight, however strong gravity is.
+    top.p.point(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
+    top.p.visible = top.stand.visible = gravity !== 0;
   }
   // Finds the height of the floor: that of the tip, or as much lower as the body needs.
-  ground(asTop) {
+  ground() {
+    if (!this.asTop) return FLOOR;
     const limits = this.page.tops.map((top) => top.limits?.greatest ?? Math.PI);
-    if (!asTop) return FLOOR;
     const deepest = (angle) => {
       const [c, s] = [Math.cos(angle), Math.sin(angle)];
       return Math.max(...this.turned.profile.map(([z, r]) => s * r - c * z));
@@ -224,37 +205,43 @@ export class View {
     return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
   }
   makeTop(top, i) {
-    const [thick, ghost] = [top.role === "thick", top.role === "ghost"];
-    const { scene } = this.page;
+    const { colour, role, side, track } = top;
+    const [thick, ghost] = [role === "thick", role === "ghost"];
     const [group, body] = [new THREE.Group(), new THREE.Group()];
-    const line = pathLine(top.colour, this.world.background);
-    const parts = { ...top, group, body, line };
-    this.world.add(group.add(body, line));
+    const line = pathLine(colour, this.world.background);
+    const solid = this.asTop
+      ? turnedTop(this.turned, { colour, role }, this.trail / this.zoom)
+      : box({ colour, role });
+    const parts = { group, body, line, solid, handles: [] };
+    this.world.add(group.add(body.add(solid), line));
     if (!ghost) {
       parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.comesOut);
       parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.comesOut);
       group.add(parts.m, parts.w);
       parts.m.tip.userData.part = "tip";
     }
-    this.addSolid(parts, i);
-    if (!thick) return parts;
-    this.addGlobe(parts);
-    this.addAxes(parts);
-    parts.rod = rodMesh(top.side ? top.colour : ROD);
+    if (!ghost && !track) parts.handles = [parts.m.tip, ...solid.handles];
+    for (const { userData } of parts.handles) userData.i = i;
+    return thick ? this.furnish(parts, side ? colour : ROD) : parts;
+  }
+  // Gives a top what only the first of its method has.
+  furnish(parts, colour) {
+    parts.globe = globe();
+    parts.axes = axisLines();
+    parts.rod = rodMesh(colour);
     parts.p = arrow("#7c8698", 0.02, 0.6);
-    // It stays in sight, however strong gravity is.
-    parts.p.point(0, 0, (2.4 * scene.gravity) / (4 + Math.abs(scene.gravity)));
-    parts.p.visible = scene.gravity !== 0;
     parts.drops = dropLines();
-    group.add(parts.rod, parts.p, parts.drops);
-    if (scene.gravity) group.add(stand(-this.floor.height));
+    parts.stand = stand(-this.floor.height);
+    const { group, rod, p, drops } = parts;
+    group.add(parts.globe, rod, p, drops, parts.stand);
+    parts.body.add(parts.axes);
     return parts;
   }
   // Shows what of a scene is looks alone. Methods stand beside each other from left to right.
   show({ show, distance }) {
     for (const top of this.tops) {
       top.group.position.x = (top.side - (this.sides - 1) / 2) * distance;
-      top.solid.look(show.opacity, show.thickness);
+      top.solid.look(this.body.half, show.opacity, show.thickness);
       const apart = distance > 0 || !top.side; // else the faces of two would mix
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }

@@ -2,7 +2,19 @@
 
 import numpy as np
 import pytest
-from browser import UPRIGHT, advance, changed, load, scene, states, wait_for
+from browser import (
+    PAGE,
+    UPRIGHT,
+    WIDE,
+    advance,
+    changed,
+    load,
+    scene,
+    states,
+    visit,
+    wait_for,
+    window,
+)
 
 GROUND = "kreisel.view.world.background.getHexString()"
 TOP = "kreisel.view.tops[0]"
@@ -45,6 +57,36 @@ def test_light_is_that_of_the_system_until_one_chooses(chosen):
     assert chosen.evaluate(GROUND) == light
 
 
+def test_light_or_dark_is_remembered(browser):
+    page = visit(browser, color_scheme="light", reduced_motion="reduce")
+    light, dark = page.evaluate(GROUND), None
+    for choice in ("dark", "light", "dark", ""):
+        page.locator("details", has_text="Looks").locator("summary").click()
+        page.get_by_label("Light or dark").select_option(choice)
+        dark = dark or page.evaluate(GROUND)
+        page.reload()
+        wait_for(page, "!!window.kreisel")
+        assert page.evaluate(GROUND) == (dark if choice == "dark" else light) and light != dark
+    assert page.troubles == []
+    page.context.close()
+
+
+def test_light_or_dark_can_be_chosen_where_nothing_is_remembered(browser):
+    context = browser.new_context(color_scheme="light", reduced_motion="reduce")
+    page = context.new_page()
+    page.add_init_script("""Object.defineProperty(window, 'localStorage', {get() {
+        throw new DOMException('The document is sandboxed', 'SecurityError');
+    }})""")
+    page.goto(PAGE.as_uri())
+    wait_for(page, "!!window.kreisel")
+    light = page.evaluate(GROUND)
+    page.locator("details", has_text="Looks").locator("summary").click()
+    page.get_by_label("Light or dark").select_option("dark")
+    assert page.evaluate(GROUND) != light
+    assert page.get_by_label("Light or dark").input_value() == "dark"
+    context.close()
+
+
 @pytest.mark.parametrize("light, ground", [("light", "ffffff"), ("dark", "000000")])
 def test_a_projector_gets_all_the_contrast_there_is(chosen, light, ground):
     chosen.get_by_label("Light or dark").select_option(light)
@@ -67,6 +109,24 @@ def test_a_projector_gets_larger_numbers_and_charts(page):
     page.keyboard.press("l")
     page.keyboard.press("b")
     assert page.evaluate(size) == before
+
+
+def test_charts_in_a_hall_can_be_read_from_afar(page):
+    page.set_viewport_size(window((2400, 1300)))
+    load(page, "Compare four")
+    advance(page, 30)
+    page.keyboard.press("b")
+    settled(page)
+    size = "(place) => parseFloat(getComputedStyle(place).fontSize)"
+    reads = page.locator(".read")
+    assert reads.first.evaluate(size) >= 20
+    fonts = (
+        "kreisel.charts.plots.flatMap((plot) => plot.axes.map((axis) => parseFloat(axis.font[0])))"
+    )
+    assert min(page.evaluate(fonts)) >= 20 * page.evaluate("devicePixelRatio")
+    assert reads.first.evaluate("(place) => place.scrollWidth <= place.clientWidth")
+    page.keyboard.press("b")
+    page.set_viewport_size(window(WIDE))
 
 
 def test_paper_is_light(chosen):

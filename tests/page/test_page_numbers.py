@@ -7,7 +7,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import UPRIGHT, advance, load, scene, scene_in_python, states, wait_for
+from browser import UPRIGHT, WIDE, advance, load, scene, scene_in_python, states, wait_for, window
 from toolbox import ROOT
 
 ALL = json.loads((ROOT / "python/viewer/presets.json").read_text())
@@ -271,3 +271,43 @@ def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
     assert choice.locator("option[value=top]").is_disabled()
     load(page, UPRIGHT, show={"solid": "top"}, body={"half": [1, 1, 0.1], "pivot": [0, 0, -1.5]})
     assert page.evaluate(drawn) == 4
+
+
+@pytest.mark.parametrize("size", [(480, 320), (390, 780)], ids=str)
+def test_letters_keep_off_the_numbers(page, size):
+    page.set_viewport_size(window(size))
+    load(page, "A spinning top")
+    corner = page.evaluate("""(() => {
+        const {right} = document.querySelector('#numbers div:nth-child(2)').getBoundingClientRect();
+        const {bottom} = document.getElementById('numbers').getBoundingClientRect();
+        return [right, bottom];
+    })()""")
+    wait_for(page, f"kreisel.view.letters.corner[1] >= {corner[1]} - 1")
+    over = page.evaluate(
+        """([right, bottom]) => {
+        const {letters, pixels} = kreisel.view, over = [];
+        const span = document.createElement('span');
+        span.textContent = 'ω';
+        letters.place.append(span);
+        letters.all = [{span, wide: 20}];
+        for (let x = 5; x < right; x += 9)
+            for (let y = 5; y < bottom; y += 9) {
+                letters.all[0].at = () => [x, y];
+                letters.follow(pixels);
+                if (span.hidden || span.getBoundingClientRect().top < bottom - 6) over.push([x, y]);
+            }
+        span.remove();
+        return over;
+    }""",
+        corner,
+    )
+    page.set_viewport_size(window(WIDE))
+    assert over == []
+
+
+def test_arrows_of_all_tops_are_seen(page):
+    through = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
+    load(page, "Sleeping top")
+    assert page.evaluate(through) == [True, True]  # they come out of the bodies
+    attempt(page, "Both fast")
+    assert page.evaluate(through) == [False, False]  # that of the second would not
