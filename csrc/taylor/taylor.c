@@ -187,7 +187,6 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
-    if (!(log2_tol < 0.0)) return KR_ERR_ARGUMENT;
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
     const kr_kernel *kernel = kernel_for(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_use(motion, kernel, log2_tol);

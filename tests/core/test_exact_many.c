@@ -110,7 +110,7 @@ static void spoil(kr_scene *s, int number)
         s->body.inertia = v3(1.0, 1.2, 1.4);
         break;
     case 4:
-        s->damping.z = 1e-3;
+        *(number % 2 ? &s->damping.z : &s->damping.y) = 1e-3;
         break;
     case 5:
         s->start.q.w += 0.1;

@@ -156,6 +156,34 @@ static void next_to_nothing(void)
         for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&about, t)));
     }
 }
+/* A pendulum that falls until its momentum is no number in the user's units stops at its last good
+ * state, also between two points of its grid. */
+static void overflows(void)
+{
+    kr_scene s = tilted();
+    s.body.inertia = v3(0x.fp1000, 0x.fp1000, 0x.8p1000);
+    s.body.mass = 0x.fp1000;
+    s.body.com = v3(0, 0, 1);
+    s.gravity = 0x.fp46;
+    s.start = (kr_state){0.0, q_exp(v3(0.05, 0, 0)), v3(0x.e8p1023, 0, 0)};
+    int fell = 0;
+    for (size_t i = 0; i < kr_method_count(); i++) {
+        kr_top *top = NULL;
+        if (kr_top_create(&s, kr_method_at(i), (kr_config){.step = 1e-9}, &top) != KR_OK) continue;
+        kr_state before = s.start;
+        kr_status status = KR_OK;
+        for (int k = 1; k < 1000 && status == KR_OK; k++) {
+            before = kr_top_state(top);
+            status = kr_top_advance(top, 2.5e-10 * k);
+        }
+        const kr_state state = kr_top_state(top);
+        IS(status == KR_ERR_NOT_FINITE && is_state(state) && state.t >= before.t);
+        IS(state.m.x > 1e308);
+        kr_top_free(top);
+        fell++;
+    }
+    IS(fell > 15);
+}
 /* Rates and units that no double has are refused, and so are steps of the map that no unit fits. */
 static void refusals(void)
 {
@@ -194,6 +222,7 @@ int main(void)
     often();
     tiny_steps();
     next_to_nothing();
+    overflows();
     refusals();
     return check_result();
 }

@@ -3,6 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 #include "driver/top.h"
+#include "events/terms.h"
 #include "random.h"
 #include "tops.h"
 
@@ -137,6 +138,8 @@ static void quantities(void)
     IS(isnan(kr_state_modified_energy(&s, &s.start, 0.1)));
     IS(isnan(kr_state_modified_energy4(&s, &s.start, 0.1)));
     IS(isnan(kr_terms_value(&s, &s.start, 1, &none)) && kr_component_find("none") < 0);
+    const kr_term other = {1.0, KR_ONE, 100000};
+    IS(!kr_terms_are_linear(1, &none) && !kr_terms_are_linear(1, &other));
     s.body = thesis_body();
     IS(isnan(kr_state_kowalewski(&s, &s.start)) &&
        isnan(kr_state_goryachev_chaplygin(&s, &s.start)));
@@ -175,16 +178,20 @@ static void more_digits(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
-    const kr_config configs[3] = {{.digits = 0}, {.digits = 30}, {.leave_heading = 1}};
-    kr_top *tops[3];
-    for (int i = 0; i < 3; i++) tops[i] = make(&s, taylor(), configs[i]);
-    for (int i = 0; i < 3; i++) {
+    const kr_config configs[5] = {{.digits = 0},
+                                  {.digits = 30},
+                                  {.leave_heading = 1},
+                                  {.tangents = KR_TANGENT_GRAVITY},
+                                  {.tangents = KR_TANGENT_MASS}};
+    kr_top *tops[5];
+    for (int i = 0; i < 5; i++) tops[i] = make(&s, taylor(), configs[i]);
+    for (int i = 0; i < 5; i++) {
         const size_t size = kr_top_save_size(tops[i]);
         IS(size <= MOST && kr_top_save(tops[i], size, saved) == KR_OK);
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 5; k++)
             IS(kr_top_load(tops[k], size, saved) == (k == i ? KR_OK : KR_ERR_CHECKPOINT));
     }
-    for (int i = 0; i < 3; i++) kr_top_free(tops[i]);
+    for (int i = 0; i < 5; i++) kr_top_free(tops[i]);
 }
 /* Without a top there is no status but this, whatever is asked of it. */
 static void no_top(void)
@@ -192,6 +199,8 @@ static void no_top(void)
     size_t done = 7;
     IS(kr_top_record(NULL, 0, NULL, NULL, &done) == KR_ERR_ARGUMENT && done == 0);
     IS(kr_top_record(NULL, 1, NULL, NULL, NULL) == KR_ERR_ARGUMENT);
+    double out[6];
+    IS(kr_top_tangents(NULL, out, NULL) == KR_ERR_ARGUMENT && kr_top_tangent_rest(NULL) == 0.0);
 }
 
 int main(void)

@@ -218,20 +218,27 @@ static void interrupted(const kr_event *event)
 static void bad_words(const kr_event *good)
 {
     cut c;
-    kr_worker *worker = made((kr_config){0}), *other = NULL, *level = NULL;
+    const kr_config tangent = {.tangents = KR_TANGENT_GROWTH};
+    kr_worker *worker = made((kr_config){0}), *other = NULL, *level = NULL, *grows = NULL;
     random_tops(&c, 40.0);
     const kr_tops tops = all_of(&c, 2);
-    kr_event none = *good, aslant = *good, turning = *good;
+    kr_event none = *good, bare = *good, aslant = *good, turning = *good;
     const kr_term apex_x = term(1.0, "apex_x", "1");
     none.count = 0;
-    aslant.direction = 2;
+    bare.terms = NULL;
     turning.terms = &apex_x;
     IS(kr_worker_section(worker, NULL, &tops) == KR_ERR_ARGUMENT);
     IS(kr_worker_section(worker, good, NULL) == KR_ERR_ARGUMENT);
     IS(kr_worker_section(NULL, good, &tops) == KR_ERR_ARGUMENT);
     IS(kr_worker_section(worker, &none, &tops) == KR_ERR_ARGUMENT);
-    IS(kr_worker_section(worker, &aslant, &tops) == KR_OK);
-    IS(c.outcomes[0].status == KR_ERR_ARGUMENT && c.outcomes[1].status == KR_ERR_ARGUMENT);
+    IS(kr_worker_section(worker, &bare, &tops) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(taylor(), tangent, 0, NULL, &grows) == KR_OK);
+    IS(kr_worker_section(grows, good, &tops) == KR_ERR_ARGUMENT);
+    for (int direction = -2; direction <= 2; direction += 4) {
+        aslant.direction = direction;
+        IS(kr_worker_section(worker, &aslant, &tops) == KR_OK);
+        IS(c.outcomes[0].status == KR_ERR_ARGUMENT && c.outcomes[1].status == KR_ERR_ARGUMENT);
+    }
     IS(kr_worker_create(NULL, (kr_config){0}, 0, NULL, &other) == KR_OK);
     IS(kr_worker_section(other, good, &tops) == KR_ERR_METHOD);
     IS(kr_worker_create(taylor(), (kr_config){.leave_heading = 1}, 0, NULL, &level) == KR_OK);
@@ -241,6 +248,7 @@ static void bad_words(const kr_event *good)
     kr_worker_free(worker);
     kr_worker_free(other);
     kr_worker_free(level);
+    kr_worker_free(grows);
 }
 int main(void)
 {
