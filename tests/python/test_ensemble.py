@@ -189,6 +189,9 @@ def test_scenes_in_lists_are_an_ensemble():
     assert_same(kr.Ensemble.of(mixed), lambda at: mixed[at[0]])
     alike = kr.Ensemble.of([LAGRANGE, LAGRANGE.replace(gravity=2)])
     assert alike.body is LAGRANGE.body
+    twin = LAGRANGE.replace(body=copy.copy(LAGRANGE.body))
+    assert twin.body is not LAGRANGE.body
+    assert kr.Ensemble.of([LAGRANGE, twin]).body is LAGRANGE.body
     assert kr.Ensemble.of(list(kr.starts(CORNER, energy=3, vertical=1, n=3))).shape == (3,)
 
 

@@ -80,6 +80,11 @@ def test_rates_are_those_of_the_axis(name):
     assert azimuth[-1] - azimuth[0] == pytest.approx(top.precession * top.period, rel=1e-12)
 
 
+def test_no_state_takes_a_step():
+    for exact in kr.exact(THESIS), kr.exact(THESIS, map="bobenko_suris", step=0.1):
+        assert exact([3, 5]).stats == (0, 0, 0, 0)
+
+
 def test_a_path_is_as_its_constructor_makes_it():
     for path in (kr.exact(TILTED)(2.0), kr.exact(TILTED, map="bobenko_suris", step=0.1)([1, 2])):
         words = path.scene, path.states, path.method, path.step, None, path.stats

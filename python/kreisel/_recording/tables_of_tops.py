@@ -73,7 +73,7 @@ def kept_columns(reduced: Outcomes, kept: Kept) -> Iterator[tuple[str, Array, st
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(reduced.size, -1)
         for i in range(parts.shape[1]):
-            column = quantity.components[i] + kind if parts.shape[1] > 1 else name
+            column = name if parts.shape[1] == 1 else quantity.components[i] + kind
             yield column, parts[:, i], quantity.dimension
 
 
