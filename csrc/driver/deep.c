@@ -17,15 +17,11 @@ static dd square_of(kr_quat q)
  * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
 {
-    const parts in_space[3] = {parts_of(m.x), parts_of(m.y), parts_of(m.z)};
-    parts given[3];
-    dd M[3], square = square_of(q);
-    for (int i = 0; i < 3; i++) given[i] = parts_turned_back(q, in_space, i);
-    if (top->turned) square = dd_mul(square, square_of(top->axes));
-    for (int i = 0; i < 3; i++) {
-        const parts own = top->turned ? parts_turned_back(top->axes, given, i) : given[i];
-        M[i] = dd_div(parts_dd(own), square);
-    }
+    const parts in_space = parts_of(m), given = parts_turned_back(q, &in_space),
+                own = top->turned ? parts_turned_back(top->axes, &given) : given;
+    const dd square = top->turned ? dd_mul(square_of(q), square_of(top->axes)) : square_of(q);
+    dd M[3];
+    for (int i = 0; i < 3; i++) M[i] = dd_div(parts_dd(&own, i), square);
     return (vec_dd){M[0], M[1], M[2]};
 }
 

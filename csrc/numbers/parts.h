@@ -1,64 +1,70 @@
 /* Sums of products that lose nothing to cancellation: all products are exact, and their sum is as
  * good as one with four times the digits of a double (Ogita, Rump, Oishi, SIAM J. Sci. Comput. 26,
- * 2005, SumK). */
+ * 2005, SumK). The three components of a vector go together: each waits for sums of its own. */
 #ifndef KR_PARTS_H
 #define KR_PARTS_H
 #include "su2_dd.h"
 
-enum { PARTS = 4, PARTS_TERMS = 8 * 4 * PARTS };
-/* An unevaluated sum. */
+enum { PARTS = 4, PARTS_PRODUCTS = 8, PARTS_TERMS = PARTS_PRODUCTS * PARTS * 4 };
+/* A vector as an unevaluated sum of `count` vectors. */
 typedef struct parts {
-    double part[PARTS];
+    int count;
+    double part[PARTS][3];
 } parts;
 
-static inline parts parts_of(double a)
+static inline parts parts_of(kr_vec3 v)
 {
-    const parts p = {{a, 0.0, 0.0, 0.0}};
+    const parts p = {1, {{v.x, v.y, v.z}}};
     return p;
 }
-static inline dd parts_dd(parts a)
+static inline dd parts_dd(const parts *v, int i)
 {
-    return dd_add(two_sum(a.part[0], a.part[1]), two_sum(a.part[2], a.part[3]));
+    return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
-/* Returns the sum of n numbers, which do not outlive it: each round leaves their errors behind. */
-static inline parts parts_sum(double x[], int n)
+/* Returns the sum of n vectors, at least four, which do not outlive it: each round leaves their
+ * errors behind. */
+static inline parts parts_sum(double x[][3], int n)
 {
-    parts sum;
+    parts sum = {PARTS, {{0.0}}};
     for (int round = 0; round < PARTS; round++) {
-        for (int i = 1; i < n - round; i++) {
-            const dd both = two_sum(x[i], x[i - 1]);
-            x[i] = both.hi, x[i - 1] = both.lo;
-        }
-        sum.part[round] = x[n - 1 - round];
+        for (int k = 1; k < n - round; k++)
+            for (int i = 0; i < 3; i++) {
+                const dd both = two_sum(x[k][i], x[k - 1][i]);
+                x[k][i] = both.hi, x[k - 1][i] = both.lo;
+            }
+        for (int i = 0; i < 3; i++) sum.part[round][i] = x[n - 1 - round][i];
     }
     return sum;
 }
-/* Writes a b c as a sum of doubles; returns how many. */
-static inline int parts_product(double a, double b, const parts *c, double to[])
+/* Writes a b v_from as a sum of 4 v->count doubles, into component `to` of vectors. */
+static inline void parts_product(double a, double b, const parts *v, int from, double x[][3],
+                                 int to)
 {
     const dd ab = two_product(a, b);
-    int n = 0;
-    for (int i = 0; i < PARTS; i++) {
-        if (c->part[i] == 0.0) continue;
-        const dd high = two_product(ab.hi, c->part[i]), low = two_product(ab.lo, c->part[i]);
-        to[n++] = high.hi, to[n++] = high.lo, to[n++] = low.hi, to[n++] = low.lo;
+    for (int k = 0; k < v->count; k++) {
+        const dd high = two_product(ab.hi, v->part[k][from]),
+                 low = two_product(ab.lo, v->part[k][from]);
+        x[4 * k][to] = high.hi, x[4 * k + 1][to] = high.lo;
+        x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
     }
-    return n;
 }
-/* Returns one component of q* v q, for a q of any length. */
-static inline parts parts_turned_back(kr_quat q, const parts v[3], int i)
+/* Returns q* v q, for a q of any length. */
+static inline parts parts_turned_back(kr_quat q, const parts *v)
 {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
     const double w = q.w, u[3] = {q.x, q.y, q.z};
-    double x[PARTS_TERMS];
-    int n = parts_product(w, w, &v[i], x);
-    n += parts_product(u[i], u[i], &v[i], x + n);
-    n += parts_product(-u[j], u[j], &v[i], x + n);
-    n += parts_product(-u[k], u[k], &v[i], x + n);
-    n += parts_product(2.0 * u[i], u[j], &v[j], x + n);
-    n += parts_product(2.0 * w, u[k], &v[j], x + n);
-    n += parts_product(2.0 * u[i], u[k], &v[k], x + n);
-    n += parts_product(-2.0 * w, u[j], &v[k], x + n);
-    return n > 0 ? parts_sum(x, n) : parts_of(0.0);
+    const int n = 4 * v->count;
+    double x[PARTS_TERMS][3];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        parts_product(w, w, v, i, x, i);
+        parts_product(u[i], u[i], v, i, x + n, i);
+        parts_product(-u[j], u[j], v, i, x + 2 * n, i);
+        parts_product(-u[k], u[k], v, i, x + 3 * n, i);
+        parts_product(2.0 * u[i], u[j], v, j, x + 4 * n, i);
+        parts_product(2.0 * w, u[k], v, j, x + 5 * n, i);
+        parts_product(2.0 * u[i], u[k], v, k, x + 6 * n, i);
+        parts_product(-2.0 * w, u[j], v, k, x + 7 * n, i);
+    }
+    return parts_sum(x, PARTS_PRODUCTS * n);
 }
 #endif

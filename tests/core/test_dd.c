@@ -107,25 +107,25 @@ static void arithmetic(void)
 /* What cancels leaves no rounding behind, down to the last of four doubles. */
 static void cancellations(void)
 {
-    double x[] = {1.0, 0x1p-60, -0x1p-190, 3.0, -4.0, 0x1p-120, -0x1p-60, 5.0, 0x1p-130, -5.0};
-    const dd sum = parts_dd(parts_sum(x, 10));
-    IS(sum.hi == 0x1p-120 + 0x1p-130 && sum.lo == -0x1p-190);
-    double few[] = {0.1, -0.1, 0.1, 0x1p-80};
-    const parts kept = parts_sum(few, 4);
-    IS(parts_dd(kept).hi == 0.1 && parts_dd(kept).lo == 0x1p-80);
+    double x[][3] = {{1.0, 0.1, 0.0},        {0x1p-60, -0.1, 0.0}, {-0x1p-190, 0.1, 0.0},
+                     {3.0, 0x1p-80, 0.0},    {-4.0, 0.0, 0.0},     {0x1p-120, 0.0, 0.0},
+                     {-0x1p-60, 1e300, 1.0}, {5.0, -1e300, -1.0},  {0x1p-130, 1e16, 0.0},
+                     {-5.0, -1e16, 0x1p-500}};
+    const parts sum = parts_sum(x, 10);
+    const dd first = parts_dd(&sum, 0), second = parts_dd(&sum, 1);
+    IS(first.hi == 0x1p-120 + 0x1p-130 && first.lo == -0x1p-190);
+    IS(second.hi == 0.1 && second.lo == 0x1p-80 && parts_dd(&sum, 2).hi == 0x1p-500);
 }
 /* The vector (8, 0, 6) from a frame turned about y by twice the angle whose tangent is 1 / 3: its x
  * becomes 8 * 0.8 - 6 * 0.6 and its z 8 * 0.6 + 6 * 0.8, times 10; and z where it all but goes. */
 static void turns_back(void)
 {
     const kr_quat q = {3.0, 0.0, 1.0, 0.0};
-    const parts v[3] = {parts_of(8.0), parts_of(0.0), parts_of(6.0)};
-    IS(parts_dd(parts_turned_back(q, v, 0)).hi == 28.0);
-    IS(parts_dd(parts_turned_back(q, v, 1)).hi == 0.0);
-    IS(parts_dd(parts_turned_back(q, v, 2)).hi == 96.0);
-    const parts across[3] = {parts_of(-8.0), parts_of(0.0), parts_of(6.0 + 0x1p-50)};
-    const dd rest = parts_dd(parts_turned_back(q, across, 2));
-    IS(rest.hi == 8.0 * 0x1p-50 && rest.lo == 0.0);
+    const parts v = parts_of(v3(8.0, 0.0, 6.0)), across = parts_of(v3(-8.0, 0.0, 6.0 + 0x1p-50));
+    const parts seen = parts_turned_back(q, &v), all_but = parts_turned_back(q, &across);
+    IS(parts_dd(&seen, 0).hi == 28.0 && parts_dd(&seen, 1).hi == 0.0);
+    IS(parts_dd(&seen, 2).hi == 96.0);
+    IS(parts_dd(&all_but, 2).hi == 8.0 * 0x1p-50 && parts_dd(&all_but, 2).lo == 0.0);
 }
 
 int main(void)
