@@ -312,6 +312,40 @@ static void refused_aside(void)
     IS(failed > 0);
 }
 
+static kr_worker *exactly(kr_config config)
+{
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(kr_method_find("exact"), config, 0, NULL, &worker) == KR_OK);
+    return worker;
+}
+/* Many states of closed forms are read piece by piece, and this stops between two of them. */
+static void stopped_among_many_states(void)
+{
+    enum { MANY = 3 << 15 };
+    static double t[MANY];
+    static kr_state whole[2 * MANY], states[2 * MANY];
+    const kr_scene scenes[2] = {kr_scene_default(), tilted()};
+    kr_outcome outcomes[2];
+    int left = 1;
+    const kr_config config = {.poll = stop_once, .context = &left};
+    for (int k = 0; k < MANY; k++) t[k] = 1e-3 * k;
+    kr_tops tops = {
+        .n = 2, .scenes = scenes, .times = MANY, .t = t, .states = whole, .outcomes = outcomes};
+    kr_worker *worker = exactly((kr_config){0}), *stopped = exactly(config);
+    int order = 7;
+    IS(strcmp(kr_worker_kernel(worker, &order), "") == 0 && order == 0);
+    IS(kr_worker_run(worker, &tops) == KR_OK && outcomes[1].done == MANY);
+    tops.states = states;
+    IS(kr_worker_run(stopped, &tops) == KR_ERR_INTERRUPTED);
+    const size_t done = outcomes[0].done;
+    IS(outcomes[0].status == KR_ERR_INTERRUPTED && done > 0 && done < MANY);
+    IS(memcmp(states, whole, done * sizeof *states) == 0 && isnan(states[done].q.w));
+    IS(same(outcomes[0].last, whole[done - 1]));
+    IS(outcomes[1].status == KR_ERR_INTERRUPTED && outcomes[1].done == 0);
+    kr_worker_free(worker);
+    kr_worker_free(stopped);
+}
+
 int main(void)
 {
     all_stopped_aside("extrap");
@@ -324,6 +358,7 @@ int main(void)
     is_there();
     beyond_the_users_numbers();
     stopped_among_many();
+    stopped_among_many_states();
     no_units();
     past_the_horizon("exact");
     no_way_aside("extrap_kirchhoff", 1000);

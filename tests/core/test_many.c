@@ -311,34 +311,6 @@ static void interrupted(int after)
     kr_worker_free(worker);
 }
 
-/* Many states of closed forms are read piece by piece, and this stops between two of them. */
-static void interrupted_closed_forms(void)
-{
-    enum { MANY = 3 << 15 };
-    static double t[MANY];
-    static kr_state whole[2 * MANY], states[2 * MANY];
-    const kr_scene scenes[2] = {kr_scene_default(), tilted()};
-    kr_outcome outcomes[2];
-    int left = 0;
-    const kr_config config = {.poll = stop_at, .context = &left};
-    for (int k = 0; k < MANY; k++) t[k] = 1e-3 * k;
-    kr_tops tops = {
-        .n = 2, .scenes = scenes, .times = MANY, .t = t, .states = whole, .outcomes = outcomes};
-    kr_worker *worker = made(kr_method_find("exact"), (kr_config){0}),
-              *stopped = made(kr_method_find("exact"), config);
-    int order = 7;
-    IS(strcmp(kr_worker_kernel(worker, &order), "") == 0 && order == 0);
-    IS(kr_worker_run(worker, &tops) == KR_OK && outcomes[1].done == MANY);
-    tops.states = states;
-    IS(kr_worker_run(stopped, &tops) == KR_ERR_INTERRUPTED);
-    const size_t done = outcomes[0].done;
-    IS(outcomes[0].status == KR_ERR_INTERRUPTED && done > 0 && done < MANY);
-    IS(memcmp(states, whole, done * sizeof *states) == 0 && isnan(states[done].q.w));
-    IS(same(outcomes[0].last, whole[done - 1]));
-    IS(outcomes[1].status == KR_ERR_INTERRUPTED && outcomes[1].done == 0);
-    kr_worker_free(worker);
-    kr_worker_free(stopped);
-}
 static void bad_words(void)
 {
     kr_worker *worker = NULL;
@@ -396,7 +368,6 @@ int main(void)
     without_the_heading();
     interrupted(0);
     interrupted(7);
-    interrupted_closed_forms();
     bad_words();
     return check_result();
 }
