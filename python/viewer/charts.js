@@ -173,7 +173,7 @@ export class Charts {
     const place = plot.place?.nextElementSibling;
     if (!place) return;
     const row = plot.cursor.idx ?? plot.data[0].length - 1;
-    const digits = plot.tops.length > 2 ? 3 : 5; // as fit into a line
+    const digits = [5, 5, 5, 3][plot.tops.length] ?? 2; // as fit into a line
     const words = plot.tops.map((top, i) => {
       const x = plot.series[i + 1].show ? plot.data[i + 1][row] : null;
       const value = document.createElement("span");

@@ -283,6 +283,9 @@ def test_a_chart_tells_its_values_under_the_cursor(page):
     page.mouse.move(box["x"] + box["width"] / 2, box["y"] + 30)
     wait_for(page, "/^t = 1[45]/.test(document.querySelector('#charts .read').textContent)")
     assert len(page.locator("#charts .read span").all_inner_texts()) == 4
+    advance(page, 3.01)
+    page.evaluate("kreisel.charts.plots.forEach((plot) => kreisel.charts.read(plot))")
+    assert told.evaluate("(line) => line.scrollWidth <= line.clientWidth")
 
 
 def test_charts_are_larger_on_demand(page):
