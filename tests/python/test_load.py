@@ -277,6 +277,8 @@ def test_arrays_that_are_wrong_are_refused(file, parts, tmp_path, monkeypatch):
         left = {other: parts[other] for other in parts if other != name}
         if name not in ("q_low.npy", "events_q_low.npy"):
             refused(file, left, "it has no ")
+    wide = npy("'<f8'", f"({rows}, 5)", bytes(40 * rows))
+    refused(file, parts | {"q.npy": wide}, "its q is of the shape")
     assert not (tmp_path / "harmed").exists()
 
 

@@ -210,3 +210,4 @@ def test_plans_count_the_ways_and_the_bytes():
     small = kr.plan(MIXED, range(1000), reduce={"spin": "max"})
     assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
     assert kr.plan(MIXED[:0], TIMES).seconds == 0.0
+    assert kr.plan(MIXED, [1.0]).seconds > 0.0 == kr.plan(MIXED, []).seconds

@@ -73,6 +73,6 @@ def test_core_is_typed_as_its_stub_says():
 
 
 def test_import_needs_numpy_only():
-    optional = "{'scipy', 'rich', 'click', 'matplotlib', 'heyoka'}"
+    optional = {"scipy", "rich", "click", "matplotlib", "heyoka", "pandas", "xarray", "pyarrow"}
     done = python(f"import sys, kreisel; print(sorted(sys.modules.keys() & {optional}))")
     assert (done.returncode, done.stdout) == (0, "[]\n")
