@@ -61,6 +61,15 @@ def test_the_error_is_met_or_refused_where_a_motion_lingers(seed):
     assert true <= target and path.error / 3 <= max(true, 1e-15) <= 3 * path.error
 
 
+@pytest.mark.parametrize("end", [1e4, -1e4])
+@pytest.mark.parametrize("most", [1, 30, 3000])
+def test_whichever_run_is_ended_leaves_a_state(most, end):
+    with pytest.raises(kr.Error, match=f"of {end:g}") as ended:
+        kr.solve(LAGRANGE, end, "geometric", error=1e-6, max_steps=most)
+    path = ended.value.path
+    assert 0.0 <= path.t[-1] / end < 1.0 and np.isfinite(path.states).all()
+
+
 def turning_over():
     """A free body about its middle axis: the errors of a path are largest where it turns over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)

@@ -91,7 +91,8 @@ def grown_roundings(
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
         if came[0] != "OK":
-            break
+            states = came[1] if len(came[1]) else scene._start.copy()
+            return (came[0], states, *came[2:]), most
         turns = high.reshape(-1, 6, 6)[:, :3] @ directions
         most = max(most, float(np.linalg.norm(turns, axis=1).max()))
     return came, most
