@@ -2,6 +2,7 @@
 
 import numpy as np
 from kreisel import _core as core
+from kreisel._analysis import costs as table_of_costs
 from kreisel._analysis.costs import page as page_of_methods
 from kreisel._recording import rows, states
 from kreisel._request.quantities import QUANTITIES, TURNING, WANTED
@@ -19,6 +20,7 @@ __all__ = [
     "rows",
     "solid_of",
     "states",
+    "table_of_costs",
     "view",
 ]
 

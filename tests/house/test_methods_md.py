@@ -1,7 +1,7 @@
 """METHODS.md is the table of the methods that are built."""
 
 import kreisel as kr
-from inside import page_of_methods
+from inside import page_of_methods, table_of_costs
 from toolbox import ROOT
 
 
@@ -11,6 +11,15 @@ def test_table_of_methods():
         line.count("|") == lines[0].count("|") for line in lines
     )
     assert all(any(line.startswith(f"| {name} |") for line in lines) for name in kr.methods)
+
+
+def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
+    peers = [100e-9, 200e-9, 400e-9]
+    costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
+    monkeypatch.setattr(table_of_costs, "_costs", lambda _: costs)
+    told = page_of_methods(kr.methods)
+    assert "here one was\n100 ns on the first top" in told
+    assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in told and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in told
 
 
 def test_methods_md_is_up_to_date():

@@ -179,6 +179,13 @@ def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
     assert told == []
 
 
+def test_progress_of_an_executor_is_told_the_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(making, "_TELL", np.inf)
+    told = []
+    swept(tmp_path, executor=Losing(0, None), progress=told.append)
+    assert told == [1.0]
+
+
 def test_a_part_depends_on_the_plan_and_its_number_alone(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
     swept(one)
