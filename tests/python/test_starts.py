@@ -285,6 +285,14 @@ def test_start_number_i_depends_on_seed_and_i_alone():
     assert kr.starts(ASYMMETRIC, n=0, **words).shape == (0,)
 
 
+def test_a_seed_gives_the_same_starts_for_ever():
+    tops = kr.starts(ASYMMETRIC, energy=2.0, vertical=1.0, n=2, seed=7)
+    first = [0.9115183727699853, 0.1931344077567047, -0.3630886346929978, 0.0]
+    assert tops.attitude[0] == pytest.approx(first, abs=1e-12)
+    second = [-3.7700409266300934, 5.73886832164318, 1.0]
+    assert tops.momentum[1] == pytest.approx(second, abs=1e-12)
+
+
 def test_random_starts_are_even_in_the_volume_of_the_surface():
     """Of a Lagrange top the density of its height z is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
