@@ -196,6 +196,6 @@ def globe(axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[fl
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
     ink = matplotlib.rcParams["text.color"]
-    behind = len(depth) > 0 and depth[0] < 0.0
+    behind = depth[0] < 0.0
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
     bare(axes)
