@@ -55,8 +55,8 @@ def lyapunov(
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
-        >>> round(chaos.value, 2), chaos.curve.shape, bool(chaos.certificate < 1e-12)
-        (0.16, (32,), True)
+        >>> 0.1 < chaos.value < 0.2, chaos.curve.shape, bool(chaos.certificate < 1e-12)
+        (True, (32,), True)
         >>> kr.lyapunov(kr.scenes.kowalewski, 1000).value < 0.01
         True
 
@@ -115,8 +115,10 @@ def oli(
     as t where it is chaotic. The words are those of kreisel.lyapunov.
 
         >>> import kreisel as kr
-        >>> [round(kr.oli(top, 1000).value, 1) for top in (kr.scenes.asymmetric, kr.scenes.thesis)]
-        [158.1, 8.4]
+        >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
+        True
+        >>> round(kr.oli(kr.scenes.thesis, 1000).value, 1)
+        8.4
 
     Raises what kreisel.lyapunov raises.
     Source: Fouchard, Lega, Froeschle and Froeschle, Celest. Mech. 83 (2002).
