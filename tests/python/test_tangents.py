@@ -46,7 +46,7 @@ def test_tangents_are_the_differences_of_runs_with_30_digits(name):
         )
     # In doubles the path itself errs: by the tangents times its roundings.
     plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
-    within = 1e-12 if name != "dzhanibekov" else 3e-11
+    within = 1e-12 if name != "dzhanibekov" else 3e-10
     assert np.abs(plain.tangents[1] - fine).max() <= within * np.abs(fine).max()
     assert plain.tangents_rest < 1e-12
 
