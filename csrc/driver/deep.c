@@ -6,21 +6,15 @@
 #include "numbers/parts.h"
 #include "top.h"
 
-static quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
 static quat_dd axes_of(const kr_top *top) { return qdd_unit(qdd_of(top->axes)); }
-static dd square_of(kr_quat q)
-{
-    const quat_dd wide = qdd_of(q);
-    return dd_add(dd_mul(wide.w, wide.w), vdd_dot(wide.v, wide.v));
-}
 /* Returns the momentum seen from the body. Each component is rounded once, by its own size: the
  * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
 {
     const parts in_space = parts_of(m), given = parts_turned_back(q, &in_space),
                 own = top->turned ? parts_turned_back(top->axes, &given) : given;
-    const dd square = top->turned ? dd_mul(square_of(q), square_of(top->axes)) : square_of(q);
-    dd M[3];
+    dd M[3], square = qdd_square(qdd_of(q));
+    if (top->turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));
     for (int i = 0; i < 3; i++) M[i] = dd_div(parts_dd(&own, i), square);
     return (vec_dd){M[0], M[1], M[2]};
 }

@@ -30,7 +30,6 @@ static vec_dd unit_vector(int i)
     const vec_dd v = {dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
     return v;
 }
-static quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
 /* The turn from working axes to the frame of description. */
 static quat_dd axes_of(const kr_top *top)
 {

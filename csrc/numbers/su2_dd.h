@@ -48,6 +48,7 @@ static inline quat_dd q_dd(kr_quat hi, kr_quat lo)
     const quat_dd q = {two_sum(hi.w, lo.w), v_dd(q_vec(hi), q_vec(lo))};
     return q;
 }
+static inline quat_dd qdd_of(kr_quat q) { return q_dd(q, q4(0.0, v3(0.0, 0.0, 0.0))); }
 static inline kr_quat qdd_high(quat_dd q) { return q4(q.w.hi, vdd_high(q.v)); }
 static inline kr_quat qdd_low(quat_dd q) { return q4(q.w.lo, vdd_low(q.v)); }
 static inline quat_dd qdd_conj(quat_dd q)
@@ -62,9 +63,11 @@ static inline quat_dd qdd_mul(quat_dd a, quat_dd b)
         vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
     return q;
 }
+/* Returns |q|^2. */
+static inline dd qdd_square(quat_dd q) { return dd_add(dd_mul(q.w, q.w), vdd_dot(q.v, q.v)); }
 static inline quat_dd qdd_unit(quat_dd q)
 {
-    const dd s = dd_div(dd_of(1.0), dd_sqrt(dd_add(dd_mul(q.w, q.w), vdd_dot(q.v, q.v))));
+    const dd s = dd_div(dd_of(1.0), dd_sqrt(qdd_square(q)));
     const quat_dd u = {dd_mul(s, q.w), vdd_scale(s, q.v)};
     return u;
 }

@@ -81,7 +81,7 @@ class _Search:
         self.asked = times[:: max(1, -(-times.size // _MOST_LOOKS))]
         _, steps = self.guess(1.0)
         looks = self.looks(math.ceil(steps))
-        came, grown = grown_roundings(scene, looks, 16, max_steps, progress)
+        came, grown = grown_roundings(scene, looks, max_steps=max_steps, progress=progress)
         good(scene, replace(SERIES, max_steps=max_steps), came)
         self.conditioning = ROUNDING * grown
         self.request = self.reference()
