@@ -172,10 +172,12 @@ def ahead(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
+    beside = "a peer reaches each of these errors"
+    if alone:
+        beside = f"{count(alone)} of these errors {is_or_are(alone)} reached by no peer"
     return (
         f"The fastest peer takes {brief(statistics.median(ratios))} times as long at the median, "
-        f"and between {brief(min(ratios))} and {brief(max(ratios))} times; {count(alone)} of these "
-        f"errors {is_or_are(alone)} reached by no peer."
+        f"and between {brief(min(ratios))} and {brief(max(ratios))} times; {beside}."
     )
 
 
