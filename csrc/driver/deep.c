@@ -6,7 +6,10 @@
 #include "numbers/parts.h"
 #include "top.h"
 
-static quat_dd axes_of(const kr_top *top) { return qdd_unit(qdd_of(top->axes)); }
+quat_dd kr_deep_axes(const kr_top *top)
+{
+    return top->turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
+}
 /* Returns the momentum seen from the body. Each component is rounded once, by its own size: the
  * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
@@ -33,7 +36,7 @@ void kr_deep_lever(kr_top *top, double moment)
 kr_state kr_deep_in(kr_top *top, const kr_state *start)
 {
     const quat_dd given = qdd_of(start->q),
-                  q = qdd_unit(top->turned ? qdd_mul(given, axes_of(top)) : given);
+                  q = qdd_unit(top->turned ? qdd_mul(given, kr_deep_axes(top)) : given);
     const vec_dd M = momentum_in_body(top, start->q, v_scale(1.0 / top->momentum_unit, start->m));
     const kr_state low = {0.0, qdd_low(q), vdd_low(M)};
     const kr_state own = {0.0, qdd_high(q), vdd_high(M)};
@@ -44,7 +47,7 @@ void kr_deep_out(kr_top *top, kr_state *state)
 {
     const kr_state *low = &top->main.low;
     const quat_dd own = q_dd(state->q, low->q),
-                  q = top->turned ? qdd_mul(own, qdd_conj(axes_of(top))) : own;
+                  q = top->turned ? qdd_mul(own, qdd_conj(kr_deep_axes(top))) : own;
     state->q = qdd_high(q);
     state->m = v_scale(top->momentum_unit, state->m);
     top->low.t = 0.0;

@@ -30,11 +30,6 @@ static vec_dd unit_vector(int i)
     const vec_dd v = {dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
     return v;
 }
-/* The turn from working axes to the frame of description. */
-static quat_dd axes_of(const kr_top *top)
-{
-    return top->turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
-}
 
 /* What each of the columns begins with. One by one they are written where `next` points to. */
 typedef struct {
@@ -44,7 +39,7 @@ typedef struct {
 } sown;
 static void sow_start(sown *to, const kr_top *top)
 {
-    const quat_dd back = qdd_conj(axes_of(top));
+    const quat_dd back = qdd_conj(kr_deep_axes(top));
     for (int i = 0; i < 6; i++) {
         const kr_seed zero = {{nothing, nothing}, nothing, {0.0}};
         kr_seed *seed = to->next++;
@@ -123,7 +118,7 @@ static void put_axis(double *out, double *low, dd value, double factor)
 static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
                        double *out, double *low)
 {
-    const vec_dd turn = top->turned ? qdd_turn(axes_of(top), from->turn) : from->turn;
+    const vec_dd turn = top->turned ? qdd_turn(kr_deep_axes(top), from->turn) : from->turn;
     const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
     for (size_t i = 0; i < 6; i++)
         put_axis(out + i * n, low + i * n, axis[i], (i < 3 ? 1.0 : top->momentum_unit) / unit);

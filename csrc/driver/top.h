@@ -3,6 +3,7 @@
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
+#include "numbers/su2_dd.h"
 
 enum { KR_CHECK = 256 /* steps after which a motion is inspected and kept */ };
 
@@ -57,6 +58,8 @@ struct kr_top {
     X(low, 176)            X(scene, 240)
 /* clang-format on */
 
+/* The turn from working axes to the frame of description, with all digits. */
+quat_dd kr_deep_axes(const kr_top *top);
 /* The ways in and out for more digits than a double has. This one sets main's lever, in
  * units of `moment`. */
 void kr_deep_lever(kr_top *top, double moment);

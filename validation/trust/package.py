@@ -66,14 +66,15 @@ class Trial:
             shutil.copy(_core.__file__, folder)
 
     def all_used(self, file):
-        """What each test module uses; known from before, where sources and tests are the same."""
-        known, tree = json.loads(file.read_text()) if file.exists() else {}, digest(self.root)
-        uses = known["uses"] if known.get("tree") == tree else {}
-        for name in modules(self.root):
-            if name not in uses:
-                uses[name] = self.used(name)
-                file.write_text(json.dumps({"tree": tree, "uses": uses}))
-        return uses
+        """What each test module uses; known from before, where it and what it may use are the
+        same."""
+        known, names = json.loads(file.read_text()) if file.exists() else {}, modules(self.root)
+        texts = digests(self.root, names)
+        for name in names:
+            if known.get(name, {}).get("text") != texts[name]:
+                known[name] = {"text": texts[name], **self.used(name)}
+                file.write_text(json.dumps(known))
+        return {name: known[name] for name in names}
 
     def used(self, module):
         """Runs a test module; gives the lines of each source that it uses, and how long it took."""
@@ -128,10 +129,12 @@ class Trial:
         return "survived", ""
 
 
-def digest(root):
-    """Stands for the texts of all sources and tests."""
+def digests(root, names):
+    """What stands, for each test module, for its text and those of all that it may use."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    shared = [file for file in files if not file.name.startswith("test_")]
+    common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
+    return {n: hashlib.sha256(common + (root / n).read_bytes()).hexdigest() for n in names}
 
 
 def code(text):
