@@ -2,13 +2,16 @@
 
 import os
 from dataclasses import replace
+from io import StringIO
 
 import pytest
+from rich.console import Console
 
 from validation.parts import race, runs
 from validation.parts.budget import BUDGETS, Task, work_through
 from validation.parts.store import Store, put_whole
 from validation.peers import measure
+from validation.report.main import progress_bar
 
 
 def row(error, energy, seconds):
@@ -64,6 +67,19 @@ def test_what_was_found_is_kept_and_not_found_again(tmp_path):
     (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
     assert Store(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
     assert Store(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+
+
+def test_a_report_without_a_terminal_tells_each_tenth_of_its_way():
+    console = Console(file=StringIO(), width=80)
+    with progress_bar(console) as bar:
+        task = bar.add_task("", total=40.0)
+        for i in range(40):
+            bar.update(task, description=f"part/{i} [x]")
+            bar.advance(task, 1.0)
+    lines = console.file.getvalue().splitlines()
+    for tenth, line in enumerate(lines[:10], 1):
+        assert line == f"{10 * tenth:3} %  part/{4 * tenth - 1} [x]"
+    assert len(lines) == 11 and "100 %" in lines[10]
 
 
 def test_findings_after_a_line_that_was_cut_are_kept(tmp_path):

@@ -61,8 +61,20 @@ def command_line():
     return parser, size
 
 
+class InLines(Progress):
+    """The progress where no terminal shows a bar: a line for each tenth of the work."""
+
+    def advance(self, task_id, advance=1):
+        (task,) = self.tasks
+        before = task.percentage // 10
+        super().advance(task_id, advance)
+        if task.percentage // 10 > before:
+            self.console.print(f"{task.percentage:3.0f} %  {task.description}", markup=False)
+
+
 def progress_bar(console):
-    return Progress(
+    kind = Progress if console.is_terminal else InLines
+    return kind(
         TextColumn("{task.description:44}"),
         BarColumn(bar_width=30),
         TextColumn("{task.percentage:3.0f} %"),
