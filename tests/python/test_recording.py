@@ -220,6 +220,20 @@ def test_the_error_of_a_path_is_within_a_factor_of_3(case, method, step):
     assert true / 3 <= path.error <= 3 * true + 1e-16
 
 
+def test_a_closed_form_that_is_better_than_a_series_knows_it():
+    """The free body turns over thrice, and the series of 20 digits magnifies its roundings."""
+    body = kr.Body(1.0, (4.483167597121757, 3.657682742032973, 1.0048569934661162), (0, 0, 0))
+    momentum = -1.8363240592035863e-08, 8.840258465238069, -1.3362217851799154e-08
+    times = np.linspace(0, 28, 41)
+    path, short, long = (
+        kr.solve(kr.Scene(body, momentum=momentum, gravity=0.0), times, digits=digits)
+        for digits in (None, 20, 30)
+    )
+    true = kr.attitude_error(path.q, long.q).max()
+    assert path.method == "exact" and kr.attitude_error(short.q, long.q).max() > 100 * true
+    assert true / 3 <= path.error <= 3 * true + 1e-16
+
+
 def test_the_error_of_30_digits_is_not_less_than_their_roundings():
     for scene in (kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.kowalewski):
         assert kr.solve(scene, 20.0, digits=30).error > 1e-32

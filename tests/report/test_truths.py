@@ -4,8 +4,9 @@ import kreisel as kr
 import mpmath as mp
 import pytest
 
+from validation.bench import estimates
 from validation.peers import contenders
-from validation.truth import reference
+from validation.truth import many_digits, reference
 from validation.truth.problems import HORIZONS, SHORT, attitude_error, described, load
 
 TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
@@ -45,6 +46,28 @@ def test_truths_keep_what_a_top_keeps(name, t):
     assert reference.energy_error(problem, state) < 1e-31
     assert 0 < kept["agreement"] < 1e-28
     assert 1e-15 < kept["conditioning"] < 1e-10
+
+
+def test_a_truth_of_60_digits_is_that_of_all_others():
+    exactly = many_digits.AnyTop()
+    for name in HORIZONS:
+        (told,) = exactly(load(name).scene(), [SHORT])
+        kept = reference.stored(name, SHORT)
+        apart = reference.angle(numbers(map(str, told)), numbers(kept["attitude"]))
+        assert apart < 1e-31, name
+    described_anyhow = kr.scenes.kowalewski.replace(
+        body=kr.scenes.kowalewski.body.turned((0.1, 0.7, -0.5, 0.5)), gravity=9.81
+    )
+    path = kr.solve(described_anyhow, [-1.0, -2.0], digits=30)
+    truth = exactly(described_anyhow, path.t)
+    assert 0.0 < many_digits.angles(many_digits.attitudes(path), truth).max() < 3e-31
+
+
+@pytest.mark.parametrize("way", estimates.WAYS)
+def test_a_path_says_what_its_error_is(way):
+    scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
+    truth = many_digits.AnyTop()(scene, times)
+    assert 1 / 3 < estimates.said_over_true(scene, times, truth, way) < 3
 
 
 @pytest.mark.parametrize("name", HORIZONS)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -20,14 +21,17 @@ from .._ground.arguments import Array, Quaternion
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.request import Progress, Request
-from ..quaternion import turn
+from ..quaternion import conjugate, multiply, turn
 from .rows import Rows
 
 CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
 SERIES = Request(methods[ELSE], asked=ELSE)
 LONGER_SERIES = Request(methods[ELSE], digits=20, asked=ELSE)
 LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
-SHORTER_STEPS = Request(methods[ELSE], tol=2.0**-108, digits=30, asked=ELSE)  # other roundings
+# Shorter steps of 30 digits make other roundings.
+SHORTER_STEPS = [
+    Request(methods[ELSE], tol=2.0**-n, digits=30, asked=ELSE) for n in (108, 109, 110)
+]
 
 ROUNDING = 2.0**-53
 _LOOKS = 1024  # at the tangents of a path, at most
@@ -51,14 +55,25 @@ def closed_form_holds(scene: Scene) -> bool:
 def rounded(scene: Scene, digits: int = 16) -> Array:
     """How a rounding of the state may move attitude and momentum, over the rounding, as columns.
     Doubles hold either in the top's own units. A series of more digits keeps the momentum as the
-    body sees it: the attitude takes it along, and each component is rounded by its own size."""
+    body sees it: the attitude takes it along, and each number is rounded by its own size."""
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    taken = to_space @ np.cross(np.eye(3), seen).T
+    turns = _rounded_turns(scene)
+    taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
-    return np.block([[np.eye(3), np.zeros((3, 3))], [taken, own]])
+    return np.block([[turns, np.zeros((3, 3))], [taken, own]])
+
+
+def _rounded_turns(scene: Scene) -> Array:
+    """How a rounding of each number of the principal axes' attitude turns the body, seen from it.
+    The number is a sum of products, each rounded by its own size."""
+    axes = scene.body.axes
+    each: Any = np.diag(scene.attitude)
+    sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
+    moved = multiply(sizes, conjugate(axes))
+    return 2.0 * np.array(multiply(conjugate(scene.attitude), moved))[1:]
 
 
 def _matrix(q: Quaternion) -> Array:
@@ -74,8 +89,9 @@ def grown_roundings(
     progress: Progress | Work | None = None,
 ) -> tuple[Rows, float]:
     """How far one rounding of the start moves the attitude on the way at most [rad], over the
-    rounding, by tangents of the series, whatever method moves the top; infinite where a tangent
-    outgrows doubles. Before it the states that were looked at, of which some are missing where that
+    rounding, by tangents of the series, whatever method moves the top; of more digits, how far
+    those of all its numbers do, as they add up by chance. Infinite where a tangent outgrows
+    doubles. Before it the states that were looked at, of which some are missing where that
     run fails."""
     directions, most = rounded(scene, digits), 1.0
     came: Rows = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -93,8 +109,9 @@ def grown_roundings(
         if came[0] != "OK":
             states = came[1] if len(came[1]) else scene._start.copy()
             return (came[0], states, *came[2:]), most
-        turns = high.reshape(-1, 6, 6)[:, :3] @ directions
-        most = max(most, float(np.linalg.norm(turns, axis=1).max()))
+        turns = np.linalg.norm(high.reshape(-1, 6, 6)[:, :3] @ directions, axis=1)
+        grown = turns.max(axis=1) if digits <= 16 else np.linalg.norm(turns, axis=1)
+        most = max(most, float(grown.max()))
     return came, most
 
 

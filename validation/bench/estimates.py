@@ -1,0 +1,85 @@
+"""Whether path.error is what it says, in doubles and with 20 and 30 digits: python -m
+validation.bench.estimates
+
+On random tops of the families of validation.bench.promise, to random times up to 30 and back, what
+a path says of its error is held against its true one, the largest of its states', by heyoka with
+60 digits.
+"""
+
+import argparse
+import math
+
+import kreisel as kr
+import numpy as np
+
+from ..truth.many_digits import AnyTop, angles, attitudes
+from .promise import FAMILIES
+
+LOOKS = 41
+FACTOR = 3.0  # said over true, within which a path's word is taken
+ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # below it what is true is luck [rad]
+WAYS = {
+    "auto": {},
+    "strang": {"step": 0.01},
+    "kahan_li8": {"step": 0.02},
+    "extrap": {"tol": 1e-7},
+    "taylor": {},
+    "taylor 20": {"digits": 20},
+    "taylor 30": {"digits": 30},
+}
+
+
+def said_over_true(scene, times, truth, way):
+    """Gives the ratio, or None where the path is as good as its digits can tell, or is refused."""
+    method, options = way.split()[0], WAYS[way]
+    try:
+        path = kr.solve(scene, times, method, **options)
+    except (ValueError, kr.Error):
+        return None
+    true = angles(attitudes(path), truth).max()
+    return path.error / true if true > ROUNDED[path.digits or 16] else None
+
+
+def judged(scenes, seed):
+    """Gives for each family and way the ratios that were found."""
+    rng, exactly = np.random.default_rng(seed), AnyTop()
+    found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
+    for i in range(scenes):
+        family = FAMILIES[i % len(FAMILIES)]
+        t = float(10 ** rng.uniform(-1.0, 1.5)) * rng.choice([1.0, -1.0])
+        scene, times = family(rng), np.linspace(0.0, t, LOOKS)
+        truth = exactly(scene, times)
+        for way in WAYS:
+            ratio = said_over_true(scene, times, truth, way)
+            found[family.__name__, way] += [] if ratio is None else [ratio]
+    return found
+
+
+def line(name, ratios):
+    """Prints what was found of these; gives how many are not taken."""
+    beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
+    least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
+    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)
+    return beyond
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.bench.estimates", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--scenes", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=5)
+    asked = parser.parse_args(argv)
+    found = judged(asked.scenes, asked.seed)
+    print(f"  {'path.error / truth':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond")
+    for (family, way), ratios in found.items():
+        line(f"{family}, {way}", ratios)
+    beyond = 0
+    for way in WAYS:
+        beyond += line(way, [r for (_, w), ratios in found.items() if w == way for r in ratios])
+    print(f"  beyond: not within a factor of {FACTOR:g}; paths as good as roundings are left out")
+    return int(beyond > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
