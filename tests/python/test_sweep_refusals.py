@@ -291,3 +291,8 @@ def test_what_is_missing_is_not_passed_over(tmp_path):
     with pytest.raises(ValueError, match="has no part yet"):
         none.units  # noqa: B018  a look at it is what is refused
     assert none.missing == [*range(PARTS)]
+
+
+def test_a_source_of_tops_wants_an_ensemble():
+    with pytest.raises(TypeError, match="tops must be a"):
+        kr.Source.of(TOP)

@@ -147,6 +147,8 @@ def test_plan_says_what_is_used():
     assert all(len(line) < 200 for line in str(plan).splitlines())
     assert "left out" in str(plan) and "24 bytes a state" in str(plan)
     assert kr.plan(TOP, 100).bytes == 64
+    some = TOP.vary(spin=[1.0, 2.0])
+    assert "16 bytes a state" in str(kr.plan(some, want=("nutation", "energy"), method="taylor"))
     assert kr.plan(TOP, digits=30).columns[-1] == "m_low"
     closed = kr.plan(kr.scenes.thesis)
     assert closed.method == "exact" and "closed form" in closed.why

@@ -31,7 +31,9 @@ NO_STATEMENT = re.compile(
 )
 
 
-COMMUTE = re.compile(r"fmin|fmax|hypot|two_sum|dd_mul|(?:dd|v|q|qdd)_(?:add|dot|max|min)")
+COMMUTE = re.compile(
+    r"fmin|fmax|hypot|two_sum|two_product|dd_mul|(?:dd|v|q|qdd)_(?:add|dot|max|min)"
+)
 
 
 def mutants(file, text):

@@ -18,7 +18,7 @@ OPERATORS = {
 }
 NAMES = {"min": "max", "max": "min", "any": "all", "all": "any", "floor": "ceil", "ceil": "floor"}
 DROPPED = ast.AugAssign | ast.Raise | ast.Delete | ast.Assert | ast.Expr
-COMMUTE = {"min", "max", "dot", "isinstance", "getattr", "hasattr"}
+COMMUTE = {"min", "max", "minimum", "maximum", "dot", "isinstance", "getattr", "hasattr"}
 
 
 def mutants(file, text):
