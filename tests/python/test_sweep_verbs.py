@@ -60,6 +60,13 @@ def test_indicators_are_those_of_the_ensemble(tmp_path, form, verb):
     assert np.array_equal(frame[f"{verb}_curve"], whole.curve.ravel(), equal_nan=True)
 
 
+def test_a_single_top_has_a_section_too(tmp_path):
+    alone, words = kr.scenes.asymmetric.vary(spin=[1.0]), {"n": 3, "wait": 20.0}
+    found = kr.sweep(alone, to=tmp_path, verb="section", **words)
+    assert found["event_t"].size == 3
+    assert np.array_equal(found["event_t"], kr.section(alone, **words).states[:, 0])
+
+
 @pytest.mark.parametrize("words", MET)
 def test_sections_are_those_of_the_ensemble(tmp_path, form, words):
     found = kr.sweep(SOURCE, to=tmp_path, verb="section", part=7, **words)
