@@ -23,18 +23,7 @@ from .._request.plan import Choice, Plan, plan_of
 from .._request.request import Request, wanted
 from .carried import Carried
 from .places import Which, inside, places
-from .reference import (
-    CLOSED_FORM,
-    LONGER_SERIES,
-    LONGEST_SERIES,
-    ROUNDING,
-    ROUNDINGS,
-    SERIES,
-    SHORTER_STEPS,
-    apart,
-    closed_form_holds,
-    grown_roundings,
-)
+from .reference import ROUNDING, SERIES, apart, grown_roundings, told_error
 from .rows import Rows, refused, rows_in_any_order
 from .saved import saved
 from .states import NO_STATES, PARTS
@@ -136,17 +125,7 @@ class Path(Tables):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        if not self.digits and self.method != EXACT and closed_form_holds(self.scene):
-            error = self._apart(CLOSED_FORM)
-            if error >= ROUNDINGS * ROUNDING * self._grown():
-                return error
-        if self.digits == 30:
-            apart = sorted(self._apart(other) for other in SHORTER_STEPS)
-            return max(apart[len(apart) // 2], ROUNDING**2 * self._grown())
-        error = 0.0 if self.digits else self._apart(LONGER_SERIES)
-        # A closed form makes its roundings once: the series may magnify its own to more than these.
-        is_unsure = self.method == EXACT and error > ROUNDINGS * ROUNDING
-        return self._apart(LONGEST_SERIES) if self.digits or is_unsure else error
+        return told_error(self.scene, self.method, self.digits, self._apart, self._grown)
 
     def _grown(self) -> float:
         came, most = grown_roundings(self.scene, self.t, self.digits or 16)

@@ -9,6 +9,7 @@ its roundings.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 from typing import Any
@@ -18,6 +19,7 @@ import numpy as np
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, Quaternion
+from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
 from .._request.request import Progress, Request
@@ -50,6 +52,28 @@ def closed_form_holds(scene: Scene) -> bool:
     com = scene.body.principal_com
     reach = max(map(abs, com))
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
+
+
+def told_error(
+    scene: Scene,
+    method: MethodName,
+    digits: int | None,
+    apart: Callable[[Request], float],
+    grown: Callable[[], float],
+) -> float:
+    """The attitude error of a path of this method and these digits, by how far second runs are
+    apart from it, and how far a rounding of the start has grown."""
+    if not digits and method != EXACT and closed_form_holds(scene):
+        error = apart(CLOSED_FORM)
+        if error >= ROUNDINGS * ROUNDING * grown():
+            return error
+    if digits == 30:
+        errors = sorted(apart(other) for other in SHORTER_STEPS)
+        return max(errors[len(errors) // 2], ROUNDING**2 * grown())
+    error = 0.0 if digits else apart(LONGER_SERIES)
+    # A closed form makes its roundings once: the series may magnify its own to more than these.
+    is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
+    return apart(LONGEST_SERIES) if digits or is_unsure else error
 
 
 def rounded(scene: Scene, digits: int = 16) -> Array:
