@@ -137,6 +137,7 @@ static void beyond_the_users_numbers(void)
     }
 }
 
+static int stop_once(void *context) { return --*(int *)context == 0; }
 /* Many states of one step are asked about, too. */
 static void stopped_among_many(void)
 {
@@ -151,6 +152,10 @@ static void stopped_among_many(void)
     kr_top_free(top);
     top = make(&s, kr_method_find("exact"), (kr_config){.poll = stop});
     IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done < EVERY);
+    kr_top_free(top);
+    int left = 1;
+    top = make(&s, taylor(), (kr_config){.poll = stop_once, .context = &left});
+    IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done == EVERY - 1);
     kr_top_free(top);
 }
 /* Units for which there is no double. */
@@ -220,7 +225,6 @@ static void no_way_aside(const char *name, int limit)
     }
     IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
 }
-static int stop_once(void *context) { return --*(int *)context == 0; }
 /* Where a side step has been stopped, the state at the point before it is still there, bit by
  * bit. */
 static int stopped_aside(const char *name, const kr_scene *s, double tol, int calls)
