@@ -17,6 +17,7 @@ from .promise import FAMILIES
 
 LOOKS = 41
 FACTOR = 3.0  # said over true, within which a path's word is taken
+LUCKY = {"taylor 30": 0.1}  # the part of these paths that may be beyond: their truth is roundings
 ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # below it what is true is luck [rad]
 WAYS = {
     "auto": {},
@@ -74,11 +75,12 @@ def main(argv=None):
     print(f"  {'path.error / truth':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond")
     for (family, way), ratios in found.items():
         line(f"{family}, {way}", ratios)
-    beyond = 0
+    kept = True
     for way in WAYS:
-        beyond += line(way, [r for (_, w), ratios in found.items() if w == way for r in ratios])
+        ratios = [r for (_, w), some in found.items() if w == way for r in some]
+        kept &= line(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
     print(f"  beyond: not within a factor of {FACTOR:g}; paths as good as roundings are left out")
-    return int(beyond > 0)
+    return int(not kept)
 
 
 if __name__ == "__main__":

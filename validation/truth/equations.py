@@ -52,11 +52,17 @@ def coefficients(problem, form="velocity", digits=40):
     and those of the torque: 3 + 3 + 6 mpmath numbers."""
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
-        velocity = form == "velocity"
-        to_velocity = [mp.mpf(1) if velocity else 1 / x for x in J]
-        pairs = [(J[j] - J[k]) / J[i] if velocity else 1 / J[k] - 1 / J[j] for i, j, k in CYCLE]
-        torque = [x / (J[i] if velocity else 1) for i, j, k in CYCLE for x in (lever[k], -lever[j])]
-        return to_velocity + pairs + torque
+        return coefficients_of(J, lever, form)
+
+
+def coefficients_of(J, lever, form="velocity"):
+    """The same of moments and a lever in numbers of any kind."""
+    one = J[0] / J[0]
+    velocity = form == "velocity"
+    to_velocity = [one if velocity else one / x for x in J]
+    pairs = [(J[j] - J[k]) / J[i] if velocity else one / J[k] - one / J[j] for i, j, k in CYCLE]
+    torque = [x / (J[i] if velocity else one) for i, j, k in CYCLE for x in (lever[k], -lever[j])]
+    return to_velocity + pairs + torque
 
 
 def equations(numbers, fp):
