@@ -1,5 +1,5 @@
 """Mutants of the core: built as users without a newer instruction set have it, tried by the C
-tests, the quickest first, then by those in Python.
+tests, the quickest first, by these once more under sanitizers, then by those in Python.
 
 Only what includes the changed file is compiled again.
 """
@@ -12,13 +12,19 @@ from dataclasses import replace
 from time import monotonic
 
 from . import of_c
-from .tree import Refused, Verdict, copied, pytest, run
+from .tree import MEMORY, Refused, Verdict, copied, pytest, run
 
 FLAGS = (
     *("-std=c99", "-O1", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Icsrc"),
     *("-Werror=incompatible-pointer-types", "-Werror=int-conversion"),
 )
+SANITIZERS = (
+    *("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"),
+    "-fno-omit-frame-pointer",
+)
 FUZZ = ("1", "20000")  # the seed, and how many rounds
+# print what stands beside them
+GOLDEN = ("golden", "kernels", "results", "results_many", "results_closed")
 LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # times what the test takes of a processor when nothing is changed
 # What tells the time or asks a signal for it may fail on a busy machine without being wrong.
@@ -47,48 +53,63 @@ class Trial:
         self.root = copied(root, to)
         self.core = sources(self.root)
         self.programs = programs(self.root)
-        used = {file for files in self.programs.values() for file in files}
-        self.uses = {file: self.compiled(file, "base") for file in [*self.core, *sorted(used)]}
-        self.limits = {}
-        for name in self.programs:
-            done = self.tried(name, {}, 600)
-            if done.status:
-                raise Refused(f"{name} fails with nothing changed: {done.said[-500:]}")
-            self.limits[name] = done.seconds
-        self.quickest = sorted(self.limits, key=self.limits.get)
+        files = sorted({*self.core, *(f for files in self.programs.values() for f in files)})
+        self.uses = {file: self.compiled(file, "base") for file in files}
+        for file in files:
+            self.compiled(file, "base", SANITIZERS)
+        self.limits = {how: self.unchanged(how) for how in ((), SANITIZERS)}
         self.binding = binding(self.root)
         word, test = self.by_python(set()) if self.binding else ("survived", "")
         if word == "killed":
             raise Refused(f"{test} fails with nothing changed")
 
-    def object(self, file, folder):
-        return self.root / "objects" / folder / (file.replace("/", "_") + ".o")
+    def unchanged(self, how):
+        """How long each test takes with nothing changed [s], the quickest first."""
+        seconds = {}
+        for name in self.programs:
+            done = self.tried(name, {}, 600, how)
+            if done.status:
+                raise Refused(f"{name} fails with nothing changed: {done.said[-500:]}")
+            seconds[name] = done.seconds
+        return dict(sorted(seconds.items(), key=lambda item: item[1]))
 
-    def compiled(self, file, folder):
+    def object(self, file, folder, how=()):
+        kind = "checked" if how else "plain"
+        return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
+
+    def compiled(self, file, folder, how=()):
         """Compiles a source; gives the files that it uses, or None where it does not compile."""
-        to = self.object(file, folder)
+        to = self.object(file, folder, how)
         to.parent.mkdir(parents=True, exist_ok=True)
-        command = ["gcc", *FLAGS, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
+        command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
         if run(command, self.root, 300, 900).status:
             return None
         names = to.with_suffix(".d").read_text().replace("\\\n", " ").split()[1:]
         return {os.path.normpath(name) for name in names}
 
-    def linked(self, files, changed, to, *how):
-        objects = [self.object(f, "changed" if f in changed else "base") for f in files]
-        done = run([*how, *objects, "-lm", "-o", to], self.root, 300, 900)
+    def linked(self, files, changed, to, *command, how=()):
+        objects = [self.object(f, "changed" if f in changed else "base", how) for f in files]
+        done = run([*command, *how, *objects, "-lm", "-o", to], self.root, 300, 900)
         if done.status:
             raise Refused(done.said)
 
-    def tried(self, name, changed, seconds):
+    def tried(self, name, changed, seconds, how=()):
         """Links a test with the core, and runs it."""
         program = self.root / "objects" / name
-        how = ("gcc", *LINKED.get(name, ()))
-        self.linked([*self.core, *self.programs[name]], changed, program, *how)
-        done = run([program, *(FUZZ if name == "fuzz" else ())], self.root, seconds, 20 * seconds)
-        golden = self.root / "tests/core/golden.txt"
-        is_wrong = name == "golden" and done.said != golden.read_text()
+        command = ("gcc", *LINKED.get(name, ()))
+        self.linked([*self.core, *self.programs[name]], changed, program, *command, how=how)
+        words = [program, *(FUZZ if name == "fuzz" else ())]
+        memory = None if how else MEMORY  # sanitizers ask for more than any machine has
+        done = run(words, self.root, seconds, 20 * seconds, memory)
+        is_wrong = name in GOLDEN and not done.status and not self.is_golden(name, done.said)
         return replace(done, status=1) if is_wrong else done
+
+    def is_golden(self, name, said):
+        golden = (self.root / f"tests/core/{name}.txt").read_text().splitlines()
+        if name == "kernels":  # it says first which instruction set, then how that rounds
+            lines = [line.split(maxsplit=1)[1] for line in said.splitlines()]
+            return lines == [line for line in golden if line.split()[0] == lines[0].split()[0]]
+        return said.splitlines() == golden
 
     def verdict(self, mutant):
         """Tries a mutant."""
@@ -111,12 +132,21 @@ class Trial:
         changed = {file for file in touched if self.differs(file)}
         if not changed:
             return "same", ""
-        for name in self.quickest:
-            if changed & {*self.core, *self.programs[name]}:
-                most = int(SLACK * self.limits[name]) + 5
-                if self.tried(name, changed, most).status:
-                    return "killed", name
+        if test := self.by_c(changed, ()):
+            return "killed", test
+        for file in changed:
+            self.compiled(file, "changed", SANITIZERS)
+        if test := self.by_c(changed, SANITIZERS):
+            return "killed", f"{test}, sanitized"
         return self.by_python(changed) if self.binding else ("survived", "")
+
+    def by_c(self, changed, how):
+        """The C test that fails, if one does."""
+        for name, seconds in self.limits[how].items():
+            feels = changed & {*self.core, *self.programs[name]}
+            if feels and self.tried(name, changed, int(SLACK * seconds) + 5, how).status:
+                return name
+        return ""
 
     def differs(self, file):
         objects = (self.object(file, folder).read_bytes() for folder in ("base", "changed"))
@@ -132,8 +162,9 @@ class Trial:
 def programs(root):
     """For each program of the C tests its sources."""
     tests = {file.stem: [file] for file in sorted((root / "tests/core").glob("test_*.c"))}
-    if (root / "tests/core/golden.txt").exists():
-        tests["golden"] = [root / "tests/core/golden.c"]
+    for name in GOLDEN:
+        if (root / f"tests/core/{name}.txt").exists():
+            tests[name] = [root / f"tests/core/{name}.c"]
     if fuzz := sorted((root / "tests/fuzz").glob("*.c")):
         tests["fuzz"] = fuzz
     return {

@@ -1,15 +1,13 @@
-"""Mutants of the package: tried first by the test modules that use the changed line, the quickest
-first, then by all others, but those in a browser."""
+"""Mutants of the package: tried by the tests that use the changed line, first by those that are
+quick and use few others. Those in a browser are not asked."""
 
-import hashlib
-import json
 import marshal
 import shutil
-import sys
 from time import monotonic
 
 from . import of_python
-from .tree import Refused, Verdict, copied, pytest, run
+from .tree import Verdict, copied, pytest
+from .used import all_used
 
 FOLDERS = ("python", "report", "house")  # of tests; those of the page want a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
@@ -17,11 +15,13 @@ ELSEWHERE = (
     "test_style.py",
     "test_floors.py",
     "test_golden.py",
+    "test_mutate.py",
     "test_recipes.py",
     "test_parts.py",
     "test_readme_pictures.py",
 )
-SLACK = 10  # times what the modules take when nothing is changed
+SLACK = 5  # times what the tests take when nothing is changed, measured line by line
+MOST_FIRST, FIRST_SECONDS = 40, 20.0  # tests that are asked before all others
 
 
 def sources(root, only=""):
@@ -46,14 +46,14 @@ def modules(root):
 
 
 class Trial:
-    """The package in a copy of the tree, and which test modules use which lines."""
+    """The package in a copy of the tree, and which tests use which lines."""
 
     def __init__(self, root, to):
         self.root = copied(root, to)
         for file in (root / "python").glob("*/_core*.so"):
             shutil.copy(file, self.root / file.relative_to(root))
         self.put_core()
-        self.uses = self.all_used(to.with_name("uses.json"))
+        self.uses = all_used(self.root, modules(self.root), to.with_name("uses"))
 
     def put_core(self):
         """The extension of the package that runs this program, where there is one."""
@@ -65,40 +65,15 @@ class Trial:
         if folder.is_dir():
             shutil.copy(_core.__file__, folder)
 
-    def all_used(self, file):
-        """What each test module uses; known from before, where it and what it may use are the
-        same."""
-        known, names = json.loads(file.read_text()) if file.exists() else {}, modules(self.root)
-        texts = digests(self.root, names)
-        for name in names:
-            if known.get(name, {}).get("text") != texts[name]:
-                known[name] = {"text": texts[name], **self.used(name)}
-                file.write_text(json.dumps(known))
-        return {name: known[name] for name in names}
-
-    def used(self, module):
-        """Runs a test module; gives the lines of each source that it uses, and how long it took."""
-        how = ["-m", "coverage", "run", "--source=python", "--data-file=used", "-m"]
-        tests = ["pytest", "-x", "-q", "-p", "no:cacheprovider", module]
-        done = run([sys.executable, *how, *tests], self.root, 900, 3600)
-        if done.status:
-            raise Refused(f"{module} fails with nothing changed: {done.said[-500:]}")
-        told = ["-m", "coverage", "json", "--data-file=used", "-q", "-o", "used.json"]
-        run([sys.executable, *told], self.root, 300, 900)
-        files = json.loads((self.root / "used.json").read_text())["files"]
-        lines = {name: file["executed_lines"] for name, file in files.items()}
-        return {"seconds": done.seconds, "lines": lines}
-
     def verdict(self, mutant):
         """Tries a mutant."""
         begin = monotonic()
         if code(mutant.text) == code(self.changed(mutant)):
             return Verdict("same")
-        first = self.first(mutant)
-        rest = [name for name in self.by_time() if name not in first]
+        asked = self.asked(mutant)
         mutant.write(self.root)
         try:
-            word, by = self.judged(first, rest)
+            word, by = self.judged(asked)
         finally:
             mutant.undo(self.root)
         return Verdict(word, by, monotonic() - begin)
@@ -106,35 +81,35 @@ class Trial:
     def changed(self, mutant):
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
-    def by_time(self):
-        return sorted(self.uses, key=lambda name: self.uses[name]["seconds"])
+    def asked(self, mutant):
+        """The tests that may kill, a few good ones and then all others: with their times [s]."""
+        lines, at_import = {mutant.line}, of_python.runs_at_import(mutant.text)
+        if is_general := mutant.line in at_import:  # all that uses the file may feel it
+            lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
+        tests = sorted(t for uses in self.uses for t in uses.tests_of(mutant.file, lines))
+        first, seconds = [], 0.0
+        for _, took, test in tests[:MOST_FIRST]:
+            seconds += took
+            if first and seconds > FIRST_SECONDS:
+                break
+            first.append((took, test))
+        later = [(took, test) for _, took, test in tests[len(first) :]]
+        of_module = {uses.module: uses.seconds for uses in self.uses}
+        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])  # set-up is dear: once
+        around = sorted(
+            (uses.seconds, uses.module)
+            for uses in self.uses
+            if is_general or uses.sets_up(mutant.file, lines)
+        )
+        return first, later + around
 
-    def first(self, mutant):
-        """The modules that use the line inside a function; none where it runs at import."""
-        if mutant.line in of_python.runs_at_import(mutant.text):
-            return []
-        lines = (self.uses[name]["lines"] for name in self.by_time())
-        return [
-            name
-            for name, of in zip(self.by_time(), lines, strict=True)
-            if mutant.line in of.get(mutant.file, ())
-        ]
-
-    def judged(self, first, rest):
-        for names in filter(None, (first, rest)):
-            seconds = int(SLACK * sum(self.uses[name]["seconds"] for name in names)) + 60
-            done, test = pytest(self.root, names, seconds, seconds)
+    def judged(self, asked):
+        for rows in filter(None, asked):
+            seconds = int(SLACK * sum(took for took, _ in rows)) + 60
+            done, test = pytest(self.root, [name for _, name in rows], seconds, seconds)
             if done.status:
                 return "killed", test
         return "survived", ""
-
-
-def digests(root, names):
-    """What stands, for each test module, for its text and those of all that it may use."""
-    files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
-    shared = [file for file in files if not file.name.startswith("test_")]
-    common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
-    return {n: hashlib.sha256(common + (root / n).read_bytes()).hexdigest() for n in names}
 
 
 def code(text):

@@ -59,12 +59,14 @@ def of_no_use(root):
     return ignored
 
 
-def run(command, cwd, cpu, wall):
-    """Runs a program that may take so many seconds of a processor, and of the clock."""
+def run(command, cwd, cpu, wall, memory=MEMORY):
+    """Runs a program that may take so many seconds of a processor and of the clock, and so many
+    bytes, or None."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        if memory is not None:
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
     begin = monotonic()

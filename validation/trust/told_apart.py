@@ -1,0 +1,40 @@
+"""A plugin of pytest: tells coverage which test runs, and writes how long each took [s].
+
+Parameters of a test count together. What is done around tests, in set-up, has no name.
+"""
+
+import json
+from collections import Counter
+
+import coverage
+import pytest
+
+TIMES = "--times-of-tests"
+took = Counter()
+
+
+def name_of(nodeid):
+    return nodeid.partition("[")[0]
+
+
+def pytest_addoption(parser):
+    parser.addoption(TIMES, dest="times_of_tests")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    measured = coverage.Coverage.current()
+    measured.switch_context(name_of(item.nodeid))
+    try:
+        return (yield)
+    finally:
+        measured.switch_context("")
+
+
+def pytest_runtest_logreport(report):
+    took[name_of(report.nodeid)] += report.duration
+
+
+def pytest_sessionfinish(session):
+    with open(session.config.option.times_of_tests, "w") as file:
+        json.dump(took, file)
