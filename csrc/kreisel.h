@@ -430,8 +430,7 @@ typedef struct kr_reduction {
  * top's own units, at the start 1; the flow and the turn about the vertical, which are tangents for
  * ever, are taken out of it. All are of the way from the start: its logarithm, over the time the
  * Lyapunov exponent; the mean of MEGNO; the largest logarithm, the orthogonal indicator; and how
-  * far
- * the changes of energy and <m, e3> by it are from constant, over their sizes. */
+ * far the changes of energy and <m, e3> by it are from constant, over their sizes. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,

@@ -13,7 +13,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 }
 static int is_good(const kr_top *top)
 {
-    kr_state state;
+    kr_state state = {0}; /* none that is good, until it is read */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }

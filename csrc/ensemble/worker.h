@@ -93,10 +93,11 @@ static inline kr_kept *kr_fleet_kept(const kr_worker *worker, int lane)
     return worker->kept + (size_t)lane * worker->reductions;
 }
 
-/* How long a top may take from event to event. */
+/* How long a top may take from event to event; where no event is asked for nobody has to say. */
 static inline double kr_section_wait(const kr_worker *worker, size_t i)
 {
-    return worker->tops->t[worker->tops->own_times ? i : 0];
+    const kr_tops *tops = worker->tops;
+    return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
 /* Whether the lanes can look for the event. */
 int kr_section_fits(const kr_worker *worker);

@@ -127,7 +127,7 @@ static void add_turned_momentum(const view *v, double factor, int axis, double *
             const int *t = terms[i][k];
             multiply(v, q[t[0]] + PAD, M[t[2]][t[1]] + PAD, right[i] + PAD);
         }
-        memset(right[i] + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof(double));
+        clear(v, right[i]);
         multiply(v, left[i] + PAD, right[i] + PAD, c);
     }
 }

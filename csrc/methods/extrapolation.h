@@ -166,7 +166,7 @@ static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tri
         tried.h = 0.5 * fabs(a->h);
         return tried;
     }
-    if (row > 2 && a->work[row - 1] < 0.8 * a->work[row]) row--;
+    if (a->work[row - 1] < 0.8 * a->work[row]) row--;
     tried.h = a->length[row];
     tried.target = row;
     return tried;

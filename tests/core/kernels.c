@@ -1,6 +1,7 @@
 /* Prints hashes of what each instruction set that runs here computes: tops by taylor's kernels,
- * tops in lanes, and the closed form's states. There are two sets of bits: those of a fused product
- * and those of none, whatever the width of the vectors; the closed form has one. */
+ * tops in lanes, those without heading with how their tangents grow, and the closed form's states.
+ * There are two sets of bits: those of a fused product and those of none, whatever the width of the
+ * vectors; the closed form has one. */
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"
@@ -55,16 +56,26 @@ static void alone(const kr_isa *isa, int which)
             way(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
     }
 }
-static void in_lanes(const kr_lanes_isa *isa, int which)
+/* Hashes the states of tops in lanes and, where tangents ride along, how these grow. */
+static void in_lanes(const kr_lanes_isa *isa, kr_config config, const char *what, int which)
 {
     enum { TOPS = 19, TIMES = 20 };
     kr_scene scenes[TOPS];
     double t[TIMES];
-    kr_state states[TOPS * TIMES];
+    struct {
+        kr_state states[TOPS * TIMES];
+        double growth[TOPS * TIMES * KR_GROWTH_COUNT];
+    } came;
     kr_outcome outcomes[TOPS];
     kr_worker *worker = NULL;
-    const kr_config config = {0};
-    const kr_tops tops = {TOPS, scenes, TIMES, t, .states = states, .outcomes = outcomes};
+    const size_t size = config.tangents ? sizeof came : sizeof came.states;
+    const kr_tops tops = {TOPS,
+                          scenes,
+                          TIMES,
+                          t,
+                          .states = came.states,
+                          .outcomes = outcomes,
+                          .growth = config.tangents ? came.growth : NULL};
     for (int i = 0; i < TOPS; i++) {
         scenes[i] = golden_scene(which);
         scenes[i].start.m.x += 0.125 * i;
@@ -75,7 +86,7 @@ static void in_lanes(const kr_lanes_isa *isa, int which)
     kr_fleet_use(worker, isa, 20, -53.0);
     must(kr_worker_run(worker, &tops) == KR_OK, "tops in lanes have not come to their times");
     kr_worker_free(worker);
-    say(isa->name, "lanes", 20, golden_names[which], hash_of(states, sizeof states));
+    say(isa->name, what, 20, golden_names[which], hash_of(&came, size));
 }
 static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int which)
 {
@@ -97,11 +108,15 @@ static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int whi
 }
 int main(void)
 {
+    const kr_config whole = {0}, growing = {.leave_heading = 1, .tangents = KR_TANGENT_GROWTH};
     for (int which = 0; which < 4; which++) {
         for (int i = 0; kr_taylor_isa(i); i++)
             if (kr_taylor_isa(i)->runs_here()) alone(kr_taylor_isa(i), which);
         for (int i = 0; kr_lanes_isa_at(i); i++)
-            if (kr_lanes_isa_at(i)->runs_here()) in_lanes(kr_lanes_isa_at(i), which);
+            if (kr_lanes_isa_at(i)->runs_here()) {
+                in_lanes(kr_lanes_isa_at(i), whole, "lanes", which);
+                in_lanes(kr_lanes_isa_at(i), growing, "growth", which);
+            }
         for (int i = 0; which != 2 && kr_exact_isa_at(i); i++)
             if (kr_exact_isa_at(i)->runs_here())
                 closed(kr_exact_isa_at(i), kr_exact_width_at(i), which);

@@ -1,5 +1,6 @@
 /* Ways through the closed forms that few starts take: turning heights that coincide, axes that rest
  * or arrive at a pole. */
+#include <float.h>
 #include "model/body.h"
 #include "tops.h"
 
@@ -129,6 +130,15 @@ static void any_tensor(void)
             NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
         }
 }
+/* Three moments that differ by roundings are taken for their mean, because the axes turn. */
+static void a_sphere_of_roundings(void)
+{
+    const double ulp = DBL_EPSILON;
+    kr_body b = kr_scene_default().body;
+    b.inertia = v3(1.0, 1.0 + 3.0 * ulp, 1.0 + 6.0 * ulp);
+    const kr_working w = kr_body_working(&b);
+    IS(w.inertia.x == 1.0 + 3.0 * ulp && w.inertia.y == w.inertia.x && w.inertia.z == w.inertia.x);
+}
 /* What the units of a scene refuse, the turning points refuse; and a sphere that hangs beside its
  * centre has a closed form without gravity, too. */
 static void units(void)
@@ -155,6 +165,7 @@ int main(void)
     far_steps();
     any_axis();
     any_tensor();
+    a_sphere_of_roundings();
     units();
     separatrix();
     return check_result();

@@ -24,6 +24,21 @@ static void levers(void)
     const double K = kr_state_kowalewski(&top, &s.start);
     NEAR(kr_state_kowalewski(&small, &s.start) / K, 1.0, 1e-15);
 }
+/* A lever that is no normal double loses none of its digits by a pull that does not divide it. */
+static void least_levers(void)
+{
+    kr_scene s = tilted(), other;
+    s.body = (kr_body){1.3, {2.0, 1.5, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0};
+    s.gravity = 1.1;
+    other = s;
+    other.body.com = v_scale(0x1p-1060, s.body.com);
+    other.body.mass = ldexp(s.body.mass, 60);
+    other.gravity = ldexp(s.gravity, 1000);
+    const kr_config config = {0};
+    const kr_state want = state_at(3.0, &s, taylor(), config),
+                   found = state_at(3.0, &other, taylor(), config);
+    IS(memcmp(&want, &found, sizeof want) == 0);
+}
 /* A gravity so weak and a lever so short, or so strong and so long, that no double has their
  * product: the heavy mass makes up for it. */
 static void products(void)
@@ -216,6 +231,7 @@ static void refusals(void)
 int main(void)
 {
     levers();
+    least_levers();
     products();
     paces();
     all_late();

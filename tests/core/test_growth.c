@@ -125,11 +125,118 @@ static void beyond_squares(void)
     IS(isnan(growth[KR_GROWTH_LOG]));
     kr_worker_free(worker);
 }
+/* A direction without a size, or of one that is no number, is refused; how long another is tells
+ * nothing of how it grows. */
+static void directions(void)
+{
+    static came got;
+    const kr_scene scene = asymmetric();
+    const double sizes[] = {0.0, NAN, INFINITY, 1.0, 0x1p-900, 0x1p900};
+    double first = 0.0;
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+    for (int i = 0; i < 6; i++) {
+        double direction[6] = {0};
+        direction[0] = sizes[i];
+        direction[4] = 0.5 * sizes[i];
+        const kr_tops tops = {.n = 1,
+                              .scenes = &scene,
+                              .times = TIMES,
+                              .t = times,
+                              .outcomes = got.outcomes,
+                              .growth = got.rows[0],
+                              .direction = direction};
+        IS(kr_worker_run(worker, &tops) == KR_OK);
+        IS(got.outcomes->status == (i < 3 ? KR_ERR_ARGUMENT : KR_OK));
+        IS(isnan(got.rows[0][KR_GROWTH_LOG]) == (i < 3));
+        if (i == 3) first = got.rows[TIMES - 1][KR_GROWTH_LOG];
+        IS(i < 3 || got.rows[TIMES - 1][KR_GROWTH_LOG] == first);
+    }
+    kr_worker_free(worker);
+}
+/* A lane without a top has a tangent of some length, because one without would be divided by its
+ * size, and it stays as it is. */
+static void empty_lanes(void)
+{
+    static came got;
+    const kr_scene scene = asymmetric();
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+    run(worker, &scene, 1, &got);
+    const kr_growth *end = &worker->lanes->tangents->end;
+    for (int lane = 0; lane < KR_LANES_MOST; lane++) {
+        for (int i = 0; i < 6; i++) IS(end->d[i / 3][i % 3][lane] == (i == 0));
+        IS(end->scale[lane] == 1.0 && end->power[lane] == 0.0);
+    }
+    kr_worker_free(worker);
+}
+static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows)[KR_GROWTH_COUNT])
+{
+    kr_outcome outcome;
+    const kr_tops tops = {
+        .n = 1, .scenes = scene, .times = n, .t = t, .outcomes = &outcome, .growth = rows[0]};
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+    IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
+    kr_worker_free(worker);
+}
+/* The mean and the largest, which look into the steps, are those of the logarithms that are told
+ * at many times: 2/T times the integral of ln|delta| (1 + ln(t/T)). */
+static void means(const kr_scene *scene, double end)
+{
+    enum { MANY = 4000 };
+    static double t[MANY], rows[MANY][KR_GROWTH_COUNT];
+    double sum = 0.0, most = 0.0;
+    for (int i = 0; i < MANY; i++) t[i] = end * (i + 1) / MANY;
+    grow(scene, MANY, t, rows);
+    for (int i = 0; i < MANY; i++) {
+        const double own = rows[i][KR_GROWTH_LOG], part = i < MANY - 1 ? 1.0 : 0.5;
+        sum += part * own * (1.0 + log(t[i] / end));
+        most = fmax(most, own);
+    }
+    NEAR(rows[MANY - 1][KR_GROWTH_MEGNO], 2.0 * sum / MANY, 1e-4);
+    NEAR(rows[MANY - 1][KR_GROWTH_MOST], most, 2e-3);
+}
+/* How the tangent grows of a top at rest with its axis upright, of which the flow is nothing; the
+ * squares of its two rates are torque over moment, 1 or -1. */
+enum { LOOKS = 3 };
+static void at_rest(double gravity, const double t[LOOKS], double rows[LOOKS][KR_GROWTH_COUNT])
+{
+    kr_scene scene = kr_scene_default();
+    IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &scene.body) == KR_OK);
+    scene.gravity = gravity;
+    scene.start.q = q_one();
+    scene.start.m = v3(0.0, 0.0, 0.0);
+    grow(&scene, LOOKS, t, rows);
+}
+/* Upright it grows as exp(t), far beyond what a double holds, and MEGNO as t / 2. Hanging it comes
+ * back with the period. */
+static void equilibria(void)
+{
+    const double pi = 3.14159265358979323846;
+    const double late[LOOKS] = {30.0, 100.0, 2000.0}, turns[LOOKS] = {pi, 2.0 * pi, 20.0 * pi};
+    double rows[LOOKS][KR_GROWTH_COUNT];
+    at_rest(2.0, late, rows);
+    NEAR(rows[0][KR_GROWTH_LOG], 30.0, 2.0);
+    for (int i = 1; i < LOOKS; i++) {
+        NEAR(rows[i][KR_GROWTH_LOG] - rows[0][KR_GROWTH_LOG], late[i] - 30.0, 1e-9);
+        NEAR(rows[i][KR_GROWTH_MEGNO] / late[i], 0.5, 1.0 / late[i]);
+        IS(rows[i][KR_GROWTH_MOST] == rows[i][KR_GROWTH_LOG]);
+    }
+    at_rest(-2.0, turns, rows);
+    for (int i = 0; i < LOOKS; i++) {
+        NEAR(rows[i][KR_GROWTH_LOG], 0.0, 1e-12);
+        IS(rows[i][KR_GROWTH_MOST] >= 0.0 && rows[i][KR_GROWTH_MOST] < 2.0);
+        NEAR(rows[i][KR_GROWTH_MEGNO], 0.0, 2.0);
+    }
+}
 int main(void)
 {
     states_and_neighbours();
     instruction_sets();
     failures();
     beyond_squares();
+    directions();
+    empty_lanes();
+    equilibria();
+    const kr_scene scenes[] = {kr_scene_default(), tilted(), asymmetric()};
+    for (int i = 0; i < 3; i++) means(&scenes[i], 20.0);
     return check_result();
 }

@@ -199,7 +199,8 @@ static void test_section_of_any_axis(void)
         kr_scene scene = kr_scene_default();
         scene.start.q = q_one();
         scene.body.inertia = v3(moment[0], moment[1], moment[2]);
-        scene.body.com = v_add(v_scale(0.5, axes[k]), v_scale(0.01, axes[i]));
+        scene.body.com =
+            v_add(v_scale(0.5, axes[k]), v_axpy(0.01, axes[i], v_scale(0.02, axes[j])));
         scene.body.axes = q_exp(v3(0.3, -0.2, 0.1));
         const double most = fmax(moment[i], moment[j]);
         rod(top(scene, 10000, 0), 1.0, 0.1);

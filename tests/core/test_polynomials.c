@@ -61,6 +61,17 @@ static void random_roots(void)
     }
     IS(tried > 1000);
 }
+/* No term is forgotten where it is asked whether there can be a change of sign at all. */
+static void by_one_term(void)
+{
+    for (int n = 1; n <= KR_PIECE_MOST; n++) {
+        double c[KR_PIECE_MOST + 1] = {1.0};
+        c[n] = -1.5;
+        kr_search r = {.c = c, .degree = n, .noise = 0x1p-48, .start_noise = 0x1p-40};
+        IS(kr_roots_next(&r));
+        NEAR(r.root, pow(1.0 / 1.5, 1.0 / n), 1e-14);
+    }
+}
 
 /* Writes the numbers of all components that events know, and returns how many there are. */
 static int all_components(int *component)
@@ -103,6 +114,7 @@ int main(void)
     kr_scene scenes[3] = {kr_scene_default(), tilted(), tilted()};
     named_roots();
     random_roots();
+    by_one_term();
     scenes[1].body = scenes[2].body = general_body();
     scenes[2].gravity = -2.5;
     for (int i = 0; i < 3; i++)

@@ -223,7 +223,10 @@ static void format(const kr_method *method)
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
     const size_t work = sizeof(double) * method->work;
-    kr_top *top = make(&s, method, config_for(method, 1.0, 0));
+    int left = MOST; /* and no pointer is among them */
+    kr_config config = config_for(method, 1.0, 0);
+    config.poll = stop, config.context = &left;
+    kr_top *top = make(&s, method, config);
     const size_t size = HEADER + TOP + (method->at ? 1 : 2) * work;
     IS(kr_top_advance(top, 5.01) == KR_OK && kr_top_save_size(top) == size);
     IS(kr_top_save(top, size, saved) == KR_OK);

@@ -191,6 +191,28 @@ static void tops_are_told(const kr_event *event)
     IS(c.outcomes[1].status == KR_ERR_LIMIT && c.outcomes[1].done > 0 &&
        c.outcomes[1].done < MOST && isnan(c.states[MOST + c.outcomes[1].done].t));
 }
+/* One wait may be for all tops; and where no state is asked for, none is needed. */
+static void one_wait(const kr_event *event)
+{
+    cut own, all, none;
+    kr_worker *worker = made((kr_config){0});
+    random_tops(&own, 40.0);
+    for (int i = 0; i < TOPS; i++) own.wait[i] = 40.0;
+    none = all = own;
+    for (int i = 1; i < TOPS; i++) all.wait[i] = NAN;
+    run(&own, TOPS, event, (kr_config){0});
+    kr_tops tops = all_of(&all, TOPS);
+    tops.own_times = 0;
+    IS(kr_worker_section(worker, event, &tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++) IS(same_row(&all, i, &own, i));
+    tops = all_of(&none, TOPS);
+    tops.times = 0;
+    tops.t = NULL;
+    IS(kr_worker_section(worker, event, &tops) == KR_OK);
+    for (size_t i = 0; i < TOPS; i++)
+        IS(none.outcomes[i].status == KR_OK && same(none.outcomes[i].last, none.scenes[i].start));
+    kr_worker_free(worker);
+}
 static int stop_at(void *context) { return --*(int *)context < 0; }
 static void interrupted(const kr_event *event)
 {
@@ -284,6 +306,8 @@ int main(void)
     lagrange_tops_are_lowest_once_a_period(&low, 0.0);
     lagrange_tops_are_lowest_once_a_period(&low, 1e-6);
     tops_are_told(&low);
+    one_wait(&low);
+    one_wait(&products);
     interrupted(&low);
     bad_words(&low);
     return check_result();

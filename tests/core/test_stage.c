@@ -317,6 +317,8 @@ static void test_breath(void)
         scene.start.m = v3(0.0, 0.0, 1e12);
         IS(kr_stage_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
         IS(kr_stage_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
+        /* A call in which nothing is due leaves nothing on its way. */
+        IS(kr_stage_advance(&stage, 0, 1) == 0 && !stage.is_late);
         IS(kr_top_stats(stage.actor[0].top).steps <=
            KR_STAGE_BREATH + 100 * KR_STAGE_BREATHS + 256);
         kr_stage_clear(&stage);

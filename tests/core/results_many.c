@@ -1,0 +1,128 @@
+/* Prints what many tops come to that are moved together: how tangents grow, states, what is kept of
+ * numbers, sections. results_many.txt is what it printed when results were last meant to change.
+ * With the word "full" it prints the numbers. */
+#include "scenes.h"
+
+enum { TOPS = 9, TIMES = 7 };
+
+static kr_worker *worker_of(const char *method, kr_config config, size_t n,
+                            const kr_reduction *kept)
+{
+    kr_worker *worker = NULL;
+    const kr_method *found = method ? kr_method_find(method) : NULL;
+    must(kr_worker_create(found, config, n, kept, &worker) == KR_OK, "no worker");
+    return worker;
+}
+/* The tops beside a scene, and times. */
+static void spread(const kr_scene *s, double step, kr_scene out[TOPS], double t[TIMES])
+{
+    for (int i = 0; i < TOPS; i++) {
+        out[i] = *s;
+        out[i].start.m.x *= 1.0 + 0.03125 * i;
+    }
+    for (int k = 0; k < TIMES; k++) t[k] = unit_of(s) * step * (k + 1);
+}
+static void say_outcomes(const kr_outcome outcomes[TOPS])
+{
+    for (int i = 0; i < TOPS; i++) {
+        put("%s %d", kr_status_text(outcomes[i].status), (int)outcomes[i].done);
+        say_counts(outcomes[i].stats);
+        say_state(&outcomes[i].last);
+    }
+}
+/* How tangents grow, forward and back, along directions of any size. */
+static void growth(const kr_scene *s, const char *name)
+{
+    static const double directions[4][6] = {{1.0, 0.0, 0.0, 0.0, 0.0, 0.0},
+                                            {3e-200, 0.0, 1e-200, 0.0, 2e-200, 0.0},
+                                            {0.0, 2e180, 0.0, 1e180, 0.0, 0.0}};
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    double t[TIMES], out[TOPS * TIMES * KR_GROWTH_COUNT];
+    const kr_config config = {.tangents = KR_TANGENT_GROWTH, .tol = 0.0};
+    kr_worker *worker = worker_of("taylor", config, 0, NULL);
+    kr_tops tops = {TOPS, scenes, TIMES, t, .outcomes = outcomes, .growth = out};
+    for (int which = 0; which < 4; which++) {
+        tops.direction = which < 3 ? directions[which] : NULL;
+        spread(s, which == 1 ? -1.0 : 1.5, scenes, t);
+        headline("growth", name);
+        put("%s\n", kr_status_text(kr_worker_run(worker, &tops)));
+        for (int i = 0; i < TOPS; i++)
+            for (int number = 0; number <= KR_GROWTH_MOST; number++) {
+                double one[TIMES];
+                for (int k = 0; k < TIMES; k++)
+                    one[k] = out[(i * TIMES + k) * KR_GROWTH_COUNT + number];
+                say(TIMES, one);
+            }
+        say_outcomes(outcomes);
+    }
+    kr_worker_free(worker);
+}
+/* States, and all that can be kept of two numbers. */
+static void many(const kr_scene *s, const char *name, const char *method, kr_config config)
+{
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    kr_state states[TOPS * TIMES];
+    kr_reduction kept[2 * KR_REDUCE_COUNT];
+    double t[TIMES], reduced[TOPS * 2 * KR_REDUCE_COUNT];
+    const kr_tops tops = {
+        TOPS, scenes, TIMES, t, 0, states, .reduced = reduced, .outcomes = outcomes};
+    spread(s, config.step < 0.0 ? -0.75 : 0.75, scenes, t);
+    for (int i = 0; i < 2 * KR_REDUCE_COUNT; i++) {
+        const kr_quantity *quantity = kr_quantity_find(i % 2 ? "apex" : "nutation");
+        kept[i] = (kr_reduction){quantity, i % 2 ? 1 : 0, (kr_reduce)(i / 2)};
+    }
+    kr_worker *worker = worker_of(method, config, 2 * KR_REDUCE_COUNT, kept);
+    headline(method ? method : "many", name);
+    put("%s\n", kr_status_text(kr_worker_run(worker, &tops)));
+    say_outcomes(outcomes);
+    for (int i = 0; i < TOPS * TIMES; i += 3) say_state(&states[i]);
+    for (int i = 0; i < TOPS * 2 * KR_REDUCE_COUNT; i++) say_one(reduced[i]);
+    kr_worker_free(worker);
+}
+static void section(const kr_scene *s, const char *name, int direction)
+{
+    const double most = (direction < 0 ? -20.0 : 20.0) * unit_of(s);
+    const kr_term term = {1.0, kr_component_find("body_velocity_x"), KR_ONE};
+    const kr_event event = {.terms = &term, .count = 1, .direction = direction};
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    kr_state states[TOPS * TIMES];
+    double t[TIMES];
+    const kr_config config = {0};
+    kr_worker *worker = worker_of("taylor", config, 0, NULL);
+    const kr_tops tops = {TOPS, scenes, TIMES, &most, 0, states, .outcomes = outcomes};
+    spread(s, 1.0, scenes, t);
+    headline("section", name);
+    put("%s\n", kr_status_text(kr_worker_section(worker, &event, &tops)));
+    say_outcomes(outcomes);
+    for (int i = 0; i < TOPS; i++)
+        for (size_t k = 0; k < outcomes[i].done; k++) say_state(&states[i * TIMES + (int)k]);
+    kr_worker_free(worker);
+}
+int main(int n, char **words)
+{
+    in_full = n > 1 && strcmp(words[1], "full") == 0;
+    for (int which = 0; which < SCENES; which++) {
+        const char *name;
+        const kr_scene s = scene_at(which, &name);
+        const kr_config plain = {0}, headless = {.leave_heading = 1}, loose = {.tol = 1e-7},
+                        digits = {.digits = 20}, fixed = {.step = 0.0625 * unit_of(&s)},
+                        back = {.step = -0.0625 * unit_of(&s)};
+        growth(&s, name);
+        many(&s, name, NULL, plain);
+        many(&s, name, "taylor", plain);
+        many(&s, name, "taylor", headless);
+        many(&s, name, "taylor", loose);
+        many(&s, name, "taylor", back);
+        many(&s, name, "taylor", digits);
+        many(&s, name, "strang", fixed);
+        many(&s, name, "strang", back);
+        section(&s, name, 1);
+        section(&s, name, -1);
+        section(&s, name, 0);
+    }
+    all_is_said();
+    return 0;
+}
