@@ -126,6 +126,12 @@ def test_nutation_and_precession_are_those_of_the_closed_form(scene):
         assert read == pytest.approx(want, rel=accuracy, abs=accuracy)
 
 
+def test_of_twelve_states_in_a_nutation_those_on_both_sides_of_a_turn_tell_when_it_is():
+    period = kr.exact(kr.scenes.cusps).period
+    read = kr.apex(path_of(kr.scenes.cusps, 10.3 * period, round(10.3 * 12) + 1)).nutation()
+    assert read.period == pytest.approx(period, rel=5e-6)
+
+
 FREE = kr.Scene(
     kr.Body.symmetric(1, 1, 0.5, 1, made_up=True),
     momentum=(1, 2, 3),

@@ -9,6 +9,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from inside import cli
+from kreisel._showing.cli import outputs
 from shell import call, said
 from toolbox import HEEDING, python
 
@@ -159,6 +160,21 @@ def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
         assert kr.resume(tmp_path / "run").t == found[1, 0]
     else:
         assert len((tmp_path / "events.csv").read_text().splitlines()) == 2
+
+
+@signals
+def test_a_signal_while_rows_are_written_ends_the_run_behind_them(tmp_path, monkeypatch):
+    add, sent = outputs.Csv.add, [signal.SIGTERM]
+
+    def pressed(csv, piece):
+        if sent:
+            os.kill(os.getpid(), sent.pop())
+        add(csv, piece)
+
+    monkeypatch.setattr(outputs.Csv, "add", pressed)
+    told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
+    last = rows((tmp_path / "part.csv").read_text())[-1, 0]
+    assert said(told).endswith(f"Error: interrupted at t = {last:g} ")
 
 
 @signals

@@ -67,6 +67,18 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
+def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
+    small = PLAN.replace("n = 12", "n = 14").replace("n = 25", "n = 1").replace("64", "1")
+    (plan / "plan.toml").write_text(small)
+    call("sweep plan.toml --to runs")
+    for i in (0, 2, 3, 5, 7, 9, 11):
+        (plan / f"runs/part-{i:06}.parquet").unlink()
+    ranges = "0:1, 2:4, 5:6, 7:8, 9:10, 11:12"
+    assert f"missing: 7 parts, {ranges}\n" in call("sweep status runs")
+    (plan / "runs/part-000013.parquet").unlink()
+    assert f"missing: 8 parts, {ranges}, ...\n" in call("sweep status runs")
+
+
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
 def test_processes_and_a_cluster_make_the_parts(plan, expected):
     call("sweep plan.toml --to processes --workers 2")

@@ -205,6 +205,15 @@ def test_wrong_words_are_refused(call, error, match):
         call()
 
 
+def test_of_many_tops_the_same_times_are_refused_as_of_one():
+    """By t = 2^54 this one has turned by 2^53 rad, and just that a double cannot tell."""
+    slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
+    for top in kr.exact(slow), kr.exact([slow]):
+        top(math.nextafter(2.0**54, 0.0))
+        with pytest.raises(ValueError, match="cannot tell"):
+            top(2.0**54)
+
+
 def test_closed_forms_are_values():
     top = kr.exact(THESIS)
     for other in (copy.deepcopy(top), pickle.loads(pickle.dumps(top))):

@@ -145,6 +145,14 @@ def test_a_search_has_a_budget_that_is_told():
     assert f"{choice.budget} steps at most" in str(choice)
 
 
+@pytest.mark.parametrize("name", ["asymmetric", "kowalewski", "dzhanibekov"])
+def test_trial_runs_cost_less_than_the_run(name):
+    top = getattr(kr.scenes, name)
+    choice = kr.solve(top, 20, method="geometric", error=1e-7).plan.choice
+    again = kr.solve(top, 20, method=choice.method, step=choice.step)
+    assert choice.run == again.stats.evaluations and choice.trials < 1.5 * choice.run
+
+
 def test_it_says_what_was_chosen_and_what_it_cost():
     path = kr.solve(LAGRANGE, 100, method="geometric", error=1e-7)
     plan = path.plan.choice

@@ -1,6 +1,8 @@
 """What kreisel.solve gives of an ensemble: arrays, paths, tables, what is kept of each top."""
 
+import itertools
 import pickle
+import time
 
 import kreisel as kr
 import numpy as np
@@ -211,3 +213,17 @@ def test_plans_count_the_ways_and_the_bytes():
     assert small.bytes < kr.plan(MIXED, range(1000), want=["spin"]).bytes / 50
     assert kr.plan(MIXED[:0], TIMES).seconds == 0.0
     assert kr.plan(MIXED, [1.0]).seconds > 0.0 == kr.plan(MIXED, []).seconds
+
+
+def test_the_time_of_a_plan_goes_with_the_way_and_with_the_states(monkeypatch):
+    """By a clock for which each look at some tops takes a second, however far they come."""
+    monkeypatch.setattr(time, "perf_counter", itertools.count().__next__)
+    words = {"method": "strang", "step": 0.001, "threads": 1}
+    ends = {end: kr.plan(UNDAMPED, [end], **words).seconds for end in (0.0, 1.0, 5.0, 1e3)}
+    steps = {0.0: 1.0, 1.0: 1.0, 5.0: 5e3 / 2048, 1e3: 1e6 / 2048}
+    assert ends == pytest.approx(steps, rel=1e-9)
+    assert kr.plan(UNDAMPED, [0.8], method="strang", step=1e-4, threads=4).seconds == pytest.approx(
+        8000 / 2048 / 4, rel=1e-9
+    )
+    few, many = (kr.plan(UNDAMPED, np.linspace(1, 2, n), **words).seconds for n in (100, 10**5))
+    assert few == 1.0 and many == pytest.approx(10**5 / 2048, rel=1e-12)

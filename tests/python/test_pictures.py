@@ -13,6 +13,7 @@ from inside import solid_of
 from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
+from kreisel._drawing.solids import bar
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
@@ -68,6 +69,31 @@ def test_limits_are_drawn_where_there_are_some(scene, title, lines):
     assert high - low > 1e-3, "of a steady motion no roundings are drawn"
 
 
+def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
+    sphere, _, _ = kr.plot(CUSPS)
+    circles = [line for line in sphere.lines if line.get_linestyle() == "--"]
+    top, e = kr.exact(CUSPS.scene), np.radians(20)
+    for circle, angle in zip(circles, [top.least_nutation, top.greatest_nutation], strict=True):
+        x, y = (np.array(part) for part in circle.get_data())
+        seen = np.isfinite(y)
+        away = (y[seen] - np.cos(angle) * np.cos(e)) / np.sin(e)
+        assert seen.sum() > 50
+        assert np.hypot(x[seen], away) == pytest.approx(np.sin(angle), abs=1e-12)
+
+
+def test_a_picture_leaves_no_room_empty():
+    """The globe is as tall as both charts, which have one time, beside it."""
+    picture = kr.plot(CUSPS)
+    picture.figure.draw_without_rendering()
+    globe, above, below = (axes.get_tightbbox() for axes in picture)
+    whole = picture.figure.bbox
+    assert globe.x1 < above.x0 and below.y1 < above.y0
+    assert picture[1].get_position().intervalx == pytest.approx(picture[2].get_position().intervalx)
+    assert globe.x0 < 0.1 * whole.x1 and min(above.x1, below.x1) > 0.9 * whole.x1
+    assert below.y0 < 0.1 * whole.y1 and above.y1 > 0.9 * whole.y1
+    assert globe.width > 0.3 * whole.x1 and above.width > 0.4 * whole.x1
+
+
 def test_events_are_marked():
     path = kr.solve(GENERAL, np.linspace(0, 20, 2001), events=[kr.events.nutation()])
     _, nutation, precession = kr.plot(path)
@@ -87,6 +113,8 @@ def test_paths_stand_beside_each_other():
     for i, path in enumerate(paths):
         assert np.array_equal(picture[3 * i + 1].lines[0].get_xdata(), path.t)
     assert picture[1].get_shared_y_axes().joined(picture[1], picture[7])
+    for charts in picture[1::3], picture[2::3]:
+        assert [bool(one.get_ylabel()) for one in charts] == [True, False, False]
     assert picture._repr_png_().startswith(PNG)
 
 
@@ -151,6 +179,11 @@ def test_a_gif_has_the_frames(tmp_path):
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_a_film_may_be_as_small_as_an_icon(tmp_path):
+    CUSPS.animate(tmp_path / "icon.gif", fps=1, size=16)
+    assert {frame.size for frame in frames_of(tmp_path / "icon.gif")} == {(16, 16)}
+
+
 def test_left_out_the_speed_shows_all_in_8_seconds():
     film = CUSPS.animate(fps=10)
     assert len(film) == 81 and film.t[-1] == 6
@@ -172,6 +205,15 @@ def test_a_film_runs_the_way_of_its_path(tmp_path):
     assert back.t == pytest.approx(np.linspace(0, -2, 9), abs=1e-15)
     between = kr.exact(kr.scenes.cusps)([1.0, 5.0]).animate(fps=1, size=50)
     assert between.t == pytest.approx(np.linspace(1, 5, 9), abs=1e-15)
+
+
+def test_the_needle_of_a_film_begins_where_the_body_ends():
+    figure = next(CUSPS.animate(fps=1, size=50)._figures())
+    assert figure.axes[0].get_aspect() == kr.plot(CUSPS)[0].get_aspect() == 1.0
+    lines = [line.get_xydata() for line in figure.axes[0].lines]
+    (needle,) = [line for line in lines if len(line) == 2]
+    part = needle[0] @ needle[1] / (needle[1] @ needle[1])
+    assert 0.0 < part < 1.0 and needle[0] == pytest.approx(part * needle[1], abs=1e-12)
 
 
 @pytest.mark.parametrize("method", ["bobenko_suris", "strang", "rk4", "extrap", "taylor", "exact"])
@@ -234,7 +276,7 @@ def test_ctrl_c_leaves_what_was_there(name, old, tmp_path, monkeypatch):
         ({"speed": 1e-4}, ValueError, "1500001 frames of 480 x 480 pixels are too many: 1165"),
         ({"fps": 0}, ValueError, "fps must be at least 1"),
         ({"fps": 2.5}, TypeError, "fps must be a whole number"),
-        ({"size": 8}, ValueError, "size must be at least 16"),
+        ({"size": 15}, ValueError, "size must be at least 16"),
         ({"size": 20000}, ValueError, "are too many"),
     ],
 )
@@ -266,10 +308,14 @@ def test_a_cuboid_is_drawn_as_it_is():
     assert corners.mean(axis=0) == pytest.approx(CORNER.principal_com, abs=1e-8)
 
 
-@pytest.mark.parametrize("name", kr.scenes.about)
+BODIES = {name: kr.scenes.named(name).body for name in kr.scenes.about}
+BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
+
+
+@pytest.mark.parametrize("name", BODIES)
 def test_solids_are_closed_and_seen_from_outside(name):
     """Of a solid the areas add up to nothing, and its volume is positive."""
-    faces, _ = solid_of(getattr(kr.scenes, name).body)
+    faces, _ = solid_of(BODIES[name])
     area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     size = np.abs(faces).max()
     assert area.sum(axis=0) == pytest.approx(0.0, abs=1e-12 * size**2)
@@ -290,3 +336,13 @@ def test_examples_run(what):
     tests = doctest.DocTestFinder().find(what, globs={})
     assert sum(len(test.examples) for test in tests) > 1
     assert all(doctest.DocTestRunner().run(test).failed == 0 for test in tests)
+
+
+def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
+    (axes,) = Figure().subplots(1, squeeze=False)[0]
+    along = np.linspace(0.0, 3.0, 5)
+    centre = np.stack([np.zeros(5), along, np.zeros(5)], axis=-1)
+    bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
+    drawn = axes.collections[0].get_paths()
+    heights = np.concatenate([path.vertices[:, 1] for path in drawn])
+    assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)

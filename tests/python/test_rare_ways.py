@@ -6,6 +6,7 @@ import os
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._verbs import run, tangents
 
 TOP, SYMMETRIC = kr.scenes.asymmetric, kr.scenes.thesis
 
@@ -87,3 +88,12 @@ def test_rods_tell_what_they_are():
 def test_a_truth_at_other_times_is_refused():
     with pytest.raises(ValueError, match="a path at the times that are compared"):
         kr.compare(TOP, [1.0], ["strang"], steps=[0.1], truth=kr.solve(TOP, [2.0]), repeats=1)
+
+
+@pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
+def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
+    for verb in run, tangents:
+        monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
+    with pytest.raises(kr.Error) as told:
+        kr.solve(TOP, [1.0], **words)
+    assert tuple(told.value.path.stats) == (0, 0, 0, 0) and len(told.value.path) == 1

@@ -250,8 +250,7 @@ def test_textbook_starts_may_be_damped():
 
 ASYMMETRIC = kr.scenes.asymmetric.body
 TURNED = kr.Body(1.5, [[2, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1]], (0.1, 0.2, 0.6))
-
-
+ROUND = kr.Body.symmetric(1.0, 0.782, 0.783, 0.21)
 NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), made_up=True)
 
 
@@ -324,13 +323,17 @@ def test_the_grid_has_all_that_can_be_and_no_more():
     np.testing.assert_allclose(seen, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
 
 
-@pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER])
-@pytest.mark.parametrize("vertical, gravity", [(0.0, 1.0), (1.5, 0.7), (6.0, -1.3), (30.0, 1.0)])
-def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity):
-    words = {"vertical": vertical, "gravity": gravity}
+def least_energy(body, **words):
     with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as caught:
         kr.starts(body, energy=-100, n=3, **words)
-    least = float(re.search(r"there is ([-+.\de]+)$", str(caught.value))[1])
+    return float(re.search(r"there is ([-+.\de]+)$", str(caught.value))[1])
+
+
+@pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
+@pytest.mark.parametrize("vertical, gravity", [(0.0, 1.0), (1.5, 0.7), (7.2, 1.0), (30.0, -1.3)])
+def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity):
+    words = {"vertical": vertical, "gravity": gravity}
+    least = least_energy(body, **words)
     rng = np.random.default_rng(8)
     P = rng.normal(size=(200000, 3))
     P /= np.linalg.norm(P, axis=1)[:, None]
@@ -338,6 +341,16 @@ def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity)
     size = max(abs(sampled), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
     assert least <= sampled + 1e-14 * size and sampled - least < 1e-3 * size
     assert len(kr.starts(body, energy=least + 0.01 * size, n=3, **words)) == 3
+
+
+def test_the_least_energy_is_the_same_in_any_unit_of_length():
+    for vertical in (0.5, 1.5, 6.0):
+        least = least_energy(TURNED, vertical=vertical, gravity=0.7)
+        for unit in (1e-3, 1e3):
+            inertia, com = np.array(TURNED.inertia) * unit**2, np.array(TURNED.com) * unit
+            other = kr.Body(TURNED.mass, inertia.tolist(), com.tolist())
+            told = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
+            assert told == pytest.approx(least, rel=1e-13)
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])

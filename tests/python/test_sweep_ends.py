@@ -148,6 +148,15 @@ def test_each_bit_counts(tmp_path, form):
     assert folder.look(1) == "damaged"
 
 
+def test_a_part_whose_seal_is_lost_is_damaged_and_ours(tmp_path, form):
+    found = swept(tmp_path, parts=range(1))
+    file = tmp_path / f"part-000000.{form}"
+    data = file.read_bytes()
+    for lost in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
+        file.write_bytes(data.replace(lost, b"?" * len(lost)))
+        assert found._folder.look(0) == "damaged"
+
+
 def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
     made = swept(tmp_path, WATCHED)
     files = [tmp_path / f"part-{i:06}.{form}" for i in range(PARTS)]

@@ -4,6 +4,7 @@ import logging
 import multiprocessing
 import os
 import pickle
+import threading
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import kreisel as kr
@@ -167,6 +168,23 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
     assert found.missing or pool
     swept(tmp_path)
     assert rows_hash(tmp_path) == expected["reduced"]
+
+
+def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
+    put, pressed = folder_of.Folder.put, threading.Event()
+
+    def waiting(self, i, rows):
+        assert i == 0 or pressed.wait(60)
+        return put(self, i, rows)
+
+    def stop(_):
+        pressed.set()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(folder_of.Folder, "put", waiting)
+    with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as told:
+        swept(tmp_path, executor=pool, progress=stop)
+    assert kr.read_sweep(tmp_path).done == told.value.sweep.done
 
 
 def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):

@@ -330,3 +330,8 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
     source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
     alike = kr.sweep(source, [1.0], "taylor", events=crossing, to=done.folder)
     assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
+
+
+def test_dampings_of_one_number_are_those_along_all_axes():
+    source = kr.Source.grid(TOP, damping=[[0.1], [0.2]])
+    assert source[1] == TOP.replace(damping=0.2) and source.shape == (2,)

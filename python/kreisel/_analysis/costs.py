@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 
-from .._model.body import Body
 from .._model.scene import Scene
 from .._request.methods import Method, Methods
 from .._verbs.solve import solve
-from ..scenes import asymmetric, thesis
+from ..scenes import asymmetric, dzhanibekov, thesis
 
 _STEPS, _STEP, _TOL = 4000, 0.02, 1e-10
 _ROUNDS = 9
@@ -57,15 +56,11 @@ def _short(ratio: float) -> str:
 
 def _costs(methods: Methods) -> dict[str, list[float]]:
     """Seconds a step on each top."""
-    tops = [thesis, asymmetric.replace(attitude=thesis.attitude), _free()]
+    tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
     costs = iter([min(sample) for sample in zip(*samples, strict=True)])
     return {name: [next(costs) for _ in tops] for name in methods}
-
-
-def _free() -> Scene:
-    return Scene(Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, 0.0)), momentum=(0.5, 1.0, 1.5))
 
 
 def _cost(method: Method, top: Scene) -> float:

@@ -227,7 +227,7 @@ def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
 
 def _peak(t: Array, signal: Waves) -> float:
     """Where the transform of a signal is largest in size: the best of a fast one, led uphill."""
-    size = 1 << (2 * len(t) - 1).bit_length()
+    size = 4 * len(t)
     step = float(t[-1] - t[0]) / (len(t) - 1)
     best = int(np.abs(np.fft.fft(signal, size)).argmax())
     found = math.tau * (best - size if 2 * best > size else best) / (size * step)

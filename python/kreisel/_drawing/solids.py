@@ -55,8 +55,7 @@ def faces(
     order = np.flatnonzero(towards)[np.argsort(depth[towards].mean(axis=-1))]
     x, y, corners, base = x[order], y[order], corners[order], base[order]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    size = np.linalg.norm(normal, axis=-1, keepdims=True)
-    facing = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0.0) @ _LIGHT
+    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # what is seen has an area
     shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
     colours = np.clip(shade[:, None] * base, 0.0, 1.0)
     outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}

@@ -23,7 +23,7 @@ from .._ground.arguments import Array
 from .._ground.files import refuse_no_place, sync, write
 from .planned import SweepPlan, hash_of, name_of, read
 from .rows import Rows
-from .seal import is_marked, is_whole, sealed
+from .seal import is_whole, sealed
 
 PLAN = "plan.json"
 _OURS = "sweep"
@@ -98,10 +98,10 @@ class Folder:
         return DONE if about["version"] == version else OLD
 
     def _is_foreign(self, data: bytes) -> bool:
-        """Whether a file is whole in its own way, and has no seal: a truncated part has no end, and
-        a part with a few wrong bits has its mark."""
+        """Whether a file is whole in its own way, and does not name us: a truncated part has no
+        end, and a part with a few wrong bits still names us, beside its seal if not in it."""
         magic = self.form.MAGIC
-        if is_marked(data) or not data:
+        if b"kreisel" in data or not data:
             return False
         is_begun = data[: len(magic)] == magic[: len(data)]
         has_end = self.ending == "parquet" and data[len(magic) :].endswith(magic)

@@ -28,8 +28,3 @@ def is_whole(data: bytes) -> bool:
     for piece in (view[:at], OPEN.encode()[len(_MARK) :], view[at + _SIZE :]):
         digest.update(piece)
     return digest.hexdigest().encode() == data[at : at + _SIZE]
-
-
-def is_marked(data: bytes) -> bool:
-    """Whether a file has a seal, or what is left of one: all but a few of its letters."""
-    return _MARK in data or _MARK[: len(_MARK) // 2] in data or _MARK[len(_MARK) // 2 :] in data

@@ -10,7 +10,7 @@ One period is computed with 30 digits; the powers, in decimals of 50, lose none 
 from __future__ import annotations
 
 import math
-from decimal import Decimal, localcontext
+from decimal import Decimal, InvalidOperation, Overflow, localcontext
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -254,10 +254,15 @@ def tangents_at(scene: Scene, period: float, t: Array, q: Array) -> Array:
     out = np.empty((t.size, 6, 6))
     with localcontext() as context:
         context.prec = _PRECISION
+        context.traps[Overflow] = context.traps[InvalidOperation] = False
         for back in (False, True):
             chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
             if chosen.size:
                 _fill(scene, floquet(scene, period, back), t, q, chosen, out)
+    endless = ~np.isfinite(out).all(axis=(1, 2))
+    if endless.any():
+        end = float(t[endless][0])
+        raise ValueError(f"by t = {end!r} a tangent has grown beyond what doubles hold")
     return out
 
 

@@ -206,9 +206,10 @@ def _measured(tops: Ensemble, t: Array, asked: Order, threads: int) -> tuple[flo
     begun = time.perf_counter()
     fill(rows, few, some, 0, at.size, times, None)
     spent = time.perf_counter() - begun
-    part = np.minimum(rows.done / whole.shape[-1], 1.0)
+    all_told = rows.done == times.shape[-1]
+    part = np.where(all_told, rows.done / whole.shape[-1], np.inf)
     end = np.abs(np.broadcast_to(whole[..., -1], part.shape))
     with np.errstate(invalid="ignore", divide="ignore"):
-        way = np.where(end > 0.0, np.abs(rows.reached) / end, 1.0)
-    done = float(np.minimum(np.maximum(part, 1e-9), np.maximum(way, 1e-9)).mean())
+        way = np.where(end > 0.0, np.abs(rows.reached) / end, np.inf)
+    done = float(np.maximum(np.minimum(part, way), 1e-9).mean())
     return spent / done * tops.size / at.size / threads, int(at.size)

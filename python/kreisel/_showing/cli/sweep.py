@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -168,6 +169,5 @@ def _told(found: Swept, done: list[int]) -> str:
 def _ranges(parts: list[int]) -> str:
     """Numbers as ranges: 3:7 is without 7."""
     breaks = [k for k in range(1, len(parts)) if parts[k] != parts[k - 1] + 1]
-    ends = zip([0, *breaks], [*breaks, len(parts)], strict=True)
-    told = [f"{parts[a]}:{parts[b - 1] + 1}" for a, b in ends]
+    told = [f"{parts[a]}:{parts[b - 1] + 1}" for a, b in pairwise([0, *breaks, len(parts)])]
     return ", ".join(told[:_SHOWN]) + (", ..." if told[_SHOWN:] else "")

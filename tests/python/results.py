@@ -1,0 +1,135 @@
+"""What the package gives for many lines of Python, in short: results.txt has the lines, each with a
+hash of what is told of its value to six digits. A change that moves any of them is seen.
+
+python tests/python/results.py writes the hashes anew; with a number, it tells all of that line.
+"""
+
+import dataclasses
+import hashlib
+import re
+import sys
+import warnings
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+
+FILE = Path(__file__).with_suffix(".txt")
+NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?|-?\d+e[-+]?\d+")
+KERNEL = re.compile(r"\b(?:avx512|avx2|neon|base)\b")  # another on another machine
+SMALLEST = 1e-9  # what is less may be a rounding
+LEFT_OUT = {"seconds", "folder", "scenes"}  # times, places; what is long and told elsewhere
+
+
+def told(thing, depth=3):
+    """A text that tells a value."""
+    if isinstance(thing, str):
+        return KERNEL.sub("", NUMBER.sub(lambda found: f"{float(found[0]):.5g}", thing))
+    if isinstance(thing, bool | int | None.__class__ | type | np.dtype):
+        return repr(thing)
+    if isinstance(thing, Mapping):
+        return "{" + ", ".join(f"{key}: {told(thing[key], depth)}" for key in thing) + "}"
+    if isinstance(thing, np.ndarray | float | complex | np.generic):
+        return of_numbers(np.asarray(thing))
+    if isinstance(thing, list | tuple) and not hasattr(thing, "_fields"):
+        return "[" + ", ".join(told(part, depth) for part in thing) + "]"
+    if hasattr(thing, "get_lines"):
+        return of_axes(thing)
+    return of_members(thing, depth)
+
+
+def of_numbers(x):
+    if x.dtype.kind not in "fiub":
+        return told(x.view(float), 1) if x.dtype.kind == "c" else told(repr(x.tolist()))
+    x = x.astype(float)
+    largest = float(np.abs(x[np.isfinite(x)]).max(initial=0.0))
+    if largest < SMALLEST:
+        return f"{x.shape} none, {int(np.isnan(x).sum())} nan"
+    shares = np.nan_to_num(1e6 * x / largest, nan=7e6, posinf=8e6, neginf=-8e6)
+    whole = np.rint(shares).astype(np.int64)
+    return f"{x.shape} of {largest:.6g}: {hashlib.sha256(whole.tobytes()).hexdigest()[:8]}"
+
+
+def of_axes(axes):
+    """What is drawn: lines and areas, and what is written beside them."""
+    lines = [line.get_xydata() for line in axes.get_lines()]
+    areas = [path.vertices for area in axes.collections for path in area.get_paths()]
+    colours = [area.get_facecolor() for area in axes.collections]
+    words = axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()
+    place = np.array([*axes.get_xlim(), *axes.get_ylim(), *axes.get_position().bounds])
+    return told([list(words), place, lines, areas, colours, [t.get_text() for t in axes.texts]])
+
+
+def of_members(thing, depth):
+    """Its name, and what is public of it."""
+    parts = [told(repr(thing))]
+    if depth and type(thing).__module__.startswith("kreisel"):
+        for name in sorted(public(thing) - LEFT_OUT):
+            try:
+                value = getattr(thing, name)
+            except (ValueError, TypeError, AttributeError, kr.Error) as refused:
+                value = f"{type(refused).__name__}: {refused}"
+            if not callable(value) or isinstance(value, type):
+                parts.append(f"{name} = {told(value, depth - 1)}")
+    return "\n".join(parts)
+
+
+def public(thing):
+    fields = {field.name for field in dataclasses.fields(thing)} if is_record(thing) else set()
+    return {name for name in {*dir(thing), *fields} if name[0] != "_"}
+
+
+def is_record(thing):
+    return dataclasses.is_dataclass(thing) and not isinstance(thing, type)
+
+
+def value_of(line):
+    """What a line gives, or how it is refused."""
+    try:
+        return eval(line, names())
+    except (ValueError, TypeError, KeyError, kr.Error) as refused:
+        return [f"{type(refused).__name__}: {refused}", getattr(refused, "path", None)]
+
+
+@cache
+def names():
+    """What the lines may speak of."""
+    cusps, cone = kr.scenes.cusps, kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
+    spun = kr.Scene.spinning(cone, 30.0, 0.4, gravity=9.81)
+    return {
+        "kr": kr,
+        "np": np,
+        "TOP": kr.scenes.asymmetric,
+        "THESIS": kr.scenes.thesis,
+        "CUSPS": cusps,
+        "STEADY": kr.scenes.steady_precession,
+        "FREE": kr.scenes.dzhanibekov,
+        "KOWALEWSKI": kr.scenes.kowalewski,
+        "CONE": cone,
+        "PLATE": kr.Body.cuboid((0.5, 0.8, 0.1), (0.1, 0.2, -0.3), density=2.0),
+        "MANY": spun.vary(spin=[10.0, 30.0, 50.0], tilt=[[0.1], [0.7]]),
+        "LOW": kr.events.nutation(direction=1),
+        "SWAY": kr.solve(cusps, np.linspace(0.0, 20.0, 201)),
+        "KEPT": {"nutation": ("min", "max", "mean", "variance", "last"), "apex": "where_max"},
+    }
+
+
+def lines():
+    """Each line of the file, with its hash."""
+    rows = (row.rpartition("  ") for row in FILE.read_text().splitlines())
+    return {line.strip(): told_hash for line, _, told_hash in rows}
+
+
+def hash_of(line):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return hashlib.sha256(told(value_of(line)).encode()).hexdigest()[:8]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        print(told(value_of(list(lines())[int(sys.argv[1]) - 1])))
+    else:
+        FILE.write_text("".join(f"{line}  {hash_of(line)}\n" for line in lines()))
