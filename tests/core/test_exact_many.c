@@ -1,13 +1,14 @@
 /* The closed forms of many tops at once: each top has the bits that it has alone, on every
  * instruction set that runs here, in any order and beside any others; what is refused leaves no
  * trace but its status. */
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 #include "check.h"
 #include "exact/dispatch.h"
 #include "random.h"
 
-enum { TOPS = 6000, MOST_TIMES = 40 };
+enum { TOPS = 6000, MOST_TIMES = 40, ALIKE = 20 };
 
 static double of_any_size(double least, double most) { return pow(10.0, uniform(least, most)); }
 static kr_body symmetric(void)
@@ -148,6 +149,32 @@ static kr_status status_alone[TOPS], status[TOPS];
 static kr_state states_alone[TOPS * 3], states[TOPS * 3];
 static double times[TOPS * 3];
 
+static int curve_of(const kr_scene *s)
+{
+    kr_exact exact;
+    return kr_exact_plan(s, &exact) == KR_OK ? exact.curve : -1;
+}
+/* Fills n scenes with tops at the change of one theta series to its dual, where roundings decide
+ * which: lanes of one group then need both. */
+static void at_the_change(kr_scene *out, int n)
+{
+    kr_scene s = {symmetric(), 1.0, {0.0, random_quat(), {0, 0, 0}}, {0, 0, 0}};
+    const kr_vec3 from = random_vec(3.0);
+    double least = 1.0, most;
+    int curve;
+    s.start.m = from;
+    curve = curve_of(&s);
+    while (curve_of(&s) == curve && least > 1e-3) s.start.m = v_scale(least *= 0.9, from);
+    most = least / 0.9;
+    while (least < 0.5 * (least + most) && 0.5 * (least + most) < most) {
+        s.start.m = v_scale(0.5 * (least + most), from);
+        *(curve_of(&s) == curve ? &most : &least) = 0.5 * (least + most);
+    }
+    for (int i = 0; i < n; i++) {
+        s.start.m = v_scale(least * (1.0 + (i - n / 2) * DBL_EPSILON), from);
+        out[i] = s;
+    }
+}
 static void make_scenes(void)
 {
     for (int i = 0; i < TOPS; i++) {
@@ -155,6 +182,7 @@ static void make_scenes(void)
         scenes[i] = any_scene(i);
         if (same_body) scenes[i].body = scenes[i - 1].body;
     }
+    for (int i = 0; i < TOPS / 20; i += ALIKE) at_the_change(scenes + i, ALIKE);
 }
 static void shuffle(void)
 {

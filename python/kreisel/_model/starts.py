@@ -240,8 +240,7 @@ class _Cover(NamedTuple):
     def verticals(self, drawn: Array) -> Array:
         """Even in the cells, by three random numbers each."""
         parts = np.cumsum(self.tall * self.wide)
-        cell = np.searchsorted(parts, drawn[:, 0] * parts[-1], side="right")
-        cell = np.minimum(cell, len(parts) - 1)
+        cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
