@@ -63,7 +63,7 @@ static void many(const kr_scene *s, const char *name, const char *method, kr_con
 {
     kr_scene scenes[TOPS];
     kr_outcome outcomes[TOPS];
-    kr_state states[TOPS * TIMES];
+    kr_state states[TOPS * TIMES] = {0};
     kr_reduction kept[2 * KR_REDUCE_COUNT];
     double t[TIMES], reduced[TOPS * 2 * KR_REDUCE_COUNT];
     const kr_tops tops = {
@@ -79,6 +79,23 @@ static void many(const kr_scene *s, const char *name, const char *method, kr_con
     say_outcomes(outcomes);
     for (int i = 0; i < TOPS * TIMES; i += 3) say_state(&states[i]);
     for (int i = 0; i < TOPS * 2 * KR_REDUCE_COUNT; i++) say_one(reduced[i]);
+    kr_worker_free(worker);
+}
+/* More states than are recorded at a time, of one top at a time. */
+static void long_rows(const kr_scene *s, const char *name)
+{
+    enum { LONG = 150 };
+    kr_outcome outcome;
+    kr_state states[LONG] = {0};
+    double t[LONG];
+    const kr_config config = {.step = 0.03125 * unit_of(s), .max_steps = 3 * LONG};
+    const kr_tops tops = {1, s, LONG, t, 0, states, .outcomes = &outcome};
+    kr_worker *worker = worker_of("strang", config, 0, NULL);
+    for (int k = 0; k < LONG; k++) t[k] = config.step * 1.75 * (k + 1);
+    headline("long rows", name);
+    must(kr_worker_run(worker, &tops) == KR_OK, "a worker that fails");
+    put("%s %d\n", kr_status_text(outcome.status), (int)outcome.done);
+    for (int k = 0; k < LONG; k += 7) say_state(&states[k]);
     kr_worker_free(worker);
 }
 static void section(const kr_scene *s, const char *name, int direction)
@@ -109,7 +126,7 @@ int main(int n, char **words)
         const kr_scene s = scene_at(which, &name);
         const kr_config plain = {0}, headless = {.leave_heading = 1}, loose = {.tol = 1e-7},
                         digits = {.digits = 20}, fixed = {.step = 0.0625 * unit_of(&s)},
-                        back = {.step = -0.0625 * unit_of(&s)};
+                        back = {.step = -0.0625 * unit_of(&s)}, least = {.max_steps = 1};
         growth(&s, name);
         many(&s, name, NULL, plain);
         many(&s, name, "taylor", plain);
@@ -119,6 +136,8 @@ int main(int n, char **words)
         many(&s, name, "taylor", digits);
         many(&s, name, "strang", fixed);
         many(&s, name, "strang", back);
+        many(&s, name, "taylor", least);
+        long_rows(&s, name);
         section(&s, name, 1);
         section(&s, name, -1);
         section(&s, name, 0);

@@ -1,6 +1,7 @@
 /* What the closed forms' set-up does where roots coincide, slopes vanish and means do not meet. */
 #include "check.h"
 #include "exact/theta.h"
+#include "random.h"
 
 static dd pair(double a) { return dd_of(a); }
 /* The lone root of a cubic of any size, on either side; of three that are one it is that one. */
@@ -30,12 +31,45 @@ static void without_an_end(void)
     NEAR(elliptic_agm(1.0, 0.0), 0.0, 1e-12);
     NEAR(elliptic_agm(1.0, 1.0), 1.0, 0.0);
 }
+/* The mean and the sum of Q_n, step by step until nothing is added. */
+static dd all_steps(dd kp, dd p2, dd *sum)
+{
+    dd a = dd_of(1.0), g = kp, p = dd_sqrt(p2), q = a;
+    *sum = q;
+    for (int step = 0; step < 60; step++) {
+        const dd ag = dd_mul(a, g), both = dd_add(dd_square(p), ag);
+        const dd e = dd_div(dd_sub(dd_square(p), ag), both);
+        q = dd_half(dd_mul(q, e));
+        *sum = dd_add(*sum, q);
+        p = dd_div(both, dd_twice(p));
+        a = dd_half(dd_add(a, g));
+        g = dd_sqrt(ag);
+    }
+    return a;
+}
+/* Integrals of the third kind have all their digits, wherever the last step finds them. */
+static void means_are_those_of_all_steps(void)
+{
+    for (int i = 0; i < 20000; i++) {
+        const double near = i % 2 ? 1.0 : pow(10.0, -uniform(0.0, 12.0));
+        const dd kp = dd_of(1.0 - near * uniform(0.0, 0.99));
+        const dd start[2] = {dd_of(1.0 - near * uniform(0.0, 0.99)),
+                             dd_of(1.0 + near * uniform(0.0, 2.0))};
+        dd sum[2], truth;
+        const dd mean = elliptic_mean(kp, 2, start, sum);
+        for (int k = 0; k < 2; k++) {
+            NEAR(dd_sub(mean, all_steps(kp, start[k], &truth)).hi, 0.0, 1e-31);
+            NEAR(dd_sub(sum[k], truth).hi, 0.0, 1e-30);
+        }
+    }
+}
 
 int main(void)
 {
-    (void)elliptic_rf, (void)elliptic_mean, (void)theta_stretch;
+    (void)elliptic_rf, (void)theta_stretch;
     (void)theta_series, (void)theta_scale, (void)theta_at;
     lone_roots();
     without_an_end();
+    means_are_those_of_all_steps();
     return check_result();
 }

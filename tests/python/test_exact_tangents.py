@@ -66,6 +66,14 @@ def test_a_separatrix_has_no_period():
         kr.exact(TOPS["thesis"]).tangents(np.nan)
 
 
+@pytest.mark.parametrize("tilt", [1e-13, 1e-14, 1e-15])
+def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
+    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
+    leaves = kr.Scene(body, attitude=(1.0, tilt, 0.0, 0.0), momentum=(0.0, 0.0, 0.3))
+    with pytest.raises(ValueError, match="lies on a separatrix"):
+        kr.exact(leaves).tangents(1.0)
+
+
 @pytest.mark.parametrize("t", [1e5, -1e7])
 def test_a_tangent_that_no_double_holds_is_refused(t):
     with pytest.raises(ValueError, match="a tangent has grown beyond what doubles hold"):
