@@ -1,6 +1,7 @@
 /* Prints what many tops come to that are moved together: how tangents grow, states, what is kept of
  * numbers, sections. results_many.txt is what it printed when results were last meant to change.
  * With the word "full" it prints the numbers. */
+#include "numbers/su2.h"
 #include "scenes.h"
 
 enum { TOPS = 9, TIMES = 7 };
@@ -118,6 +119,19 @@ static void section(const kr_scene *s, const char *name, int direction)
         for (size_t k = 0; k < outcomes[i].done; k++) say_state(&states[i * TIMES + (int)k]);
     kr_worker_free(worker);
 }
+/* Tops that stand upright, exactly or almost, whether they sleep there or leave: the tangents grow
+ * where the path does not, and the heading turns by much in a step. */
+static void upright(const char *name, double spin, double tilt)
+{
+    const kr_config plain = {0}, back = {.step = -0.0625};
+    kr_scene s = scene_of(2.0, 2.0, 1.0, v3(0.0, 0.0, 0.75), v3(0.0, 0.0, spin));
+    s.start.q = q_exp(v3(tilt, 0.0, 0.0));
+    growth(&s, name);
+    if (tilt == 0.0) return; /* What stays alike is least and most at any time. */
+    many(&s, name, NULL, plain);
+    many(&s, name, "taylor", plain);
+    many(&s, name, "strang", back);
+}
 int main(int n, char **words)
 {
     in_full = n > 1 && strcmp(words[1], "full") == 0;
@@ -126,7 +140,12 @@ int main(int n, char **words)
         const kr_scene s = scene_at(which, &name);
         const kr_config plain = {0}, headless = {.leave_heading = 1}, loose = {.tol = 1e-7},
                         digits = {.digits = 20}, fixed = {.step = 0.0625 * unit_of(&s)},
-                        back = {.step = -0.0625 * unit_of(&s)}, least = {.max_steps = 1};
+                        back = {.step = -0.0625 * unit_of(&s)}, least = {.max_steps = 1},
+                        tolerances[5] = {{.tol = 1e-3},
+                                         {.tol = 3e-6},
+                                         {.tol = 1e-9},
+                                         {.tol = 3e-12},
+                                         {.tol = 1e-14}};
         growth(&s, name);
         many(&s, name, NULL, plain);
         many(&s, name, "taylor", plain);
@@ -137,11 +156,16 @@ int main(int n, char **words)
         many(&s, name, "strang", fixed);
         many(&s, name, "strang", back);
         many(&s, name, "taylor", least);
+        for (int i = 0; i < 5; i++) many(&s, name, "taylor", tolerances[i]);
         long_rows(&s, name);
         section(&s, name, 1);
         section(&s, name, -1);
         section(&s, name, 0);
     }
+    upright("sleeps", 24.0, 0.0);
+    upright("wakes", 0.25, 0.0);
+    upright("leaves", 0.25, 1e-7);
+    upright("stays", 0.0, 0.0);
     all_is_said();
     return 0;
 }

@@ -1,7 +1,7 @@
 /* Ways through the closed forms that few starts take: turning heights that coincide, axes that rest
  * or arrive at a pole. */
 #include <float.h>
-#include "model/body.h"
+#include "model/scene.h"
 #include "tops.h"
 
 static kr_scene top_of(double lever, kr_quat q, kr_vec3 m)
@@ -157,6 +157,22 @@ static void units(void)
     const kr_state end = kr_exact_state(&exact, 3.0);
     NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
 }
+/* What is told apart by a tolerance or a size is taken in where it lies on the edge itself. */
+static void edges(void)
+{
+    const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;
+    const kr_swing slow = {0x1p-1000, 0x1p1000, 0.75 * 0x1p-20};
+    kr_scene s = top_of(0.5, q_one(), v3(0.5, -0.25, 1.0));
+    int power;
+    s.body.inertia = v3(x, y, 0.6 * x);
+    s.body.com = v3(0.25, 0.0, 0.25);
+    IS(KR_KIND_RTOL * x == x - y && kr_method_applies(kr_method_find("blanes_moan6"), &s.body));
+    s.body.inertia.y -= DBL_EPSILON;
+    IS(!kr_method_applies(kr_method_find("blanes_moan6"), &s.body));
+    IS(kr_swing_time(&slow, 0.0, &power) && power == 20);
+    const kr_swing slower = {0x1p-1000, 0x1p1000, 0.25 * slow.rate};
+    IS(!kr_swing_time(&slower, 0.0, &power));
+}
 
 int main(void)
 {
@@ -168,5 +184,6 @@ int main(void)
     a_sphere_of_roundings();
     units();
     separatrix();
+    edges();
     return check_result();
 }

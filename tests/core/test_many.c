@@ -286,9 +286,10 @@ static void without_the_heading(void)
 }
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
-static void interrupted(int after)
+/* Gives by how much more tops were on their way than half of the lanes; each keeps its states. */
+static int interrupted(int after)
 {
-    int left = after;
+    int left = after, on_the_way = 0, lanes;
     fleet f;
     random_fleet(&f);
     const kr_config config = {.poll = stop_at, .context = &left}, free = {0};
@@ -303,12 +304,16 @@ static void interrupted(int after)
         const fleet one = one_of(&f, i, NULL, free);
         IS(memcmp(one.states, f.states + i * TIMES, o->done * sizeof(kr_state)) == 0);
         IS(o->done == TIMES || isnan(f.states[i * TIMES + o->done].q.w));
+        on_the_way += o->status != KR_OK && o->done > 0;
+        IS(o->last.t == (o->done > 0 ? f.t[i * TIMES + o->done - 1] : 0.0));
     }
     IS(done < TOPS && (after == 0 || done > 0));
     left = 1 << 30;
     IS(kr_worker_run(worker, &f.tops) == KR_OK); /* It is as good as new. */
     for (size_t i = 0; i < TOPS; i++) IS(f.outcomes[i].status == KR_OK);
+    lanes = *worker->isa->lanes;
     kr_worker_free(worker);
+    return 2 * on_the_way - lanes;
 }
 
 /* A pair of moments may differ by a rounding either way; and a top that is asked for its start once
@@ -373,6 +378,7 @@ static void bad_words(void)
 
 int main(void)
 {
+    int on_the_way = 0;
     const kr_config plain = {0}, rough = {.tol = 1e-6}, damped = {0};
     bits_are_its_own(taylor(), plain);
     bits_are_its_own(taylor(), rough);
@@ -386,8 +392,8 @@ int main(void)
     failures_are_told();
     reductions_are_those_of_the_states();
     without_the_heading();
-    interrupted(0);
-    interrupted(7);
+    for (int after = 0; after < 60; after++) on_the_way += interrupted(after);
+    IS(on_the_way >= 0);
     pairs_and_ways_back();
     bad_words();
     return check_result();
