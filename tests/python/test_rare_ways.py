@@ -1,11 +1,14 @@
 """Ways that are taken seldom: devices, folders that cannot be put on the disk, machines that do not
 tell their memory, separatrices under gravity, times of no list."""
 
+import math
 import os
 
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._drawing.solids import turned
+from kreisel._sweeping.planned import canonical
 from kreisel._verbs import run, tangents
 
 TOP, SYMMETRIC = kr.scenes.asymmetric, kr.scenes.thesis
@@ -97,3 +100,32 @@ def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
     with pytest.raises(kr.Error) as told:
         kr.solve(TOP, [1.0], **words)
     assert tuple(told.value.path.stats) == (0, 0, 0, 0) and len(told.value.path) == 1
+
+
+def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
+    faces, _ = turned(2.0, 0.3, 0.5, False)
+    points = faces.reshape(-1, 3)
+    assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
+    assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])
+    assert {round(float(z), 12) for z in points[:, 2]} == {0.2, 0.8}
+
+
+def test_a_plan_tells_no_number_that_json_lacks():
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        canonical({"step": math.nan})
+
+
+def test_tubes_may_have_no_hole_or_no_wall():
+    many = kr.Bodies.tube([0.0, 1.0, 0.5], 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0)
+    one = [kr.Body.tube(hole, 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0) for hole in (0.0, 1.0, 0.5)]
+    assert np.allclose(many.moments, [body.moments for body in one], rtol=1e-15)
+    with pytest.raises(ValueError, match="inner"):
+        kr.Bodies.tube([0.5, 1.0000001], 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0)
+
+
+def test_a_tensor_of_zeros_is_symmetric_but_no_body():
+    zeros = np.zeros((2, 3, 3))
+    with pytest.raises(ValueError, match="0.0 is not positive"):
+        kr.Body(mass=1.0, inertia=zeros[0], com=(0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match="0.0 is not positive"):
+        kr.Bodies(mass=1.0, inertia=zeros, com=(0.0, 0.0, 0.0))
