@@ -125,7 +125,7 @@ def test_tubes_may_have_no_hole_or_no_wall():
 
 def test_a_tensor_of_zeros_is_symmetric_but_no_body():
     zeros = np.zeros((2, 3, 3))
-    with pytest.raises(ValueError, match="0.0 is not positive"):
+    with pytest.raises(ValueError, match=r"0\.0 is not positive"):
         kr.Body(mass=1.0, inertia=zeros[0], com=(0.0, 0.0, 0.0))
-    with pytest.raises(ValueError, match="0.0 is not positive"):
+    with pytest.raises(ValueError, match=r"0\.0 is not positive"):
         kr.Bodies(mass=1.0, inertia=zeros, com=(0.0, 0.0, 0.0))

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @unchangeable("dataclasses.replace(body, {}=...) makes another body")
-@dataclass(frozen=True, init=False, repr=False)
+@dataclass(frozen=True, init=False)
 class Body(Shaped):
     """A rigid body that turns about the origin of the frame in which it is described.
 

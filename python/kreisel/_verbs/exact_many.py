@@ -32,7 +32,7 @@ from .._request.methods import EXACT, methods, no_closed_form
 from .._request.times import refuse_endless
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ExactEnsemble:
     """The motions of many tops in closed form; call it with a time for the states of all, an array
     (*shape, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array
