@@ -29,7 +29,7 @@ class Nutation(NamedTuple):
     precession: float
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Apex:
     """n points of the trace.
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Rod:
     """An elastic rod in equilibrium; its arc length s is the top's time, its tangent T points to
     the centre of mass.

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from .._drawing.film import Film
 
 
-@dataclass(frozen=True, eq=False, repr=False, init=False)
+@dataclass(frozen=True, eq=False, init=False)
 class Path(Tables):
     """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
     m are views of `states`, all else is computed when it is first asked for. Vectors are seen from

@@ -46,7 +46,7 @@ class Drawn(NamedTuple):
 
 
 @unchangeable("make another kreisel.Source")
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Source:
     """Many tops that are not there yet: what kreisel.sweep makes its parts of. It takes no more
     room than its words do, however many tops there are.
