@@ -254,3 +254,16 @@ def test_a_step_too_large_on_the_way_is_tried_smaller():
     times = np.linspace(0, 78.32659960393634, 33)[1:]
     path = kr.solve(scene, times, "geometric", error=0.09172786661884054)
     assert kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max() < 0.0918
+
+
+def test_of_a_top_that_takes_too_many_steps_the_states_are_kept_that_it_reached():
+    tops = kr.scenes.asymmetric.vary(gravity=[0.0, 0.5, 1.0])
+    times = [0.0, 1.0, 1.0, 9.0, 20.0]
+    for sign in (1.0, -1.0):
+        asked = sign * np.array(times)
+        paths = kr.solve(tops, asked, "geometric", error=1e-6, max_steps=20)
+        assert paths.failed.tolist() == [0, 1, 2] and paths.done[0] == 4
+        for i, n in enumerate(paths.done.tolist()):
+            true = kr.solve(tops[i], asked[:n]).q
+            assert kr.attitude_error(paths.states[i, :n, 1:5], true).max(initial=0.0) < 1e-9
+            assert np.isnan(paths.states[i, n:, 1:]).all()

@@ -174,6 +174,9 @@ def test_plan_refuses_what_solve_refuses():
         kr.plan(TOP, method="rk4")
     with pytest.raises(TypeError, match=r"scene must be a kreisel\.Scene"):
         kr.plan(3)
+    for words in ({"threads": 2}, {"reduce": {"energy": "min"}}):
+        with pytest.raises(ValueError, match=rf"^{next(iter(words))}: for a kreisel\.Ensemble"):
+            kr.plan(TOP, **words)
 
 
 def test_plan_is_what_a_path_did():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core import Work
 from .._ground.arguments import Array
@@ -67,9 +68,9 @@ def _chosen(scene: Scene, times: Array, target: float, most: int, work: Work | N
 
 def _put(part: TopRows, i: int, path: Path | None, times: Array, failed: bool) -> None:
     """A path as a row, with NaN behind what it reached."""
-    reached = 0
+    at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
-        reached = int(np.count_nonzero(path.t == times[: len(path)]))
+        at, reached = _of_times(path, times)
         part.counts[i] = path.stats
         part.reached[i] = path.t[-1] if len(path) else 0.0
         if failed and len(path):
@@ -81,8 +82,19 @@ def _put(part: TopRows, i: int, path: Path | None, times: Array, failed: bool) -
         part.states[i] = np.nan
         part.states[i, :, 0] = times
         if path is not None:
-            part.states[i, :reached] = path.states[:reached]
+            part.states[i, :reached] = path.states[at]
     for name, column in part.columns.items():
         column[i] = np.nan
         if path is not None:
-            column[i, :reached] = getattr(path, name)[:reached]
+            column[i, :reached] = getattr(path, name)[at]
+
+
+def _of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
+    """Which states of a path are those at the first of these times, and how many: one that failed
+    may be of a trial, which has others between them."""
+    if not len(path):
+        return np.empty(0, dtype=np.intp), 0
+    at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)
+    missing = np.flatnonzero(path.t[at] != times)
+    reached = int(missing[0]) if missing.size else times.size
+    return at[:reached], reached
