@@ -6,6 +6,7 @@ python tests/python/results.py writes the hashes anew; with a number, it tells a
 
 import dataclasses
 import hashlib
+import importlib
 import re
 import sys
 import warnings
@@ -20,6 +21,7 @@ FILE = Path(__file__).with_suffix(".txt")
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?|-?\d+e[-+]?\d+")
 KERNEL = re.compile(r"\b(?:avx512|avx2|neon|base)\b")  # another on another machine
 SMALLEST = 1e-9  # what is less may be a rounding
+STYLE = "color", "linewidth", "alpha", "zorder", "linestyle", "marker", "markersize"
 LEFT_OUT = {"seconds", "folder", "scenes"}  # times, places; what is long and told elsewhere
 
 
@@ -93,12 +95,64 @@ def value_of(line):
         return [f"{type(refused).__name__}: {refused}", getattr(refused, "path", None)]
 
 
+def looks(picture):
+    """How the parts of a picture are drawn, beside where."""
+    return [picture[0].figure.get_size_inches(), *map(look, picture)]
+
+
+def look(axes):
+    lines = [
+        [getattr(line, f"get_{name}")() for name in STYLE]
+        for line in [*axes.get_lines(), *axes.get_xgridlines()[:1], *axes.get_ygridlines()[:1]]
+    ]
+    sides = [axes.spines[side].get_visible() for side in ("top", "right", "left")]
+    sizes = [text.get_fontsize() for text in (axes.title, axes.xaxis.label, axes.yaxis.label)]
+    ticks = [[*axes.get_xticks()], [*axes.get_yticks()], axes.xaxis.get_tick_params()]
+    arrows = [[list(text.xy), list(text.xyann), text.arrowprops] for text in arrows_of(axes)]
+    tick = axes.yaxis.get_major_ticks()[0]
+    small = tick.label1.get_fontsize(), tick.tick1line.get_markersize()
+    return [lines, sides, sizes, ticks, arrows, list(small), axes.axison]
+
+
+def arrows_of(axes):
+    return [text for text in axes.texts if hasattr(text, "arrowprops")]
+
+
+def frames(film):
+    """What each frame of a film shows, in whatever order its faces are drawn."""
+    return [frame_of(figure) for figure in film._figures()]
+
+
+def frame_of(figure):
+    (axes,) = figure.axes
+    (solid,) = axes.collections
+    corners = np.array([path.vertices[:4] for path in solid.get_paths()])
+    lines = [[line.get_zorder(), line.get_xydata()] for line in axes.get_lines()]
+    told_of = [[text.get_text(), text.get_position(), text.get_fontsize()] for text in axes.texts]
+    coloured = np.einsum("nij,nk->ijk", corners, solid.get_facecolor())
+    return [figure.dpi, solid.get_zorder(), coloured, lines, told_of]
+
+
 @cache
 def names():
     """What the lines may speak of."""
     cusps, cone = kr.scenes.cusps, kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
     spun = kr.Scene.spinning(cone, 30.0, 0.4, gravity=9.81)
+    drawing, sweeping = (
+        [importlib.import_module(f"kreisel.{room}.{name}") for name in of]
+        for room, of in {
+            "_drawing": ["charts", "solids"],
+            "_sweeping": ["start_words", "planned", "asked", "folder"],
+        }.items()
+    )
+    of_sweeps = {module.__name__.rpartition(".")[2]: module for module in sweeping}
     return {
+        **of_sweeps,
+        "charts": drawing[0],
+        "solids": drawing[1],
+        "looks": looks,
+        "frames": frames,
+        "BOX": kr.Scene(kr.Body(0.5, (1.0, 1.1, 0.5), (0, 0, 0.9)), momentum=(0.2, 0, 1.0)),
         "kr": kr,
         "np": np,
         "TOP": kr.scenes.asymmetric,
