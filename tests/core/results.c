@@ -1,5 +1,6 @@
 /* Prints what bodies, quantities, every method and events come to; results.txt is what it printed
  * when results were last meant to change. With the word "full" it prints the numbers. */
+#include "numbers/su2.h"
 #include "scenes.h"
 
 static void bodies(void)
@@ -37,7 +38,8 @@ static void quantities(const kr_scene *s, const char *name)
     }
     say_one(kr_scene_horizon(s));
     say_one(kr_state_modified_energy(s, &s->start, 0.125));
-    say_one(kr_state_modified_energy4(s, &s->start, 0.125));
+    for (double step = 0.125; step < 4.0; step *= 1.25)
+        say_one(kr_state_modified_energy4(s, &s->start, step * unit_of(s)));
 }
 
 /* Where a top ends, what it cost, and how its end depends on its start. */
@@ -94,10 +96,12 @@ static void by_taylor(const kr_scene *s, const char *name)
                                      {.tangents = 31},
                                      {.tangents = 1, .digits = 20},
                                      {.tangents = 31, .digits = 30},
-                                     {.tangents = 2, .tol = 1e-9}};
-    static const char *const names[] = {"20 digits",    "30 digits",      "short steps",
-                                        "headless",     "tangents",       "tangents, 20 digits",
-                                        "tangents, 30", "tangents, loose"};
+                                     {.tangents = 2, .tol = 1e-9},
+                                     {.tangents = KR_TANGENT_GRAVITY, .digits = 20},
+                                     {.tangents = KR_TANGENT_MASS, .digits = 30}};
+    static const char *const names[] = {
+        "20 digits",           "30 digits",    "short steps",     "headless", "tangents",
+        "tangents, 20 digits", "tangents, 30", "tangents, loose", "gravity",  "mass"};
     for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
         headline(names[i], name);
         kr_config config = ways[i];
@@ -161,6 +165,18 @@ static void components(const kr_scene *s, const char *name)
         }
     }
 }
+/* Steps in which a body turns by one about an axis, exactly, beside others. */
+static void whole_turns(void)
+{
+    const kr_vec3 m = {0.25, -0.5, 0.75}, across = {0.5, 0.0, 0.0};
+    const kr_scene scenes[2] = {scene_of(1.0, 1.0, 0.5, across, m),
+                                scene_of(0.5, 1.0, 1.25, across, m)};
+    for (int i = 0; i < 2; i++)
+        for (double step = 0.5; step <= 4.0; step *= 2.0) {
+            headline("strang", i ? "steps about N" : "steps about T");
+            way(scenes + i, kr_method_find("strang"), (kr_config){.step = step}, 16.0);
+        }
+}
 int main(int n, char **words)
 {
     in_full = n > 1 && strcmp(words[1], "full") == 0;
@@ -174,6 +190,11 @@ int main(int n, char **words)
         events(&s, name);
         if (which == 2 || which == 4) components(&s, name);
     }
+    /* It sleeps: its tangents take shorter steps than it does. */
+    kr_scene asleep = scene_of(2.0, 2.0, 1.0, v3(0.0, 0.0, 0.75), v3(0.0, 0.0, 9.0));
+    asleep.start.q = q_one();
+    by_taylor(&asleep, "asleep");
+    whole_turns();
     all_is_said();
     return 0;
 }

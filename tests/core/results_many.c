@@ -99,11 +99,11 @@ static void long_rows(const kr_scene *s, const char *name)
     for (int k = 0; k < LONG; k += 7) say_state(&states[k]);
     kr_worker_free(worker);
 }
-static void section(const kr_scene *s, const char *name, int direction)
+/* Where the terms pass zero. */
+static void section(const kr_scene *s, const char *name, const kr_term terms[2], int direction)
 {
     const double most = (direction < 0 ? -20.0 : 20.0) * unit_of(s);
-    const kr_term term = {1.0, kr_component_find("body_velocity_x"), KR_ONE};
-    const kr_event event = {.terms = &term, .count = 1, .direction = direction};
+    const kr_event event = {.terms = terms, .count = 2, .direction = direction};
     kr_scene scenes[TOPS];
     kr_outcome outcomes[TOPS];
     kr_state states[TOPS * TIMES];
@@ -118,6 +118,33 @@ static void section(const kr_scene *s, const char *name, int direction)
     for (int i = 0; i < TOPS; i++)
         for (size_t k = 0; k < outcomes[i].done; k++) say_state(&states[i * TIMES + (int)k]);
     kr_worker_free(worker);
+}
+/* The angular velocity about an axis passes zero; and a little less than the greatest height that
+ * the apex has: twice in a short time. */
+static void sections(const kr_scene *s, const char *name)
+{
+    const kr_term rest = {0.0, KR_ONE, KR_ONE},
+                  still[2] = {{1.0, kr_component_find("body_velocity_x"), KR_ONE}, rest};
+    kr_term high[2] = {{1.0, kr_component_find("apex_z"), KR_ONE}, rest};
+    double most = -1.0, least = 1.0;
+    kr_top *top = NULL;
+    must(kr_top_create(s, kr_method_find("taylor"), (kr_config){0}, &top) == KR_OK, "no top");
+    for (int i = 0; i < 500; i++) {
+        const kr_state state = kr_top_state(top);
+        const double z = kr_state_apex(s, &state).z;
+        most = fmax(most, z);
+        least = fmin(least, z);
+        must(kr_top_advance(top, 0.02 * unit_of(s) * i) == KR_OK, "no way");
+    }
+    kr_top_free(top);
+    for (int direction = -1; direction <= 1; direction++) {
+        section(s, name, still, direction);
+        for (int part = 0; part < 3; part++) {
+            static const double below[3] = {0.01, 0.003, 0.1};
+            high[1].factor = -(most - below[part] * (most - least));
+            if (most - least > 1e-3) section(s, name, high, direction);
+        }
+    }
 }
 /* Tops that stand upright, exactly or almost, whether they sleep there or leave: the tangents grow
  * where the path does not, and the heading turns by much in a step. */
@@ -158,9 +185,7 @@ int main(int n, char **words)
         many(&s, name, "taylor", least);
         for (int i = 0; i < 5; i++) many(&s, name, "taylor", tolerances[i]);
         long_rows(&s, name);
-        section(&s, name, 1);
-        section(&s, name, -1);
-        section(&s, name, 0);
+        sections(&s, name);
     }
     upright("sleeps", 24.0, 0.0);
     upright("wakes", 0.25, 0.0);

@@ -38,6 +38,7 @@ static void loaded(void)
     IS(all > 10 && size <= sizeof memory && kr_top_save(top, size, memory) == KR_OK);
     for (int i = 0; i < all; i++) {
         IS(kr_top_load(other, size, memory) == KR_OK);
+        for (int k = 0; k < 2; k++) IS(memcmp(&e[k].own, &f[k].own, sizeof e[k].own) == 0);
         const int n = seek_all(other, 30.0, t, hits);
         IS(n == all - i && memcmp(t, u + i, (size_t)n * sizeof *t) == 0);
         for (int k = 0; k < n; k++) IS(hits[k].which == others[i + k].which);
@@ -46,6 +47,20 @@ static void loaded(void)
             IS(kr_top_advance(top, 0.5 * (u[i] + (i + 1 < all ? u[i + 1] : 30.0))) == KR_OK);
         IS(kr_top_save(top, size, memory) == KR_OK);
     }
+    kr_top_free(top);
+    kr_top_free(other);
+}
+static void second_is_unlike(const kr_scene *s)
+{
+    static char memory[1 << 16];
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = &height, .count = 1}};
+    kr_event f[2] = {e[0], e[1]};
+    f[1].direction = 1;
+    kr_top *top = watched(s, (kr_config){0}, e, 2), *other = watched(s, (kr_config){0}, f, 2);
+    const size_t size = kr_top_save_size(top);
+    IS(size <= sizeof memory && kr_top_save(top, size, memory) == KR_OK);
+    IS(kr_top_load(other, size, memory) == KR_ERR_CHECKPOINT);
+    IS(kr_top_load(top, size, memory) == KR_OK);
     kr_top_free(top);
     kr_top_free(other);
 }
@@ -76,6 +91,7 @@ static void not_loaded(void)
         IS(kr_top_load(other, kr_top_save_size(other), before) == KR_ERR_CHECKPOINT);
         kr_top_free(other);
     }
+    second_is_unlike(&s);
     const kr_event_search own = e.own;
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
         e.own = odd[i];

@@ -150,6 +150,14 @@ static void about_a_principal_axis(void)
         IS(closed.period == INFINITY);
     }
 }
+/* What is too little to turn a body off its axis does not choose the axis either. */
+static void all_but_about_an_axis(void)
+{
+    kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v3(1.0, 1e-75, 1e-75));
+    s.body.inertia = v3(2.0, 3.0, 4.5);
+    const kr_exact closed = closed_form(&s);
+    NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
+}
 /* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
  * about m, and what rests stays. */
 static void stillness(void)
@@ -339,6 +347,7 @@ int main(void)
     integrals();
     free_bodies();
     about_a_principal_axis();
+    all_but_about_an_axis();
     stillness();
     scaling();
     frames();

@@ -116,13 +116,18 @@ static void beyond_squares(void)
                           .outcomes = &outcome,
                           .growth = growth};
     kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
-    scene.body.inertia = v3(2.5e-8, 2.5e-8, 7.6e-255);
-    scene.body.com = v3(0.0, 0.0, 0.0);
-    scene.start.q = q_one();
-    scene.start.m = v3(0.0, 0.0, -16.0);
-    IS(kr_worker_run(worker, &tops) == KR_OK);
-    IS(outcome.status == KR_ERR_ARGUMENT && outcome.done == 0);
-    IS(isnan(growth[KR_GROWTH_LOG]));
+    for (int i = 0; i < 9; i++) {
+        const int thin = i / 3, about = i % 3;
+        scene.body.inertia = v3(thin == 0 ? 7.6e-255 : 2.5e-8, thin == 1 ? 7.6e-255 : 2.5e-8,
+                                thin == 2 ? 7.6e-255 : 2.5e-8);
+        scene.body.com = v3(0.0, 0.0, 0.0);
+        scene.start.q = q_one();
+        scene.start.m =
+            v3(about == 0 ? -16.0 : 0.0, about == 1 ? -16.0 : 0.0, about == 2 ? -16.0 : 0.0);
+        IS(kr_worker_run(worker, &tops) == KR_OK);
+        IS(outcome.status == KR_ERR_ARGUMENT && outcome.done == 0);
+        IS(isnan(growth[KR_GROWTH_LOG]));
+    }
     kr_worker_free(worker);
 }
 /* A direction without a size, or of one that is no number, is refused; how long another is tells
