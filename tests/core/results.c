@@ -67,6 +67,11 @@ static void way(const kr_scene *s, const kr_method *method, kr_config config, do
     }
     kr_top_free(top);
 }
+static void method_words(const kr_method *method)
+{
+    headline("method", kr_method_name(method));
+    put("%u %d\n", kr_method_flags(method), kr_method_order(method));
+}
 /* Every method, forward to a time between two steps and back, by default and loosely. */
 static void by_all(const kr_scene *s, const char *name)
 {
@@ -181,6 +186,8 @@ int main(int n, char **words)
 {
     in_full = n > 1 && strcmp(words[1], "full") == 0;
     bodies();
+    for (size_t i = 0; i < kr_method_count(); i++)
+        if (strncmp(kr_method_name(kr_method_at(i)), "gsl", 3) != 0) method_words(kr_method_at(i));
     for (int which = 0; which < SCENES; which++) {
         const char *name;
         const kr_scene s = scene_at(which, &name);

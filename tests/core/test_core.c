@@ -118,6 +118,9 @@ static void bodies(void)
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1)), 0.0, 0.0);
     IS(kr_body_from_tensor(1.0, diagonal, v3(0.3, 0, 0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_GENERAL);
+    IS(kr_body_symmetric(2.0, 2.0, 1.0, 0.5, &b) == KR_OK && kr_body_kind(&b, 0.0) == KR_LAGRANGE);
+    b.com = v3(0.5, 0.0, 0.0);
+    IS(kr_body_kind(&b, 0.0) == KR_KOWALEWSKI);
     IS(kr_body_symmetric(1.0, 1.0, 1.0, 0.0, &b) == KR_OK && kr_body_kind(&b, 1e-12) == KR_EULER);
     b.com = v3(0.3, -0.4, 1.2);
     IS(kr_body_kind(&b, 1e-12) == KR_LAGRANGE);

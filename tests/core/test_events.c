@@ -354,6 +354,10 @@ static void failures(void)
     for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
     IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 &&
        kr_top_stats(top).steps == 3);
+    kr_top *other = make(&s, kr_method_find("taylor"), (kr_config){.max_steps = 3});
+    IS(kr_top_advance(other, 100.0) == KR_ERR_LIMIT);
+    IS(same(kr_top_state(top), kr_top_state(other)) && kr_top_time(top) > 0.0);
+    kr_top_free(other);
     kr_top_free(top);
 }
 

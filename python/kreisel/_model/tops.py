@@ -114,7 +114,7 @@ class Tops(Many[S]):
         while found and isinstance(found[0], (list, tuple)):
             if any(not isinstance(s, (list, tuple)) or len(s) != len(found[0]) for s in found):
                 raise ValueError("lists of scenes must all have the same length")
-            if len(shape) > 32:
+            if len(shape) == 32:
                 raise ValueError("lists of scenes must not be nested without end")
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:

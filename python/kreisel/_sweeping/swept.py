@@ -120,7 +120,7 @@ class Swept:
         ]
         return self._shaped(np.concatenate(pieces), name in self._first.ragged)
 
-    def _shaped(self, values: Column, ragged: bool = False) -> Column:
+    def _shaped(self, values: Column, ragged: bool) -> Column:
         if not self.missing and not ragged:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
