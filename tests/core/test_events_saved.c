@@ -92,6 +92,11 @@ static void not_loaded(void)
         kr_top_free(other);
     }
     second_is_unlike(&s);
+    kr_event alike = e;
+    alike.extremum = 2; /* any number but zero says the same */
+    kr_top *same_events = watched(&s, (kr_config){0}, &alike, 1);
+    IS(kr_top_load(same_events, size, before) == KR_OK);
+    kr_top_free(same_events);
     const kr_event_search own = e.own;
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
         e.own = odd[i];

@@ -13,6 +13,7 @@ import pytest
 from inside import view
 
 pytest.importorskip("matplotlib")
+from kreisel._drawing import film as made
 from PIL import Image
 
 TOP = kr.scenes.thesis
@@ -41,6 +42,14 @@ def test_a_gif_has_at_most_128_colours(tmp_path):
     with Image.open(tmp_path / "top.gif") as image:
         first = image.convert("RGB").getcolors()
         assert 100 < len(first) <= 128
+
+
+def test_a_gif_shows_the_colours_of_its_film(tmp_path):
+    film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
+    drawn = np.asarray(next(made._images(film)).convert("RGB")).astype(int)
+    with Image.open(tmp_path / "top.gif") as image:
+        shown = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
 
 
 def test_a_page_of_a_film_plays_as_many_frames_a_second():

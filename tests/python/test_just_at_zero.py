@@ -35,6 +35,16 @@ def test_rows_of_times_from_an_iterator_that_begin_with_the_start_lead_on():
     assert times.direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
+def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
+    def silent(name):
+        raise ValueError(name)
+
+    monkeypatch.setattr(times.os, "sysconf", silent)
+    assert times.memory() == 2**63
+    monkeypatch.setattr(times.os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 3}.__getitem__)
+    assert times.memory() == 12288
+
+
 def test_what_is_rounded_is_rounded_by_less_than_all():
     tensor = np.diag([2.0, 3.0, 4.0])
     assert kr.Body(1.0, tensor, (0, 0, 0), rounded=0.0).moments == (2.0, 3.0, 4.0)
