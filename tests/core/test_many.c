@@ -294,13 +294,13 @@ static int interrupted(int after)
     random_fleet(&f);
     const kr_config config = {.poll = stop_at, .context = &left}, free = {0};
     kr_worker *worker = made(NULL, config);
-    left = after;
+    memset(f.outcomes, 0, sizeof f.outcomes);
     IS(kr_worker_run(worker, &f.tops) == KR_ERR_INTERRUPTED);
     size_t done = 0;
     for (size_t i = 0; i < TOPS; i++) {
         const kr_outcome *o = &f.outcomes[i];
         done += o->status == KR_OK;
-        IS(o->status == KR_OK || o->status == KR_ERR_INTERRUPTED);
+        IS(o->status == KR_OK ? o->done == TIMES : o->status == KR_ERR_INTERRUPTED);
         const fleet one = one_of(&f, i, NULL, free);
         IS(memcmp(one.states, f.states + i * TIMES, o->done * sizeof(kr_state)) == 0);
         IS(o->done == TIMES || isnan(f.states[i * TIMES + o->done].q.w));

@@ -45,6 +45,14 @@ def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
     assert times.memory() == 12288
 
 
+def test_a_top_may_be_as_fast_as_it_likes_where_no_time_is_asked_for():
+    fast = THESIS.replace(momentum=(0, 0, 1e18))
+    for more in ({}, {"tangents": "start"}):
+        assert len(kr.solve(fast, [], **more)) == 0
+        with pytest.raises(ValueError, match=r"by t = 1\.0 this top turns by"):
+            kr.solve(fast, [1.0], **more)
+
+
 def test_what_is_rounded_is_rounded_by_less_than_all():
     tensor = np.diag([2.0, 3.0, 4.0])
     assert kr.Body(1.0, tensor, (0, 0, 0), rounded=0.0).moments == (2.0, 3.0, 4.0)
