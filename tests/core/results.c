@@ -170,6 +170,37 @@ static void components(const kr_scene *s, const char *name)
         }
     }
 }
+/* Tangents at many times of a way, inside steps and parts of steps. */
+static void on_the_way(const kr_scene *s, kr_config config, const char *name)
+{
+    kr_top *top = NULL;
+    must(kr_top_create(s, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
+    headline("on the way", name);
+    for (int i = 1; i <= 40; i++) {
+        double out[6 * KR_TANGENT_MOST], rest[6 * KR_TANGENT_MOST];
+        const size_t n = 6 * kr_tangent_columns(config.tangents);
+        must(kr_top_advance(top, 0.0625 * i * unit_of(s)) == KR_OK &&
+                 kr_top_tangents(top, out, rest) == KR_OK,
+             "no tangents");
+        say_sum(n, out);
+        say_low(n, out, rest, config.digits);
+    }
+    kr_top_free(top);
+}
+/* Extrapolation that is told to begin with steps that are far too long. */
+static void rough(const kr_scene *s, const char *name)
+{
+    static const char *const methods[] = {"extrap", "extrap_kirchhoff"};
+    for (int i = 0; i < 2; i++) {
+        const kr_method *method = kr_method_find(methods[i]);
+        if (!kr_method_suits(method, s)) continue;
+        headline("rough", name);
+        for (double tol = 1e-9; tol < 0.1; tol *= 10.0)
+            for (double step = 0.25; step < 40.0; step *= 2.5)
+                way(s, method, (kr_config){.tol = tol, .step = step * unit_of(s)},
+                    3.0 * unit_of(s));
+    }
+}
 /* Steps in which a body turns by one about an axis, exactly, beside others. */
 static void whole_turns(void)
 {
@@ -195,12 +226,16 @@ int main(int n, char **words)
         by_all(&s, name);
         by_taylor(&s, name);
         events(&s, name);
+        rough(&s, name);
         if (which == 2 || which == 4) components(&s, name);
     }
     /* It sleeps: its tangents take shorter steps than it does. */
     kr_scene asleep = scene_of(2.0, 2.0, 1.0, v3(0.0, 0.0, 0.75), v3(0.0, 0.0, 9.0));
     asleep.start.q = q_one();
     by_taylor(&asleep, "asleep");
+    on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_START}, "16 digits");
+    on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_MASS, .digits = 20}, "20 digits");
+    on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_START, .digits = 30}, "30 digits");
     whole_turns();
     all_is_said();
     return 0;
