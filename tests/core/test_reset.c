@@ -57,6 +57,11 @@ static void starts(const kr_method *method, kr_config config)
         as_created(top, s, method, config, &start);
     }
     as_created(top, s, method, config, &s.start);
+    /* So fast that most methods fail on the way. */
+    for (int power = 3; power < 60 && !(kr_method_flags(method) & KR_ADAPTIVE); power += 7) {
+        const kr_state start = {0.0, s.start.q, v_scale(ldexp(1.0, power), s.start.m)};
+        as_created(top, s, method, config, &start);
+    }
     kr_top_free(top);
 }
 

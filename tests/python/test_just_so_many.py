@@ -122,6 +122,15 @@ def test_what_counts_as_symmetric_does_not_depend_on_the_units(scale):
         kr.rod(path)
 
 
+def test_bodies_alike_about_their_axes_precess_steadily_one_by_one():
+    bodies = [kr.Body(1.0, (4.0, 4.0, c), (0, 0, z)) for c, z in ((3.0, 1.0), (2.0, -0.5))]
+    many = kr.Ensemble.of([THESIS.replace(body=body) for body in bodies]).body
+    made = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)
+    for i, body in enumerate(bodies):
+        one = kr.Scene.spinning(body, tilt=0.5, spin=10.0, steady=True)
+        np.testing.assert_allclose(made[i].momentum, one.momentum, rtol=1e-14, atol=1e-14)
+
+
 def test_the_least_energy_is_that_of_the_lower_of_two_hollows():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
@@ -178,6 +187,15 @@ def test_kept_vectors_name_their_components():
     (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
     inner = kept[name].dims[-1]
     assert kept[inner].values.tolist() == ["x", "y", "z"]
+
+
+def test_tables_of_tops_in_a_row_have_the_times_of_each():
+    pytest.importorskip("xarray")
+    tops = THESIS.vary(spin=[1.0, 2.0, 3.0])
+    own = np.arange(6.0).reshape(3, 2)
+    data = kr.solve(tops, own).to_xarray("energy")
+    assert data["t"].dims == ("spin", "time") and np.array_equal(data["t"], own)
+    assert kr.solve(tops, [1.0, 2.0]).to_xarray("energy")["time"].values.tolist() == [1.0, 2.0]
 
 
 # Plots
