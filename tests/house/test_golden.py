@@ -35,9 +35,12 @@ def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
     assert of_the_library(PROGRAM, tmp_path / "golden") == golden
 
 
-@pytest.mark.parametrize("name", ["results", "results_many", "results_closed"])
+RESULTS = "results", "results_many", "results_closed", "results_drawn", "results_drawn_many"
+
+
+@pytest.mark.parametrize("name", RESULTS)
 def test_the_library_gives_the_results_that_it_gave(name, tmp_path):
-    """Nine digits of each; where one has moved, the program prints them after the word full."""
+    """Nine digits of each, or seven; where one has moved, the program prints them after the word full."""
     told = of_the_library(ROOT / f"tests/core/{name}.c", tmp_path / name)
     assert told.splitlines() == (ROOT / f"tests/core/{name}.txt").read_text().splitlines()
 
