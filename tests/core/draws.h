@@ -117,6 +117,17 @@ static inline void change_units(kr_scene *s)
     s->damping = v_scale(moment / time, s->damping);
     s->start.t *= time;
 }
+/* A method of the library's own: others may be built in or not. */
+static inline const kr_method *drawn_method(void)
+{
+    const kr_method *own[64];
+    size_t count = 0;
+    for (size_t i = 0; i < kr_method_count() && count < 64; i++) {
+        own[count] = kr_method_at(i);
+        count += strncmp(kr_method_name(own[count]), "gsl", 3) != 0;
+    }
+    return own[draw(count)];
+}
 /* About the time in which a top turns by a radian; 1 for what does not move. */
 static inline double pace_of(const kr_scene *s)
 {

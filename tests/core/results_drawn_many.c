@@ -157,12 +157,11 @@ static void add_tops(void)
     const int count = 1 + (int)draw(5);
     for (int i = 0; i < 40; i++) track[i] = (kr_state){0.125 * i, drawn_attitude(), {1, 2, i}};
     for (int i = 0; i < count; i++) {
-        const kr_method *method = kr_method_at((size_t)draw(kr_method_count()));
+        const kr_method *method = drawn_method();
         const int64_t step = 10000 * (int64_t)(1 + draw(6)) * (1 + 2 * chance(20));
         const int against = (int)draw(5) - 2;
         kr_scene s = drawn_scene();
         if (chance(95)) s.start.t = 0.0;
-        if (strncmp(kr_method_name(method), "gsl", 3) == 0) method = kr_method_find("taylor");
         if (!kr_method_suits(method, &s)) method = kr_method_find("strang");
         if (chance(15))
             tell_status(kr_stage_add_track(&stage, &s, track, (int64_t)draw(41), step, against));
