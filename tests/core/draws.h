@@ -104,6 +104,17 @@ static inline kr_scene drawn_scene(void)
     if (chance(8)) s.damping = in_any_order(v3(0.25, 0.0, uniform(0.0, 0.5)));
     return s;
 }
+/* One that moves as most do: far from rest, from the poles and from every steady motion, beside
+ * which roundings would grow, or tell whether an event comes. */
+static inline kr_scene ordinary_scene(void)
+{
+    kr_scene s = drawn_scene();
+    s.start.q = random_quat();
+    s.start.m = random_vec(2.0);
+    s.start.t = chance(75) ? 0.0 : 1.5;
+    s.damping = v3(0.0, 0.0, 0.0);
+    return s;
+}
 /* The same in other units of mass, length and time, which are powers of two. */
 static inline void change_units(kr_scene *s)
 {
@@ -149,13 +160,13 @@ static inline void lines(const char *what, int count, int draws, void (*one)(voi
         for (int k = 0; k < draws; k++) one();
     }
 }
-/* Seven digits of numbers, as shares of the largest: fewer than say has, for there are so many that
+/* Six digits of numbers, as shares of the largest: fewer than say has, for there are so many that
  * some would stand beside a rounding. */
 static inline void tell(size_t n, const double x[])
 {
     double most = 0.0;
     for (size_t i = 0; i < n; i++) most = isfinite(x[i]) ? fmax(most, fabs(x[i])) : most;
-    say_shares(n, x, most > 0.0 ? 1e-7 * most : 1.0);
+    say_shares(n, x, most > 0.0 ? 1e-6 * most : 1.0);
     put("\n");
 }
 /* A number beside the size that it has in this scene. */

@@ -158,6 +158,8 @@ static void a_scene(void)
     }
 }
 
+static int adapts(void) { return (kr_method_flags(by_method) & KR_ADAPTIVE) != 0; }
+static int is_dense(void) { return (kr_method_flags(by_method) & KR_DENSE) != 0; }
 static int polls_left;
 static int poll(void *context)
 {
@@ -167,13 +169,15 @@ static int poll(void *context)
 static kr_config drawn_config(const kr_scene *s, unsigned flags)
 {
     static const double steps[6] = {0.03125, 0.03125, 0.125, -0.125, 0.75, 2.0},
-                        tolerances[6] = {0.0, 0.0, 1e-10, 1e-4, 0.125, 1e-15};
+                        tolerances[6] = {0.0, 0.0, 1e-13, 1e-15, 1e-4, 0.125};
     static const int digits[3] = {16, 20, 30};
     static const int64_t limits[6] = {5000, 1000, 1000, 1, 7, 60};
-    kr_config config = {.step = pace_of(s) * of_few(6, steps), .tol = of_few(6, tolerances)};
-    config.max_steps = limits[draw(6)];
+    const int rounds_anyhow = (flags & KR_DIGITS) != 0; /* so that steps may be a little other */
+    kr_config config = {.step = pace_of(s) * of_few(6, steps)};
+    config.tol = of_few(rounds_anyhow ? 4 : 6, tolerances);
+    config.max_steps = limits[draw(rounds_anyhow ? 1 : 6)];
     if (chance(50) && flags & KR_ADAPTIVE) config.step *= chance(50) ? 0.0 : -1.0;
-    if (chance(15)) config.poll = poll;
+    if (chance(15) && !rounds_anyhow) config.poll = poll;
     polls_left = (int)draw(20);
     if (chance(40) && flags & KR_DIGITS) {
         config.digits = digits[draw(3)];
@@ -188,23 +192,20 @@ static double a_time_from(double now, double pace, const kr_config *config)
 {
     const double ahead = config->step < 0.0 ? -1.0 : 1.0;
     if (chance(15)) return now;
-    if (chance(25)) return now + (double)draw(6) * config->step;
+    if (chance(25) && !adapts()) return now + (double)draw(6) * config->step;
     if (chance(4)) return now - ahead * 0.5 * pace;
     return now + ahead * uniform(0.0, 0.75) * pace;
 }
 static void record(kr_top *top, const kr_scene *s, const kr_config *config)
 {
     enum { TIMES = 5 };
-    double t[TIMES], now = kr_top_time(top);
+    double t[TIMES], now = kr_top_state(top).t;
     kr_state out[TIMES] = {{0}}, low[TIMES] = {{0}};
     size_t done = 0;
     for (int i = 0; i < TIMES; i++) now = t[i] = a_time_from(now, 0.25 * pace_of(s), config);
     tell_status(kr_top_record_low(top, TIMES, t, out, low, &done));
     put("%d\n", (int)done);
-    for (size_t i = 0; i < done; i++) {
-        tell_state(s, &out[i]);
-        say_low(4, &out[i].q.w, &low[i].q.w, config->digits == 20 ? 20 : 16);
-    }
+    for (size_t i = 0; i < done; i++) tell_state(s, &out[i]);
 }
 /* The same top from a checkpoint, in place of it; another start may come into its place first. */
 static kr_top *saved_and_loaded(kr_top *top, const kr_scene *s, kr_config config)
@@ -231,14 +232,15 @@ static void begin_again(kr_top *top, const kr_scene *s)
 {
     const double unit = v_largest(s->body.inertia) / pace_of(s);
     kr_scene other = *s;
-    if (chance(50)) other.start.q = drawn_attitude();
-    if (chance(70)) other.start.m = v_scale(unit, drawn_momentum(&other));
+    if (chance(50)) other.start.q = is_dense() ? random_quat() : drawn_attitude();
+    if (chance(70))
+        other.start.m = v_scale(unit, is_dense() ? random_vec(2.0) : drawn_momentum(&other));
     if (chance(30)) other.start.t += 0.5 * pace_of(s);
     tell_status(kr_top_reset(top, &other.start));
 }
 static kr_top *moved(kr_top *top, const kr_scene *s, const kr_config *config)
 {
-    switch (draw(8)) {
+    switch (is_dense() ? 2 + draw(6) : draw(8)) {
     case 0:
     case 1:
         tell_status(kr_top_step(top));
@@ -254,14 +256,14 @@ static kr_top *moved(kr_top *top, const kr_scene *s, const kr_config *config)
         top = saved_and_loaded(top, s, *config);
         break;
     default:
-        tell_status(kr_top_advance(top, a_time_from(kr_top_time(top), pace_of(s), config)));
+        tell_status(kr_top_advance(top, a_time_from(kr_top_state(top).t, pace_of(s), config)));
     }
     return top;
 }
 static void a_way(void)
 {
     kr_top *top = NULL;
-    kr_scene s = drawn_scene();
+    kr_scene s = is_dense() ? ordinary_scene() : drawn_scene();
     for (int i = 0; i < 20 && !kr_method_suits(by_method, &s); i++) s = drawn_scene();
     if (chance(10)) change_units(&s);
     const kr_config config = drawn_config(&s, kr_method_flags(by_method));
@@ -271,7 +273,7 @@ static void a_way(void)
         top = moved(top, &s, &config);
         const kr_state state = kr_top_state(top);
         tell_state(&s, &state);
-        say_counts(kr_top_stats(top));
+        if (!is_dense()) say_counts(kr_top_stats(top));
         tangents(top, &config);
     }
     kr_top_free(top);
@@ -305,29 +307,32 @@ static size_t drawn_terms(kr_term terms[3])
 /* A top is followed from event to event. */
 static void a_search(void)
 {
-    kr_term terms[3][3], where[3][3];
+    kr_term terms[3][3], where[3][4];
     kr_event events[3] = {{0}};
     kr_hit hit = {0, 0};
     kr_top *top = NULL;
-    const kr_scene s = drawn_scene();
+    kr_scene s = ordinary_scene();
     const size_t count = 1 + draw(3);
+    while (s.gravity * v_length(s.body.com) == 0.0) s = ordinary_scene(); /* its momentum stays */
     for (size_t i = 0; i < count; i++) {
         events[i].terms = terms[i];
         events[i].count = drawn_terms(terms[i]);
         events[i].where = where[i];
         events[i].where_count = chance(25) ? drawn_terms(where[i]) : 0;
+        if (events[i].where_count > 0) /* so that it is not zero where the event is */
+            where[i][events[i].where_count++] = (kr_term){0.125, KR_ONE, KR_ONE};
         events[i].extremum = chance(30);
         events[i].direction = (int)draw(3) - 1;
         tell_beside(1.0, kr_terms_value(&s, &s.start, events[i].count, terms[i]));
     }
-    const kr_config config = drawn_config(&s, KR_HEADLESS | KR_ADAPTIVE);
     by_method = kr_method_find("taylor");
+    const kr_config config = drawn_config(&s, KR_HEADLESS | KR_ADAPTIVE | KR_DIGITS);
     kr_status status = kr_top_create(&s, by_method, config, &top);
     tell_status(status);
     if (status == KR_OK) tell_status(status = kr_top_watch(top, count, events));
     for (int i = 0; i < 6 && status == KR_OK; i++) {
         const double way = uniform(0.0, 4.0) * pace_of(&s);
-        status = kr_top_seek(top, kr_top_time(top) + (config.step < 0.0 ? -way : way), &hit);
+        status = kr_top_seek(top, kr_top_state(top).t + (config.step < 0.0 ? -way : way), &hit);
         put("%s %d %d\n", kr_status_text(status), (int)hit.which, hit.direction);
         const kr_state state = kr_top_state(top);
         tell_state(&s, &state);
