@@ -71,7 +71,7 @@ def of_members(thing, depth):
         for name in sorted(public(thing) - LEFT_OUT):
             try:
                 value = getattr(thing, name)
-            except (ValueError, TypeError, AttributeError, kr.Error) as refused:
+            except (ValueError, TypeError, AttributeError, IndexError, kr.Error) as refused:
                 value = f"{type(refused).__name__}: {refused}"
             if not callable(value) or isinstance(value, type):
                 parts.append(f"{name} = {told(value, depth - 1)}")
