@@ -30,12 +30,14 @@ from public import calls
 
 FILE = Path(__file__).with_suffix(".txt")
 CALLS = calls()
+OWN_METHODS = sum(not name.startswith("gsl") for name in kr.methods)  # the first in the table
 EACH = 8  # calls of a hash
 # What takes times, draws the page, or tells addresses and the order of a set.
 LEFT_OUT = re.compile(
     r"compare|Table\.|Row\.|View|view|Run\.checkpoint|SweepInterrupted|ManyPlan.__repr__|.*__iter__"
 )
-ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}")
+# of things in memory or a file, and of methods that may not be built in
+ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}|position \d+|,? gsl_\w+")
 ODD = [None, True, 0, -1, 0.5, float("nan"), float("inf"), "x", "apex_z", (), [0, 0, 0], [1, 2]]
 
 
@@ -61,19 +63,24 @@ def drawn_words(chance, name, parameters):
             listed = [value(chance, name, p.name) for _ in range(chance.randrange(3))]
         elif p.default is p.empty or chance.random() < min(0.5, few):
             named[p.name] = value(chance, name, p.name)
-    if "max_steps" in (p.name for p in parameters):
+    if name == "section":  # how many events come in so many steps is a matter of roundings
+        named |= {"n": 4, "max_steps": 0}
+    elif "max_steps" in (p.name for p in parameters):
         named.setdefault("max_steps", words.MOST)
     return listed, named
 
 
 def value(chance, name, word):
     right = words.PARTICULAR.get(f"{name}.{word}") or words.RIGHT[word]
+    if word == "method":
+        right = [method for method in right if not method.startswith("gsl")]
     return chance.choice(ODD if chance.random() < 0.05 else right)
 
 
 def told_of(name, number):
     """What is told of the calls of a hash, in a place of their own."""
     makes, parameters = CALLS[name]
+    makes = makes[:OWN_METHODS] if name.startswith("Method.") else makes
     chance = random.Random(f"{name} {number}")
     with tempfile.TemporaryDirectory() as folder, place(folder), warnings.catch_warnings():
         warnings.simplefilter("ignore")

@@ -21,14 +21,15 @@ FILE = Path(__file__).with_suffix(".txt")
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?|-?\d+e[-+]?\d+")
 KERNEL = re.compile(r"\b(?:avx512|avx2|neon|base)\b")  # another on another machine
 SMALLEST = 1e-9  # what is less may be a rounding
+SMALLEST_TOLD = 1e-15  # in words
 STYLE = "color", "linewidth", "alpha", "zorder", "linestyle", "marker", "markersize"
-LEFT_OUT = {"seconds", "folder", "scenes"}  # times, places; what is long and told elsewhere
+LEFT_OUT = {"seconds", "folder", "scenes", "checkpoint"}  # times, places, bits; what is long
 
 
 def told(thing, depth=3):
     """A text that tells a value."""
     if isinstance(thing, str):
-        return KERNEL.sub("", NUMBER.sub(lambda found: f"{float(found[0]):.5g}", thing))
+        return KERNEL.sub("", NUMBER.sub(lambda found: in_short(float(found[0])), thing))
     if isinstance(thing, bool | int | None.__class__ | type | np.dtype):
         return repr(thing)
     if isinstance(thing, Mapping):
@@ -40,6 +41,10 @@ def told(thing, depth=3):
     if hasattr(thing, "get_lines"):
         return of_axes(thing)
     return of_members(thing, depth)
+
+
+def in_short(x):
+    return f"{0.0 if abs(x) < SMALLEST_TOLD else x:.5g}"
 
 
 def of_numbers(x):
