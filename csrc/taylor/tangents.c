@@ -304,7 +304,6 @@ static void look(const kr_motion *motion, double *memory, size_t n)
 static void at(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[])
 {
     kr_state state;
-    motion->low.q = q4(0.0, v3(0.0, 0.0, 0.0));
     kr_method_taylor.at(motion, clock, &state);
     const quat_dd q = q_dd(state.q, motion->low.q);
     look(motion, memory, n);

@@ -158,6 +158,19 @@ static void all_but_about_an_axis(void)
     const kr_exact closed = closed_form(&s);
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
 }
+/* What moves an axis too little for the closed form is too little in any units. */
+static void too_little_in_any_units(void)
+{
+    for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)
+        for (int i = 0; i < 2; i++) {
+            const double push = i ? 1e-75 : 1e-60;
+            kr_scene s = top_of(2.0, 1.0, 1.0, q_one(), v3(push * unit, 0.0, 3.0 * unit));
+            kr_exact closed;
+            s.body.inertia = v_scale(unit, s.body.inertia);
+            s.body.mass *= unit;
+            IS(kr_exact_plan(&s, &closed) == (i ? KR_ERR_METHOD : KR_OK));
+        }
+}
 /* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
  * about m, and what rests stays. */
 static void stillness(void)
@@ -348,6 +361,7 @@ int main(void)
     free_bodies();
     about_a_principal_axis();
     all_but_about_an_axis();
+    too_little_in_any_units();
     stillness();
     scaling();
     frames();
