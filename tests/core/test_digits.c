@@ -205,8 +205,45 @@ static void energy_to_the_last_digits(void)
     }
 }
 
+/* A number between those that there are asks for the next of them, of tops and of workers. */
+static void numbers_between(void)
+{
+    static const int asked[6] = {1, 16, 17, 20, 21, 30}, given[6] = {16, 16, 20, 20, 30, 30};
+    const kr_scene s = heavy();
+    const double t = 3.0;
+    for (int i = 0; i < 6; i++) {
+        const deep end = run_to(&s, asked[i], t), same_end = run_to(&s, given[i], t);
+        kr_worker *worker = NULL;
+        kr_state many;
+        kr_outcome outcome;
+        const kr_tops tops = {1, &s, 1, &t, 0, &many, .outcomes = &outcome};
+        IS(same(end.high, same_end.high) && same(end.low, same_end.low));
+        IS(kr_worker_create(taylor(), (kr_config){.digits = asked[i]}, 0, NULL, &worker) == KR_OK);
+        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
+        IS(given[i] == 16 || same(many, end.high));
+        kr_worker_free(worker);
+    }
+}
+/* All that taylor can do is done by the kernels of one instruction set. */
+static void one_instruction_set(void)
+{
+    static const kr_config configs[4] = {{0}, {.leave_heading = 1}, {.digits = 20}, {.digits = 30}};
+    const kr_scene s = heavy();
+    const char *name = NULL;
+    for (int i = 0; i < 4; i++) {
+        kr_top *top = make(&s, taylor(), configs[i]);
+        int order = 0;
+        const char *its = kr_top_kernel(top, &order);
+        IS(order > 0 && (i == 0 || strcmp(its, name) == 0));
+        name = its;
+        kr_top_free(top);
+    }
+}
+
 int main(void)
 {
+    numbers_between();
+    one_instruction_set();
     truth();
     truth_of_asymmetric();
     accuracy();
