@@ -57,6 +57,7 @@ static int drawn_times(size_t n, size_t times, const kr_scene scenes[], double t
             if (chance(1)) at = -at;
             t[i * times + k] = at;
         }
+        if (chance(5)) t[i * times + times - 1] = scenes[i].start.t; /* ahead is no side of it */
     }
     return own;
 }

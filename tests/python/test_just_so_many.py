@@ -10,12 +10,29 @@ import numpy as np
 import pytest
 from kreisel._analysis import costs
 from kreisel._ground import files
+from kreisel._recording.crew import Crew
 from kreisel._recording.path import ROUNDING
 from kreisel._verbs import geometric, plans
 from shell import call, said
 
 TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+
+
+# How many members threads take at once
+
+
+@pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
+def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
+    slices = list(Crew(threads).slices(n))
+    sizes = [end - begin for begin, end in slices]
+    assert sizes[0] == first and sum(sizes) == n
+    assert [begin for begin, _ in slices[1:]] == [end for _, end in slices[:-1]]
+    assert sizes == sorted(sizes, reverse=True) and all(size % 8 == 0 for size in sizes[:-1])
+
+
+def test_threads_take_so_many_members_at_most():
+    assert next(Crew(1).slices(10**6)) == (0, 1 << 15)
 
 
 # What is told

@@ -54,10 +54,12 @@ def sampled(mutants, seed, points):
 
 
 def equivalents(file=EQUIVALENT):
-    """Gives the known equivalent mutants, as (file, words of the line, change), with the reason."""
+    """Gives the known equivalent mutants, as (file, words of the line, change), with the reason;
+    the change is "any" where the line is of no effect but on time."""
     rows = tomllib.loads(file.read_text()).get("equivalent", [])
     return {(row["file"], row["line"], row["change"]): row["why"] for row in rows}
 
 
 def why_equivalent(mutant, known):
-    return known.get((mutant.file, mutant.words, mutant.change))
+    place = mutant.file, mutant.words
+    return known.get((*place, mutant.change)) or known.get((*place, "any"))
