@@ -40,7 +40,8 @@ RESULTS = "results", "results_many", "results_closed", "results_drawn", "results
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_the_library_gives_the_results_that_it_gave(name, tmp_path):
-    """Nine digits of each, or seven; where one has moved, the program prints them after the word full."""
+    """Nine digits of each, six of what is drawn; where one has moved, the program prints them after
+    the word full."""
     told = of_the_library(ROOT / f"tests/core/{name}.c", tmp_path / name)
     assert told.splitlines() == (ROOT / f"tests/core/{name}.txt").read_text().splitlines()
 
