@@ -22,6 +22,7 @@ from ...events import MAKERS
 from . import times
 from .left import Left, To, to
 from .looked_for import looked_for
+from .places import FILE
 from .running import Stops, fed
 from .words import A_METHOD, A_SCENE, QUANTITIES, Refused, method, names, one_of, refusals
 from .words import scene as a_scene
@@ -122,7 +123,7 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
 
 
 @click.command()
-@click.argument("run", type=click.Path(allow_dash=True))
+@click.argument("run", type=FILE)
 @_T
 @_EVERY
 @click.option("--max-steps", type=int, help="Another limit of steps.")
