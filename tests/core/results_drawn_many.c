@@ -212,6 +212,18 @@ static void a_stage(void)
         for (int k = 0; k < KR_STAGE_MEASURES; k++) tell_beside(1.0, measures[k]);
     }
 }
+/* So many steps to a row of the record that not all of them are looked at. */
+static void a_long_stage(void)
+{
+    kr_stage_clear(&stage);
+    for (int i = 0; i < 2; i++) {
+        const kr_scene s = ordinary_scene();
+        const kr_method *method = kr_method_find(i ? "suzuki4" : "strang");
+        if (s.start.t == 0.0) tell_status(kr_stage_add(&stage, &s, method, 1000, 0.0, i - 1));
+    }
+    (void)kr_stage_advance(&stage, 120000000, 1000000);
+    for (int64_t i = 0; i < stage.rows; i += 97) tell_row(&stage.row[i]);
+}
 static void tell_points(int n, float point[][3])
 {
     put("%d\n", n);
@@ -253,6 +265,7 @@ int main(int n, char **words)
     lines("growth", 20, 30, a_growth);
     lines("section", 20, 45, a_section);
     lines("stage", 20, 20, a_stage);
+    lines("long stage", 4, 1, a_long_stage);
     lines("picture", 10, 100, a_picture);
     all_is_said();
     return 0;
