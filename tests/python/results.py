@@ -16,10 +16,12 @@ from pathlib import Path
 
 import kreisel as kr
 import numpy as np
+from click.testing import CliRunner
+from inside import cli
 
 FILE = Path(__file__).with_suffix(".txt")
 NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]?\d+)?|-?\d+e[-+]?\d+")
-KERNEL = re.compile(r"\b(?:avx512|avx2|neon|base)\b")  # another on another machine
+OTHER = re.compile(r"\b(?:avx512|avx2|neon|base)\b|,? gsl_\w+")  # on another machine
 SMALLEST = 1e-9  # what is less may be a rounding
 SMALLEST_TOLD = 1e-15  # in words
 STYLE = "color", "linewidth", "alpha", "zorder", "linestyle", "marker", "markersize"
@@ -29,7 +31,7 @@ LEFT_OUT = {"seconds", "folder", "scenes", "checkpoint"}  # times, places, bits;
 def told(thing, depth=3):
     """A text that tells a value."""
     if isinstance(thing, str):
-        return KERNEL.sub("", NUMBER.sub(lambda found: in_short(float(found[0])), thing))
+        return OTHER.sub("", NUMBER.sub(lambda found: in_short(float(found[0])), thing))
     if isinstance(thing, bool | int | None.__class__ | type | np.dtype):
         return repr(thing)
     if isinstance(thing, Mapping):
@@ -138,6 +140,12 @@ def frame_of(figure):
     return [figure.dpi, solid.get_zorder(), coloured, lines, told_of]
 
 
+def shell(line):
+    """What the command line says to a line, and the code with which it ends."""
+    done = CliRunner().invoke(cli.main, line.split())
+    return [done.exit_code, " ".join(done.output.split())]
+
+
 @cache
 def names():
     """What the lines may speak of."""
@@ -156,6 +164,7 @@ def names():
         "charts": drawing[0],
         "solids": drawing[1],
         "looks": looks,
+        "shell": shell,
         "frames": frames,
         "BOX": kr.Scene(kr.Body(0.5, (1.0, 1.1, 0.5), (0, 0, 0.9)), momentum=(0.2, 0, 1.0)),
         "kr": kr,
