@@ -234,7 +234,7 @@ static void tell_points(int n, float point[][3])
 }
 static void a_picture(void)
 {
-    enum { LONGEST = 300 };
+    enum { LONGEST = 900 };
     static kr_quat attitude[LONGEST];
     static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES + KR_PICTURE_POINTS][3];
     static const double powers[4] = {0.0, 0.5, 1.0, 0.25};

@@ -142,7 +142,7 @@ def frame_of(figure):
 
 def shell(line):
     """What the command line says to a line, and the code with which it ends."""
-    done = CliRunner().invoke(cli.main, line.split())
+    done = CliRunner(env={"COLUMNS": "100"}).invoke(cli.main, line.split())
     return [done.exit_code, " ".join(done.output.split())]
 
 
