@@ -42,6 +42,8 @@ def told(thing, depth=3):
         return "[" + ", ".join(told(part, depth) for part in thing) + "]"
     if hasattr(thing, "get_lines"):
         return of_axes(thing)
+    if hasattr(thing, "iloc"):  # a table of pandas, whose text depends on the terminal
+        return told([dict(thing.attrs), thing.reset_index().to_dict("list")])
     return of_members(thing, depth)
 
 
