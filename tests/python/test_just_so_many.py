@@ -16,6 +16,7 @@ from kreisel._verbs import geometric, plans
 from shell import call, said
 
 TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
+TRUE = "strang", 0.25 / 16.0
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
@@ -45,6 +46,12 @@ def test_a_comparison_as_text_has_a_column_each():
         cells = {name: line[head.index(name) :].split("  ")[0] for name in ("step", "tol")}
         assert cells == {"step": step, "tol": tol}
         assert line.startswith("thesis")
+
+
+def test_a_truth_of_fixed_step_takes_a_sixteenth_of_the_smallest():
+    (row, _) = kr.compare(TOP, [1.0], ["rk4"], steps=[0.25, 0.5], truth="strang", repeats=1)
+    ends = [kr.solve(TOP, [1.0], *how, step=step).q for *how, step in (("rk4", 0.25), TRUE)]
+    assert row.attitude_error == kr.attitude_error(*ends).max()
 
 
 def test_costs_are_told_by_three_figures():
