@@ -179,7 +179,7 @@ static void on_the_way(const kr_scene *s, kr_config config, const char *name)
     for (int i = 1; i <= 40; i++) {
         double out[6 * KR_TANGENT_MOST], rest[6 * KR_TANGENT_MOST];
         const size_t n = 6 * kr_tangent_columns(config.tangents);
-        must(kr_top_advance(top, 0.0625 * i * unit_of(s)) == KR_OK &&
+        must(kr_top_advance(top, s->start.t + 0.0625 * i * unit_of(s)) == KR_OK &&
                  kr_top_tangents(top, out, rest) == KR_OK,
              "no tangents");
         say_sum(n, out);
@@ -233,6 +233,7 @@ int main(int n, char **words)
     kr_scene asleep = scene_of(2.0, 2.0, 1.0, v3(0.0, 0.0, 0.75), v3(0.0, 0.0, 9.0));
     asleep.start.q = q_one();
     by_taylor(&asleep, "asleep");
+    asleep.start.t = 0.1; /* no time since then is a double */
     on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_START}, "16 digits");
     on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_MASS, .digits = 20}, "20 digits");
     on_the_way(&asleep, (kr_config){.tangents = KR_TANGENT_START, .digits = 30}, "30 digits");
