@@ -117,7 +117,7 @@ static void its_quantities(const kr_scene *s)
     }
     tell_beside(1e15, kr_scene_horizon(s) / pace);
     for (int i = 0; i < 4; i++) {
-        const double step = pace * power_of_two(4);
+        const double step = i > 0 ? pace * power_of_two(4) : 0.0;
         tell_beside(1.0, kr_state_modified_energy(s, &s->start, step));
         tell_beside(1.0, kr_state_modified_energy4(s, &s->start, step));
     }
