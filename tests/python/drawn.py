@@ -37,7 +37,7 @@ LEFT_OUT = re.compile(
     r"compare|Table\.|Row\.|View|view|Run\.checkpoint|SweepInterrupted|ManyPlan.__repr__|.*__iter__"
 )
 # of things in memory or a file, and of methods that may not be built in
-ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}|position \d+|,? gsl_\w+")
+ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}|byte 0x.*|,? gsl_\w+")
 ODD = [None, True, 0, -1, 0.5, float("nan"), float("inf"), "x", "apex_z", (), [0, 0, 0], [1, 2]]
 
 

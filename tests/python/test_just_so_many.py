@@ -342,3 +342,9 @@ def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
     at = np.linspace(0, 99, 16).astype(int)
     np.testing.assert_array_equal(seen[0], own[at])
+
+
+def test_up_to_sixteen_digits_nothing_is_left_out_of_what_is_wanted():
+    assert kr.solve(TOP, [1.0], digits=16, want=["q"]).q_low.tolist() == [[0.0] * 4]
+    with pytest.raises(AttributeError, match="q_low"):
+        _ = kr.solve(TOP, [1.0], digits=17, want=["q"]).q_low

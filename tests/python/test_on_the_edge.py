@@ -167,12 +167,6 @@ def test_the_heading_is_left_out_where_nothing_needs_it():
     assert not watched._request.leave_heading
 
 
-def test_up_to_sixteen_digits_nothing_is_left_out_of_what_is_wanted():
-    assert kr.solve(TOP, [1.0], digits=16, want=["q"]).q_low.tolist() == [[0.0] * 4]
-    with pytest.raises(AttributeError, match="q_low"):
-        _ = kr.solve(TOP, [1.0], digits=17, want=["q"]).q_low
-
-
 def test_threads_are_no_more_than_can_be():
     assert [many.threads_of(n, None) for n in (1, 1024, 1025, 10**9)] == [1, 1024, 1024, 1024]
     with pytest.raises(ValueError, match="threads must be"):
