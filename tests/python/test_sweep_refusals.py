@@ -1,11 +1,13 @@
 """What cannot be swept is told before anything runs, and what is not ours stays as it is."""
 
+import json
 import os
 
 import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._sweeping import folder as folder_of
+from kreisel._sweeping import planned
 from many import MIXED
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
 
@@ -46,6 +48,17 @@ def test_a_plan_that_was_changed_is_not_believed(tmp_path):
             call(tmp_path)
     file.write_text(text.replace('"parquet"', '"zarr"'))
     with pytest.raises(ValueError, match="parquet or npy, not 'zarr'"):
+        kr.read_sweep(tmp_path)
+
+
+def test_a_plan_in_other_words_is_of_another_version(tmp_path):
+    """It has the hash that it says, but this version would not tell it so."""
+    swept(tmp_path, parts=range(0))
+    file = tmp_path / "plan.json"
+    told = json.loads(file.read_text())
+    told["plan"]["more"] = 1
+    file.write_text(json.dumps(told | {"hash": planned.hash_of(told["plan"])}))
+    with pytest.raises(ValueError, match="in other words"):
         kr.read_sweep(tmp_path)
 
 
