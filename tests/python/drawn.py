@@ -32,9 +32,10 @@ FILE = Path(__file__).with_suffix(".txt")
 CALLS = calls()
 OWN_METHODS = sum(not name.startswith("gsl") for name in kr.methods)  # the first in the table
 EACH = 8  # calls of a hash
-# What takes times, draws the page, or tells addresses and the order of a set.
+# What takes times or tells them, draws the page, or goes through what has no order.
 LEFT_OUT = re.compile(
-    r"compare|Table\.|Row\.|View|view|Run\.checkpoint|SweepInterrupted|ManyPlan.__repr__|.*__iter__"
+    r"compare|Table\.|Row\.|View|view|Run\.checkpoint|ManyPlan.__repr__|.*__iter__"
+    r"|sweep|read_sweep|Swept|SweepInterrupted"
 )
 # of things in memory or a file, and of methods that may not be built in
 ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}|byte 0x.*|,? gsl_\w+")
