@@ -8,7 +8,6 @@ hash, it tells these calls.
 import contextlib
 import dataclasses
 import hashlib
-import os
 import random
 import re
 import shutil
@@ -32,10 +31,9 @@ FILE = Path(__file__).with_suffix(".txt")
 CALLS = calls()
 OWN_METHODS = sum(not name.startswith("gsl") for name in kr.methods)  # the first in the table
 EACH = 8  # calls of a hash
-# What takes times or tells them, draws the page, or goes through what has no order.
+# What takes times, draws the page, or tells addresses and the order of a set.
 LEFT_OUT = re.compile(
-    r"compare|Table\.|Row\.|View|view|Run\.checkpoint|ManyPlan.__repr__|.*__iter__"
-    r"|sweep|read_sweep|Swept|SweepInterrupted"
+    r"compare|Table\.|Row\.|View|view|Run\.checkpoint|SweepInterrupted|ManyPlan.__repr__|.*__iter__"
 )
 # of things in memory or a file, and of methods that may not be built in
 ADDRESS = re.compile(r" at 0x[0-9a-f]+|0x[0-9a-f]{6,}|byte 0x.*|,? gsl_\w+")
@@ -102,7 +100,7 @@ def told(call, listed, named):
             given = dataclasses.replace(given, seconds=None)
     except Exception as refused:
         given = [f"{type(refused).__name__}: {refused}", getattr(refused, "path", None)]
-    return ADDRESS.sub("", results.told(given)).replace(os.getcwd(), "")
+    return ADDRESS.sub("", results.told(given))
 
 
 @cache

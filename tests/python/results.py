@@ -7,6 +7,7 @@ python tests/python/results.py writes the hashes anew; with a number, it tells a
 import dataclasses
 import hashlib
 import importlib
+import os
 import re
 import sys
 import warnings
@@ -31,6 +32,7 @@ LEFT_OUT = {"seconds", "folder", "scenes", "checkpoint"}  # times, places, bits;
 def told(thing, depth=3):
     """A text that tells a value."""
     if isinstance(thing, str):
+        thing = thing.replace(os.getcwd(), "")
         return OTHER.sub("", NUMBER.sub(lambda found: in_short(float(found[0])), thing))
     if isinstance(thing, bool | int | None.__class__ | type | np.dtype):
         return repr(thing)
