@@ -12,9 +12,13 @@ static double clock_at(const kr_top *top, double t)
 /* The user's time at a clock in the last step, rounded so that it lies there too. */
 static double time_at(const kr_top *top, double clock)
 {
-    const double t = top->scene.start.t + clock * top->time_unit;
-    return top->forward * (clock_at(top, t) - top->main.clock) > 0.0
-               ? nextafter(t, top->scene.start.t)
+    const double t = top->scene.start.t + clock * top->time_unit,
+                 later = nextafter(t, top->forward * INFINITY);
+    if (top->forward * (clock_at(top, t) - top->main.clock) > 0.0)
+        return nextafter(t, top->scene.start.t);
+    return top->forward * (clock_at(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (clock_at(top, later) - top->main.clock) <= 0.0
+               ? later
                : t;
 }
 
@@ -45,7 +49,7 @@ static int are_events(const kr_top *top, size_t n, const kr_event events[])
 }
 kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
 {
-    static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));

@@ -44,10 +44,7 @@ static const double two_pi = 6.283185307179586477;
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
-    phase_lanes r;
-    r.fast = f.hi;
-    r.slow = f.lo;
-    r.start = r.more = wide_splat(0.0);
+    const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
 /* Lets a phase begin at `start` [turns], less so many whole turns that it lies within 1 +- 1/2:

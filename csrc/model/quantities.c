@@ -68,7 +68,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
  * one of the two is not determined: then it is 0, whatever the signs of the zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
-    static const kr_state unturned = {0.0, {1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
     const kr_quat r = q_mul(s->q, q_tilt(kr_state_apex(scene, &unturned)));
     *sum = atan2(r.z + 0.0, r.w + 0.0);
     *difference = atan2(r.y + 0.0, r.x + 0.0);

@@ -130,6 +130,23 @@ static void any_tensor(void)
             NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
         }
 }
+/* The nearer the odd moment is to the others, the less do roundings hold its axis beside the centre
+ * of mass. */
+static void axis_beside_the_centre(void)
+{
+    const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));
+    const kr_vec3 a = q_turn(turn, v3(0.0, 0.0, 1.0)), beside = q_turn(turn, v3(1.0, 0.0, 0.0));
+    const double e[3] = {a.x, a.y, a.z};
+    for (int i = 0; i < 2; i++) {
+        double j[9];
+        kr_body b = {0};
+        for (int k = 0; k < 9; k++) j[k] = (k % 4 == 0) + (i ? 1e-6 : -1e-6) * e[k / 3] * e[k % 3];
+        IS(kr_body_from_tensor(1.0, j, v_axpy(5e-9, beside, a), &b) == KR_OK);
+        IS(kr_body_kind(&b, KR_KIND_RTOL) == KR_LAGRANGE);
+        IS(kr_body_from_tensor(1.0, j, v_axpy(2e-8, beside, a), &b) == KR_OK);
+        IS(kr_body_kind(&b, KR_KIND_RTOL) != KR_LAGRANGE);
+    }
+}
 /* Three moments that differ by roundings are taken for their mean, because the axes turn. */
 static void a_sphere_of_roundings(void)
 {
@@ -181,6 +198,7 @@ int main(void)
     far_steps();
     any_axis();
     any_tensor();
+    axis_beside_the_centre();
     a_sphere_of_roundings();
     units();
     separatrix();

@@ -104,21 +104,23 @@ static void path_is_the_same(void)
 }
 
 /* The apex passes a height once where a step ends just there, to the last bits or beside them. */
-static void at_the_border(void)
+static void at_the_border(double start, double apart, double step)
 {
-    const kr_scene s = scene_of(1);
-    kr_top *top = watched(&s, (kr_config){0}, NULL, 0);
+    kr_scene s = scene_of(1);
+    const kr_config config = {.step = step};
+    s.start.t = start;
+    kr_top *top = watched(&s, config, NULL, 0);
     for (int k = 0; k < 60; k++) {
         IS(kr_top_step(top) == KR_OK);
         const kr_state border = kr_top_state(top);
         const double level = kr_terms_value(&s, &border, 1, &height);
         for (int off = -20; off <= 20; off++) {
-            const kr_term g[] = {height, term(-(level + off * 0x1p-54), "1", "1")};
+            const kr_term g[] = {height, term(-(level + off * apart), "1", "1")};
             kr_event e = {.terms = g, .count = 2};
             double t[MANY];
             int here = 0;
-            kr_top *other = watched(&s, (kr_config){0}, &e, 1);
-            const int n = seek_all(other, border.t + 0.5, t, NULL);
+            kr_top *other = watched(&s, config, &e, 1);
+            const int n = seek_all(other, border.t + (step < 0.0 ? -0.5 : 0.5), t, NULL);
             for (int i = 0; i < n; i++) here += fabs(t[i] - border.t) < 1e-7;
             IS(here == 1);
             kr_top_free(other);
@@ -290,7 +292,8 @@ static void refusals(void)
 {
     const kr_scene s = scene_of(0);
     const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
-    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_ONE};
+    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_ONE},
+                  odder = {1.0, KR_ONE, odd.of};
     const kr_term vast[2] = {term(1e308, "m_x", "1"), term(1e308, "m_y", "1")};
     kr_event good = {.terms = &height, .count = 1},
              wrong[] = {{.terms = NULL, .count = 1},
@@ -298,6 +301,7 @@ static void refusals(void)
                         {.terms = &nothing, .count = 1},
                         {.terms = &bad, .count = 1},
                         {.terms = &odd, .count = 1},
+                        {.terms = &odder, .count = 1},
                         {.terms = vast, .count = 2},
                         {.terms = &height, .count = 1, .direction = 2},
                         {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
@@ -366,7 +370,9 @@ int main(void)
     height = term(1.0, "apex_z", "1");
     nutation_of_lagrange_tops();
     path_is_the_same();
-    at_the_border();
+    at_the_border(0.0, 0x1p-54, 0.0);
+    at_the_border(1e6 + 0.3, 0x1p-37, 0.0); /* times are further apart than clocks */
+    at_the_border(-1e5 - 0.1, 0x1p-40, -1.0);
     overtaken();
     two_in_one_step();
     starts();

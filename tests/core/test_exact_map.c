@@ -89,6 +89,20 @@ static void map(void)
         kr_top_free(top);
     }
 }
+/* Next to a pole one phase is hardly known: it follows from the other two. Small steps of the map
+ * go as the top does. */
+static void next_to_a_pole(void)
+{
+    const double step = 1e-7, t = 1.7;
+    for (double tilt = 1e-10; tilt > 1e-15; tilt *= 0.1) {
+        const kr_scene s = thesis(q_exp(v3(0.5 * tilt, 0, 0)), v3(0.6, 0.5, -0.2), 1.0);
+        kr_exact_map closed;
+        kr_exact exact;
+        IS(kr_exact_map_plan(&s, step, &closed) == KR_OK && kr_exact_plan(&s, &exact) == KR_OK);
+        const kr_state end = kr_exact_map_state(&closed, (int64_t)rint(t / step));
+        NEAR(distance(end, kr_exact_state(&exact, end.t)), 0.0, step);
+    }
+}
 /* Far away the map's integrals still hold, and one more step of the map leads to the next state; it
  * multiplies roundings where it is large. */
 static void far_away(kr_scene s, double step, double within)
@@ -218,6 +232,7 @@ int main(void)
     huge_steps();
     rates();
     map();
+    next_to_a_pole();
     far_away(scene(1), 0.1, 2e-15);
     /* hangs: step^2 lever / I1 > 2 */
     far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);

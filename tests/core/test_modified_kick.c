@@ -55,10 +55,25 @@ static void no_midpoint(void)
         IS(memcmp(&q, &before, sizeof q) == 0 && left.y == m.y && left.z == m.z);
     }
 }
+/* Of a top at rest the processor turns the axis alone, and back. */
+static void at_rest(void)
+{
+    const kr_motion motion = {.inertia = {1.0, 1.7, 2.2}, .lever = {0.3, 0.0, 0.9}, .step = 0.1};
+    const modified_kick kick = modified_kick_begin(&motion);
+    const kr_quat start = q_exp(v3(0.6, -0.4, 0.3));
+    kr_quat q = start;
+    kr_vec3 m = v3(0.0, 0.0, 0.0);
+    IS(modified_kick_process(&kick, 1.0, &q, &m) == KR_OK && v_largest(m) == 0.0);
+    IS(fabs(q.x - start.x) > 1e-5);
+    IS(modified_kick_process(&kick, -1.0, &q, &m) == KR_OK);
+    NEAR(fabs(q.w - start.w) + v_largest(v_sub(v3(q.x, q.y, q.z), v3(start.x, start.y, start.z))),
+         0.0, 1e-15);
+}
 
 int main(void)
 {
     no_midpoint();
+    at_rest();
     order("takahashi_imada4");
     order("veselov4");
     nearly_a_lagrange_top("takahashi_imada4");

@@ -61,6 +61,17 @@ static void random_roots(void)
     }
     IS(tried > 1000);
 }
+/* A polynomial with one coefficient that is no number has no roots, and is not searched for ever. */
+static void no_numbers(void)
+{
+    const double none[] = {NAN, INFINITY, -INFINITY};
+    for (int i = 0; i < 12; i++) {
+        double c[4] = {-0.3, 1.0, 0.1, 0.05};
+        kr_search r = {.c = c, .degree = 3, .noise = 0x1p-48, .start_noise = 0x1p-40};
+        c[i / 3] = none[i % 3];
+        IS(!kr_roots_next(&r));
+    }
+}
 /* No term is forgotten where it is asked whether there can be a change of sign at all. */
 static void by_one_term(void)
 {
@@ -108,6 +119,32 @@ static void products(const kr_scene *s, int digits)
     }
     kr_top_free(top);
 }
+/* Where one step's polynomial ends, the next one's begins, to a rounding, however wrong the state
+ * is: so no event is lost between them, or found twice. */
+static void joins(const kr_scene *s, double tol)
+{
+    int component[MANY];
+    const int components = all_components(component);
+    double ends[2 * MANY], c[KR_TERMS_ROOM];
+    kr_top *top = make(s, taylor(), (kr_config){.tol = tol});
+    IS(kr_top_watch(top, 0, NULL) == KR_OK);
+    for (int step = 0; step < 20; step++) {
+        IS(kr_top_step(top) == KR_OK);
+        const kr_piece piece = top->method->piece(&top->main);
+        for (int i = 0; i < 2 * components; i++) {
+            const kr_term product = {0.7, component[i / 2], component[(7 * i + 3) % components]};
+            const kr_event g = {.terms = &product, .count = 1, .extremum = i % 2};
+            const double size = kr_terms_size(top, &piece, 1, &product),
+                         per = i % 2 ? piece.span : 1.0;
+            double end = 0.0;
+            const int degree = kr_terms_polynomial(top, &piece, &g, c);
+            for (int n = 0; n <= degree; n++) end += c[n] / per;
+            if (step > 0) NEAR(c[0] / per, ends[i], 0x1p-48 * size);
+            ends[i] = end;
+        }
+    }
+    kr_top_free(top);
+}
 
 int main(void)
 {
@@ -115,9 +152,11 @@ int main(void)
     named_roots();
     random_roots();
     by_one_term();
+    no_numbers();
     scenes[1].body = scenes[2].body = general_body();
     scenes[2].gravity = -2.5;
     for (int i = 0; i < 3; i++)
         for (int digits = 16; digits <= 30; digits += 7) products(&scenes[i], digits);
+    for (double tol = 1e-1; tol > 1e-16; tol *= 1e-5) joins(&scenes[1], tol);
     return check_result();
 }

@@ -127,6 +127,26 @@ static void long_steps(void)
     kr_top_free(top);
     kr_top_free(fine);
 }
+/* The end of a step is a time of the user's that is not the step's own to all digits. */
+static void after_a_step(kr_scene s)
+{
+    double high[36], low[36], others[36], rest[36];
+    s.start.t = 0.1;
+    kr_top *ahead = top_with(&s, 0, 30, 0.0), *top = top_with(&s, KR_TANGENT_START, 30, 0.0),
+           *other = top_with(&s, KR_TANGENT_START, 20, 0.0);
+    for (int step = 0; step < 20; step++) {
+        IS(kr_top_step(ahead) == KR_OK);
+        const double t = kr_top_time(ahead);
+        IS(kr_top_advance(top, t) == KR_OK && kr_top_advance(other, t) == KR_OK);
+        IS(kr_top_tangents(top, high, low) == KR_OK);
+        IS(kr_top_tangents(other, others, rest) == KR_OK);
+        for (int i = 0; i < 36; i++)
+            NEAR(high[i] - others[i] + (low[i] - rest[i]), 0.0, 1e-18 * (1.0 + fabs(high[i])));
+    }
+    kr_top_free(ahead);
+    kr_top_free(top);
+    kr_top_free(other);
+}
 /* The start's tangents are the unit matrix, again after a reset; what cannot be is refused. */
 static void begins_and_refuses(const kr_scene *s)
 {
@@ -177,6 +197,7 @@ int main(void)
     looks(&s, 20);
     begins_and_refuses(&s);
     long_steps();
+    after_a_step(s);
     overflows();
     return check_result();
 }
