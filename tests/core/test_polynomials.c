@@ -61,7 +61,7 @@ static void random_roots(void)
     }
     IS(tried > 1000);
 }
-/* A polynomial with one coefficient that is no number has no roots, and is not searched for ever. */
+/* A polynomial with a coefficient that is no number has no roots, and is not searched for ever. */
 static void no_numbers(void)
 {
     const double none[] = {NAN, INFINITY, -INFINITY};
