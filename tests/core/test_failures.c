@@ -212,10 +212,15 @@ static void no_way_aside(const char *name, int limit)
         kr_top *top = make(&s, kr_method_find(name), config);
         kr_status status = KR_OK;
         double t = 0.0;
-        for (int i = 0; i < LOOKS && status == KR_OK; i++)
+        int64_t before = 0;
+        for (int i = 0; i < LOOKS && status == KR_OK; i++) {
+            before = kr_top_stats(top).steps - calls;
             status = kr_top_advance(top, t += uniform(0.0, 20.0));
+        }
         const kr_state last = kr_top_state(top);
         const kr_stats stats = kr_top_stats(top);
+        if (status == KR_ERR_LIMIT && stats.steps < limit)
+            IS(before - (stats.steps - calls) == (limit < 1024 ? limit : 1024));
         IS(status == KR_OK || status == KR_ERR_LIMIT || status == KR_ERR_STEP ||
            status == KR_ERR_NOT_FINITE);
         IS(is_state(&last) && calls >= stats.steps);
@@ -367,5 +372,6 @@ int main(void)
     past_the_horizon("exact");
     no_way_aside("extrap_kirchhoff", 1000);
     no_way_aside("extrap", 1000);
+    no_way_aside("extrap_kirchhoff", 3000);
     return check_result();
 }

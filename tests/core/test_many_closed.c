@@ -30,9 +30,33 @@ static void nothing_is_left_out(void)
     }
     kr_worker_free(worker);
 }
+/* A top in units in which its closed form may leave all numbers is moved in its own, whether its
+ * states are wanted or what is reduced of them. */
+static void in_own_units(void)
+{
+    const double t[3] = {1e-305, 2e-305, 3e-305};
+    kr_scene s = kr_scene_default();
+    kr_state out[3], truly[3];
+    s.body.inertia = v3(1e-175, 1e-175, 0.5e-175), s.body.com = v3(0.0, 0.0, 0.0);
+    s.start.m = v3(1e130, 2e130, 3e130);
+    kr_top *alone = make(&s, kr_method_find("exact"), (kr_config){0});
+    IS(kr_top_record(alone, 3, t, truly, NULL) == KR_OK);
+    for (int i = 0; i < 2; i++) {
+        kr_outcome outcome = {.status = KR_ERR_ARGUMENT};
+        run(&s, t, &outcome, i ? NULL : out);
+        IS(outcome.status == KR_OK && outcome.done == 3 && outcome.last.t == t[2]);
+        NEAR(kr_attitude_error(outcome.last.q, truly[2].q), 0.0, 1e-14);
+    }
+    for (int k = 0; k < 3; k++) {
+        NEAR(kr_attitude_error(out[k].q, truly[k].q), 0.0, 1e-14);
+        NEAR(off(out[k].m, truly[k].m) / v_length(truly[k].m), 0.0, 1e-14);
+    }
+    kr_top_free(alone);
+}
 int main(void)
 {
     nothing_is_left_out();
+    in_own_units();
     const double led[4][3] = {{1.0, 3.0, 3.0},
                               {-1.0, -1.0, -3.0},
                               {0.0, 0.0, 0.0},

@@ -70,8 +70,23 @@ static void at_rest(void)
          0.0, 1e-15);
 }
 
+/* It goes as far as h^2 |A| over the least moment is 2. */
+static void longest_step(void)
+{
+    for (int i = 0; i < 2; i++) {
+        const kr_motion motion = {.inertia = {1.0, 1.7, 2.2},
+                                  .lever = {0.0, 0.0, i ? 2.0 * (1.0 + 4.0 * DBL_EPSILON) : 2.0},
+                                  .step = 1.0};
+        const modified_kick kick = modified_kick_begin(&motion);
+        kr_quat q = q_exp(v3(0.6, -0.4, 0.3));
+        kr_vec3 m = v3(1.0, 2.0, 3.0);
+        IS(modified_kick_process(&kick, 1.0, &q, &m) == (i ? KR_ERR_STEP_SIZE : KR_OK));
+    }
+}
+
 int main(void)
 {
+    longest_step();
     no_midpoint();
     at_rest();
     order("takahashi_imada4");
