@@ -1,4 +1,4 @@
-/* Checkpoints of tops that watch for events. */
+/* Checkpoints and resets of tops that watch for events. */
 #include "taylor/taylor.h"
 #include "watched.h"
 
@@ -116,11 +116,33 @@ static void not_loaded(void)
     IS(kr_top_load(top, size, before) == KR_OK);
     kr_top_free(top);
 }
+/* A reset begins the search anew, in the very step that was searched last, too. */
+static void reset(void)
+{
+    kr_scene s = scene();
+    kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
+                     {.terms = &height, .count = 1, .extremum = 1}};
+    kr_hit hit;
+    kr_top *top = watched(&s, (kr_config){0}, e, 1);
+    IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.which == 0);
+    const double just_before = kr_top_state(top).t - 0.01;
+    kr_top_free(top);
+    s.start = state_at(just_before, &s, taylor(), (kr_config){0});
+    top = watched(&s, (kr_config){0}, e, 2);
+    for (int i = 0; i < 4; i++) {
+        IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.which == 0);
+        NEAR(kr_top_state(top).t, just_before + 0.01, 1e-12);
+        if (i % 2) IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.which == 1);
+        IS(kr_top_stats(top).steps == 1 && kr_top_reset(top, &s.start) == KR_OK);
+    }
+    kr_top_free(top);
+}
 
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
     loaded();
     not_loaded();
+    reset();
     return check_result();
 }

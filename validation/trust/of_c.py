@@ -33,7 +33,7 @@ NO_STATEMENT = re.compile(
 
 COMMUTE = re.compile(
     r"fmin|fmax|hypot|two_sum|two_product|q_dd|(?:dd|duo|quad|triple)_mul"
-    r"|(?:dd|duo|quad|triple|v|q|qdd|wide)_(?:add|dot|max|min)|mask_(?:and|or)"
+    r"|(?:dd|duo|quad|triple|v|q|qdd|wide)_(?:add|dot|max|min)|(?:mask|truth)_(?:and|or)"
     r"|(?:one|lone|duo|quad|triple|wide)_fma"
 )
 
