@@ -207,3 +207,11 @@ def test_view_finds_a_place_where_there_is_no_home(tmp_path, monkeypatch):
 
 def test_a_page_goes_to_standard_output():
     assert call("view cusps --save -").startswith("<!")
+
+
+def test_what_is_no_run_is_told_with_its_file_once(tmp_path):
+    (tmp_path / "bad").write_bytes(b"no run")
+    told = said(call("resume", tmp_path / "bad", "--t", "3", code=2))
+    assert f"{tmp_path / 'bad'}: " in told and told.count("bad") == 1
+    missing = said(call("resume", tmp_path / "none", "--t", "3", code=2))
+    assert "No such file" in missing and missing.count("none") == 1

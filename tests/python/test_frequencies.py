@@ -113,6 +113,21 @@ def test_an_axis_that_keeps_its_height_or_rests():
     assert rest.nutation == 0.0 and rest.lines.shape == (12,)
 
 
+def test_a_top_let_go_at_rest_swings_as_one_that_hardly_moves():
+    t = np.linspace(0, 100, 4001)
+    body = kr.Body(1.0, (1.0, 1.5, 2.0), (0.5, 0.0, 0.0))
+    lying = (math.cos(0.6), 0.0, math.sin(0.6), 0.0)
+    rest, slow = (
+        kr.frequencies(kr.solve(kr.Scene(body, (0, 0, m), attitude=lying), t, "taylor"))
+        for m in (0.0, 1e-12)
+    )
+    assert rest.nutation == pytest.approx(slow.nutation, rel=1e-9) and rest.nutation > 1.0
+    assert rest.precession == pytest.approx(0.0, abs=1e-12)
+    held = kr.Scene(kr.Body(1.0, (1.0, 1.5, 2.0), (0, 0, 0)), (0, 0, 0))  # gravity has no lever
+    still = kr.frequencies(kr.solve(held, t, "taylor"))
+    assert math.isnan(still.precession) and still.nutation == 0.0
+
+
 def test_a_path_back_in_time_has_the_same():
     ahead, back = (
         kr.frequencies(kr.solve(kr.scenes.cusps, sign * np.linspace(0, 150, 3001), "taylor"))

@@ -98,6 +98,8 @@ def test_conditioning_is_how_far_roundings_move_the_attitude():
     still = kr.solve(scene, t, digits=20)
     away = kr.attitude_error(moved.q, still.q)
     assert np.all(away <= 2.0 * path.conditioning) and np.all(away >= 0.005 * path.conditioning)
+    start = kr.solve(scene, [0.0], tangents=ALL)  # a rounding of each half angle of three
+    assert start.conditioning == pytest.approx([6.0 * 2.0**-53], rel=1e-12)
 
 
 def test_what_has_no_tangents_says_so():
