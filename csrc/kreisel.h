@@ -390,7 +390,8 @@ typedef struct kr_hit {
  * the last bit. KR_ERR_METHOD for methods other than taylor; without the heading only for what does
  * not turn about the vertical. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Moves to the next event, or to t if that comes first. */
+/* Moves to the next event, or to t if that comes first. KR_ERR_STEP where an event lies in a step
+ * so short that no double tells a time in it. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
 
 /* Many tops. A worker moves any number of them by one method, one after the other or as many at
