@@ -508,8 +508,10 @@ typedef struct kr_exact {
     kr_quat frame[4];
 } kr_exact;
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
-/* From kr_scene_horizon on it is still a state with every integral, but of any attitude. What leans
- * and moves by less than 1e-75 counts as upright, and as turning about a principal axis. */
+/* From kr_scene_horizon on it is still a state with every integral, but of any attitude; or all of
+ * it is NaN, where its rates are near the largest doubles, which a top of the method exact is not.
+ * What leans and moves by less than 1e-75 counts as upright, and as turning about a principal
+ * axis. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Many states at once have the same bits, and come faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);

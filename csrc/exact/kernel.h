@@ -185,7 +185,9 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    vec3_lanes m = e->constant;
+    /* 0, but no number where there is no attitude: then what is constant is no momentum either. */
+    const wide none = q.w - q.w;
+    vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
         const wide re = n * e->momentum * (c1 * c2 - s1 * s2),
                    im = n * e->momentum * (s1 * c2 + c1 * s2);
