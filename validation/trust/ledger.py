@@ -6,7 +6,6 @@ from collections import Counter
 WORDS = {
     "killed": "killed",
     "survived": "survived",
-    "equivalent": "equivalent, not counted",
     "same": "same code, not counted",
     "unbuilt": "did not build, not counted",
 }
@@ -40,12 +39,9 @@ def read(line):
         return None
 
 
-def table(ledger, mutants, reasons):
-    """The lines of the table: how many of the mutants were killed, and which were not.
-
-    reasons: of a mutant, why it is equivalent, or None.
-    """
-    words = {m.name: judged(ledger.word(m), reasons(m)) for m in mutants}
+def table(ledger, mutants):
+    """Return the lines of the table: the share of killed mutants, and the survivors."""
+    words = {m.name: ledger.word(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]
     if left := counts[None]:
@@ -59,7 +55,3 @@ def table(ledger, mutants, reasons):
         (m for m in mutants if words[m.name] == "survived"), key=lambda m: (m.file, m.line)
     )
     return lines + [f"survived: {m.file}:{m.line}  {m.change}\n    {m.words}" for m in survivors]
-
-
-def judged(word, why):
-    return "equivalent" if word == "survived" and why else word

@@ -1,12 +1,8 @@
-"""A mutant: one small change of one file; and those that are known to change nothing."""
+"""A mutant: one small change of one file."""
 
 import random
-import tomllib
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-
-EQUIVALENT = Path(__file__).with_name("equivalent.toml")
 
 
 @dataclass(frozen=True)
@@ -51,15 +47,3 @@ def sampled(mutants, seed, points):
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]
-
-
-def equivalents(file=EQUIVALENT):
-    """Gives the known equivalent mutants, as (file, words of the line, change), with the reason;
-    the change is "any" where the line is of no effect but on time."""
-    rows = tomllib.loads(file.read_text()).get("equivalent", [])
-    return {(row["file"], row["line"], row["change"]): row["why"] for row in rows}
-
-
-def why_equivalent(mutant, known):
-    place = mutant.file, mutant.words
-    return known.get((*place, mutant.change)) or known.get((*place, "any"))

@@ -13,7 +13,7 @@ from time import monotonic
 
 from . import core, package
 from .ledger import Ledger, table
-from .mutant import EQUIVALENT, equivalents, sampled, why_equivalent
+from .mutant import sampled
 from .tree import Refused
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +29,6 @@ def command_line():
     parser.add_argument("--jobs", type=int, default=1, help="how many at once")
     parser.add_argument("--again", action="store_true", help="once more what has survived")
     parser.add_argument("--root", type=Path, default=ROOT, help="the tree")
-    parser.add_argument("--equivalent", type=Path, default=EQUIVALENT)
     return parser
 
 
@@ -38,19 +37,15 @@ def main(argv=None):
     side, root = SIDES[asked.side], asked.root.resolve()
     chosen = sampled(side.mutants(root, asked.only), asked.seed, asked.points)
     ledger = Ledger(root / "build/mutate" / f"{asked.side}.jsonl")
-    reasons = partial(why_equivalent, known=equivalents(asked.equivalent))
     done = {"killed", "same", "unbuilt"} | (set() if asked.again else {"survived"})
-    left = [m for m in chosen if ledger.word(m) not in done and not reasons(m)]
-    for mutant in chosen:
-        if reasons(mutant):
-            ledger.add(mutant, "equivalent")
+    left = [m for m in chosen if ledger.word(m) not in done]
     print(f"{len(chosen)} mutants, {len(left)} to try", flush=True)
     if left:
         try:
             try_all(left, partial(side.Trial, root), asked, ledger)
         except Refused as refused:
             raise SystemExit(f"kreisel: {refused}") from None
-    print("\n".join(table(ledger, chosen, reasons)))
+    print("\n".join(table(ledger, chosen)))
     return 0
 
 
