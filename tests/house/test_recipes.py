@@ -143,12 +143,13 @@ def at(house, names):
     return [str(house.folder / name) for name in names]
 
 
-def test_a_method_touches_two_files_and_its_golden_lines(house, tmp_path):
+@pytest.mark.parametrize(("program", "count"), [("golden", 4), ("snapshot", 1)])
+def test_a_method_touches_two_files_and_adds_its_golden_lines(house, program, count, tmp_path):
     assert len(house.touched["method"]) == 2
-    house.compile(ROOT / "tests/core/golden.c", to=tmp_path / "golden")
-    golden = (ROOT / "tests/core/golden.txt").read_text().splitlines()
-    more = [line for line in run(tmp_path / "golden").splitlines() if line not in golden]
-    assert len(more) == 4 and all(line.startswith("kick_drift ") for line in more)
+    house.compile(ROOT / f"tests/core/{program}.c", to=tmp_path / program)
+    expected = (ROOT / f"tests/core/{program}.txt").read_text().splitlines()
+    more = [line for line in run(tmp_path / program).splitlines() if line not in expected]
+    assert len(more) == count and all("kick_drift" in line.split() for line in more)
 
 
 def test_a_method_has_the_order_that_it_says(house):

@@ -23,11 +23,7 @@ SANITIZERS = (
     "-fno-omit-frame-pointer",
 )
 FUZZ = ("1", "20000")  # the seed, and how many rounds
-# print what stands beside them
-GOLDEN = (
-    *("golden", "kernels", "results", "results_many", "results_closed"),
-    *("results_drawn", "results_drawn_many"),
-)
+GOLDEN = "golden", "kernels", "snapshot"  # programs whose output is expected in a file beside them
 LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # times what the test takes of a processor when nothing is changed
 # What tells the time or asks a signal for it may fail on a busy machine without being wrong.
