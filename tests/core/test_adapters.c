@@ -94,7 +94,7 @@ static double energy(const problem *p, const kr_state *s)
 }
 
 /* A free symmetric top keeps m and goes q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
-static void free_top(const kr_method *method)
+static void test_free_top(const kr_method *method)
 {
     problem p = thesis;
     p.lever = v3(0.0, 0.0, 0.0);
@@ -119,7 +119,7 @@ static problem precession(double rate, double tilt, double *spin)
     p.start.m = q_turn(p.start.q, v3(0.0, p.inertia.y * rate * sin(tilt), p.inertia.z * along));
     return p;
 }
-static void steady_precession(const kr_method *method)
+static void test_steady_precession(const kr_method *method)
 {
     double spin;
     const problem p = precession(0.5, 0.8, &spin);
@@ -131,7 +131,7 @@ static void steady_precession(const kr_method *method)
     }
 }
 /* At this tol steps pass half a turn; the sign of q must still be that of the continuous path. */
-static void long_steps(const kr_method *method)
+static void test_long_steps(const kr_method *method)
 {
     problem p = thesis;
     double longest = 0.0;
@@ -152,7 +152,7 @@ static void long_steps(const kr_method *method)
 }
 
 /* The methods make an error between tol / 20 and 500 tol of a tolerance here. */
-static void errors_follow_tol(const kr_method *method, const problem *p)
+static void test_error_follows_tolerance(const kr_method *method, const problem *p)
 {
     double at_six = 0.0, at_nine = 0.0, at_twelve = 0.0;
     for (int digits = 6; digits <= 13; digits++) {
@@ -173,7 +173,7 @@ static void errors_follow_tol(const kr_method *method, const problem *p)
     IS(at_nine < at_six / 20.0);
     IS(at_twelve < at_nine / 20.0);
 }
-static void there_and_back(const kr_method *method, const problem *p)
+static void test_reversal(const kr_method *method, const problem *p)
 {
     problem back = *p;
     back.start = solve(method, p, 1e-12, 10.0, NULL);
@@ -183,7 +183,7 @@ static void there_and_back(const kr_method *method, const problem *p)
 }
 
 #ifdef KREISEL_GSL
-static void jacobian_is_the_derivative(void)
+static void test_jacobian(void)
 {
     static const double y[GSL_SIZE] = {0.31, -0.72, 0.45, 0.58, 0.9, -1.7, 2.3};
     const double h = 1e-5;
@@ -203,7 +203,7 @@ static void jacobian_is_the_derivative(void)
     }
 }
 /* A pull that swallows the 1 in 1 - h J; M_PERTURB says what memory holds before it is set. */
-static void memory_does_not_matter(void)
+static void test_independence_of_memory(void)
 {
     const problem p = {
         .inertia = {0.1551879969177678, 0.38848897148880102, 0.5428925953724012},
@@ -225,7 +225,7 @@ static void memory_does_not_matter(void)
 #  endif
     IS(rejected[0] == rejected[1] && clock[0] == clock[1]);
 }
-static void libraries_agree(void)
+static void test_agreement_with_gsl(void)
 {
     const kr_state ours = solve(&kr_method_extrap, &general, 1e-13, 10.0, NULL);
     const kr_state gsl = solve(&kr_method_gsl_rk8pd, &general, 1e-13, 10.0, NULL);
@@ -234,7 +234,7 @@ static void libraries_agree(void)
 }
 #endif
 
-static void lands(const kr_method *method, const problem *p)
+static void test_landing(const kr_method *method, const problem *p)
 {
     static const double times[] = {0.0123456789, 0.7, 1.0 / 3.0 + 0.5, 2.7182818284590452, 9.1};
     for (double way = -1.0; way <= 1.0; way += 2.0) {
@@ -245,7 +245,7 @@ static void lands(const kr_method *method, const problem *p)
     }
 }
 /* A step cut short to land leaves the next as long as it would have been. */
-static void landing_spoils_nothing(const kr_method *method)
+static void test_landing_keeps_the_error(const kr_method *method)
 {
     kr_motion motion = open_motion(method, &thesis, 0.0, 1e-8);
     double natural;
@@ -277,7 +277,7 @@ static void fails(const kr_method *method, const problem *p, double tol, kr_stat
     IS(motion.stats.evaluations < 100000);
     close_motion(method, &motion);
 }
-static void failures(const kr_method *method)
+static void test_failures(const kr_method *method)
 {
     problem p = thesis;
     p.start.m.y = NAN;
@@ -292,7 +292,7 @@ static void failures(const kr_method *method)
     fails(method, &thesis, 1e-300, KR_ERR_STEP);
 }
 /* Where time is so late that no step of the needed length can be told, there is no step. */
-static void no_resolution(const kr_method *method)
+static void test_step_below_resolution(const kr_method *method)
 {
     kr_motion motion = open_motion(method, &thesis, 0.01, 1e-10);
     motion.clock = 0x1p60;
@@ -301,7 +301,7 @@ static void no_resolution(const kr_method *method)
     close_motion(method, &motion);
 }
 /* Tolerances about rounding are met, or not, with no more work than is due. */
-static void limit_of_tol(const kr_method *method, const problem *p)
+static void test_limit_of_tol(const kr_method *method, const problem *p)
 {
     for (double tol = 8.0 * DBL_EPSILON; tol >= DBL_EPSILON; tol *= 0.5) {
         kr_motion motion = open_motion(method, p, 0.0, tol);
@@ -313,7 +313,7 @@ static void limit_of_tol(const kr_method *method, const problem *p)
     }
 }
 /* A first step far too long is cut down; one far too short grows. */
-static void first_steps(const kr_method *method)
+static void test_first_steps(const kr_method *method)
 {
     static const double steps[] = {1e-12, 1e3, 1e9};
     for (size_t i = 0; i < sizeof steps / sizeof *steps; i++) {
@@ -325,7 +325,7 @@ static void first_steps(const kr_method *method)
     }
 }
 /* At rest the error is zero and the step grows: without gravity until time ends. */
-static void rest(const kr_method *method, double lever, double least)
+static void test_top_at_rest(const kr_method *method, double lever, double least)
 {
     problem p = thesis;
     p.start.m = v3(0.0, 0.0, 0.0);
@@ -341,7 +341,7 @@ static void rest(const kr_method *method, double lever, double least)
     close_motion(method, &motion);
 }
 
-static void same_bits(const kr_method *method, const problem *p)
+static void test_repeated_bits(const kr_method *method, const problem *p)
 {
     kr_motion motion = open_motion(method, p, 0.0, 1e-10);
     const kr_state first = to(method, &motion, 5.0);
@@ -364,26 +364,26 @@ int main(void)
     for (size_t i = 0; i < METHODS; i++) {
         const kr_method *method = methods[i];
         IS(method->flags & KR_ADAPTIVE && method->flags & KR_ABSOLUTE);
-        free_top(method);
-        steady_precession(method);
-        long_steps(method);
-        errors_follow_tol(method, &thesis);
-        errors_follow_tol(method, &general);
-        there_and_back(method, &general);
-        lands(method, &general);
-        landing_spoils_nothing(method);
-        failures(method);
-        no_resolution(method);
-        limit_of_tol(method, &general);
-        first_steps(method);
-        rest(method, 0.0, 1e15);
-        rest(method, 1.0, 100.0);
-        same_bits(method, &general);
+        test_free_top(method);
+        test_steady_precession(method);
+        test_long_steps(method);
+        test_error_follows_tolerance(method, &thesis);
+        test_error_follows_tolerance(method, &general);
+        test_reversal(method, &general);
+        test_landing(method, &general);
+        test_landing_keeps_the_error(method);
+        test_failures(method);
+        test_step_below_resolution(method);
+        test_limit_of_tol(method, &general);
+        test_first_steps(method);
+        test_top_at_rest(method, 0.0, 1e15);
+        test_top_at_rest(method, 1.0, 100.0);
+        test_repeated_bits(method, &general);
     }
 #ifdef KREISEL_GSL
-    memory_does_not_matter();
-    jacobian_is_the_derivative();
-    libraries_agree();
+    test_independence_of_memory();
+    test_jacobian();
+    test_agreement_with_gsl();
 #endif
     return check_result();
 }

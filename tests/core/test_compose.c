@@ -23,7 +23,7 @@ static void palindrome(const composition *c)
 }
 /* Symmetric steps of order 2 make a composition of this order: the odd powers of their lengths
  * below the order add up to nothing, and that of the order does not. */
-static void of_strang(int row, int stages, int order)
+static void test_strang_compositions(int row, int stages, int order)
 {
     const composition c = compose(row);
     IS(c.stages == stages);
@@ -35,7 +35,7 @@ static void of_strang(int row, int stages, int order)
 }
 /* Kicks b_i at times c_i = a_1 + ... + a_i are a quadrature, which has to be of order 6 for the
  * composition to be. */
-static void of_nystrom(void)
+static void test_nystrom_compositions(void)
 {
     const composition c = compose(BLANES_MOAN6);
     IS(c.stages == 15 && c.ahead == 0.0 && c.kick[14] == 0.0);
@@ -52,10 +52,10 @@ static void of_nystrom(void)
 
 int main(void)
 {
-    of_strang(SUZUKI4, 5, 4);
-    of_strang(KAHAN_LI6, 9, 6);
-    of_strang(KAHAN_LI8, 17, 8);
-    of_nystrom();
+    test_strang_compositions(SUZUKI4, 5, 4);
+    test_strang_compositions(KAHAN_LI6, 9, 6);
+    test_strang_compositions(KAHAN_LI8, 17, 8);
+    test_nystrom_compositions();
     NEAR(compose(SUZUKI4).drift[0], 1.0 / (4.0 - cbrt(4.0)), 1e-16);
     return check_result();
 }

@@ -3,7 +3,7 @@
 #include "random.h"
 #include "tops.h"
 
-static void trigonometry(void)
+static void test_trigonometry(void)
 {
     double s, c, worst = 0.0, worst_norm = 0.0, worst_tangent = 0.0;
     for (int i = 0; i < 200000; i++) {
@@ -33,7 +33,7 @@ static void trigonometry(void)
     IS(isnan(arc_tangent(NAN)));
     NEAR(arc_tangent(INFINITY), 1.5707963267948966, 0.0);
 }
-static void quaternions(void)
+static void test_quaternions(void)
 {
     for (int i = 0; i < 1000; i++) {
         const kr_quat p = random_quat(), q = random_quat();
@@ -65,7 +65,7 @@ static double described(const kr_body *b, int i, int j)
                   w = q_turn_back(b->axes, v3(j == 0, j == 1, j == 2));
     return v_dot(u, v_times(b->inertia, w));
 }
-static void tensors(void)
+static void test_tensors(void)
 {
     for (int trial = 0; trial < 3000; trial++) {
         const double scale = ldexp(1.0, (int)uniform(-120, 120));
@@ -93,14 +93,14 @@ static void tensors(void)
     }
 }
 /* Kinds to the last bit. */
-static void exact_kinds(void)
+static void test_exact_kinds(void)
 {
     kr_body b;
     IS(kr_body_symmetric(2.0, 2.0, 1.0, 0.5, &b) == KR_OK && kr_body_kind(&b, 0.0) == KR_LAGRANGE);
     b.com = v3(0.5, 0.0, 0.0);
     IS(kr_body_kind(&b, 0.0) == KR_KOWALEWSKI);
 }
-static void bodies(void)
+static void test_bodies(void)
 {
     const double diagonal[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1.5},
                  about_com[9] = {0.234375, 0, 0, 0, 0.46875, 0, 0, 0, 0.234375};
@@ -141,7 +141,7 @@ static void bodies(void)
     IS(kr_body_from_tensor(1.0, NULL, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT);
 }
 /* The moments of water, to three digits, break the triangle inequality by 0.002. */
-static void rounded(void)
+static void test_rounded_moments(void)
 {
     const double water[9] = {0.345, 0, 0, 0, 0.653, 0, 0, 0, 1.0};
     const double slack[] = {0.0021, 0.0020, 0.0, -0.1, 1.0, NAN};
@@ -165,7 +165,7 @@ static void rounded(void)
     kr_top_free(top);
 }
 /* A point of mass on a rod is the utmost that a body can be. */
-static void can_be(void)
+static void test_body_can_be(void)
 {
     const double utmost = 2.0 * 9.0;
     for (int k = -100; k <= 100; k += 50) {
@@ -183,7 +183,7 @@ static void can_be(void)
     IS(kr_body_can_be(&plate) && !kr_body_can_be(&beside));
 }
 
-static void quantities(void)
+static void test_quantities(void)
 {
     const kr_scene thesis = kr_scene_default();
     kr_scene s = thesis;
@@ -214,13 +214,13 @@ static void quantities(void)
 
 int main(void)
 {
-    trigonometry();
-    quaternions();
-    tensors();
-    bodies();
-    exact_kinds();
-    rounded();
-    can_be();
-    quantities();
+    test_trigonometry();
+    test_quaternions();
+    test_tensors();
+    test_bodies();
+    test_exact_kinds();
+    test_rounded_moments();
+    test_body_can_be();
+    test_quantities();
     return check_result();
 }

@@ -20,7 +20,7 @@ static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without
 /* Energies that are the separatrix's to the last bit, from the lowest place and from half way up,
  * rising and falling: the pendulum's law tan(nutation / 4) = exp(-rate t) from
  * the lowest place on. */
-static void separatrix(void)
+static void test_separatrix(void)
 {
     const kr_scene tops[] = {top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(2.0, 0.0, 0.0)),
                              top_of(2.0, level, v3(0.0, -2.0, 0.0)),
@@ -45,7 +45,7 @@ static void separatrix(void)
     }
 }
 /* Axes that swing or pass so near a pole that they count as hanging, steady or in a rosette. */
-static void courses_at_poles(void)
+static void test_courses_at_poles(void)
 {
     const kr_quat low = q4(1e-13, v3(1.0, 0.0, 0.0));
     const kr_scene hanging = top_of(1.0, low, v3(0.0, 0.0, 0.0)),
@@ -57,7 +57,7 @@ static void courses_at_poles(void)
 }
 /* The map of a free symmetric body whose axis rests, leaning: without momentum, turning about it,
  * and about the vertical. */
-static void map_at_rest(void)
+static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
     for (int i = 0; i < 4; i++) {
@@ -74,7 +74,7 @@ static void map_at_rest(void)
     }
 }
 /* Steps in which the top turns far leave the map's momentum its sign. */
-static void far_steps(void)
+static void test_far_map_steps(void)
 {
     for (int i = 0; i < 600; i++) {
         const double spin = 0.5 * (i % 10) - 2.0;
@@ -91,7 +91,7 @@ static void far_steps(void)
     }
 }
 /* A Lagrange top is one whichever axis of the description is its own. */
-static void any_axis(void)
+static void test_axis_in_any_order(void)
 {
     for (int i = 0; i < 6; i++) {
         const int k = i % 3;
@@ -110,7 +110,7 @@ static void any_axis(void)
     }
 }
 /* The same of tensors that are not diagonal, also with the centre of mass at the fixed point. */
-static void any_tensor(void)
+static void test_tensor_in_any_order(void)
 {
     for (int k = 0; k < 3; k++)
         for (int reach = 0; reach < 2; reach++) {
@@ -132,7 +132,7 @@ static void any_tensor(void)
 }
 /* The nearer the odd moment is to the others, the less do roundings hold its axis beside the centre
  * of mass. */
-static void axis_beside_the_centre(void)
+static void test_axis_beside_the_centre(void)
 {
     const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));
     const kr_vec3 a = q_turn(turn, v3(0.0, 0.0, 1.0)), beside = q_turn(turn, v3(1.0, 0.0, 0.0));
@@ -148,7 +148,7 @@ static void axis_beside_the_centre(void)
     }
 }
 /* Three moments that differ by roundings are taken for their mean, because the axes turn. */
-static void a_sphere_of_roundings(void)
+static void test_sphere_up_to_rounding(void)
 {
     const double ulp = DBL_EPSILON;
     kr_body b = kr_scene_default().body;
@@ -158,7 +158,7 @@ static void a_sphere_of_roundings(void)
 }
 /* What the units of a scene refuse, the turning points refuse; and a sphere that hangs beside its
  * centre has a closed form without gravity, too. */
-static void units(void)
+static void test_units(void)
 {
     kr_turning r;
     kr_scene s = top_of(1.0, level, v3(0.0, 0.0, 0.0));
@@ -175,7 +175,7 @@ static void units(void)
     NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
 }
 /* What is told apart by a tolerance or a size is taken in where it lies on the edge itself. */
-static void edges(void)
+static void test_boundary_values(void)
 {
     const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;
     const kr_swing slow = {0x1p-1000, 0x1p1000, 0.75 * 0x1p-20};
@@ -193,15 +193,15 @@ static void edges(void)
 
 int main(void)
 {
-    courses_at_poles();
-    map_at_rest();
-    far_steps();
-    any_axis();
-    any_tensor();
-    axis_beside_the_centre();
-    a_sphere_of_roundings();
-    units();
-    separatrix();
-    edges();
+    test_courses_at_poles();
+    test_map_at_rest();
+    test_far_map_steps();
+    test_axis_in_any_order();
+    test_tensor_in_any_order();
+    test_axis_beside_the_centre();
+    test_sphere_up_to_rounding();
+    test_units();
+    test_separatrix();
+    test_boundary_values();
     return check_result();
 }

@@ -5,7 +5,7 @@
 
 static dd pair(double a) { return dd_of(a); }
 /* The lone root of a cubic of any size, on either side; of three that are one it is that one. */
-static void lone_roots(void)
+static void test_lone_roots(void)
 {
     int top = -1;
     NEAR(lone_root(-3.0, 3.0, -1.0, &top), 1.0, 0.0);
@@ -23,7 +23,7 @@ static void lone_roots(void)
     }
 }
 /* Newton's method leaves a start without a slope alone; means that do not meet have an end. */
-static void without_an_end(void)
+static void test_means_without_convergence(void)
 {
     const dd square[3] = {pair(-1.0), pair(0.0), pair(0.0)};
     NEAR(newton_cubic(pair(1.0), square, 0.0).hi, 0.0, 0.0);
@@ -48,7 +48,7 @@ static dd all_steps(dd kp, dd p2, dd *sum)
     return a;
 }
 /* Integrals of the third kind have all their digits, wherever the last step finds them. */
-static void means_are_those_of_all_steps(void)
+static void test_means(void)
 {
     for (int i = 0; i < 20000; i++) {
         const double near = i % 2 ? 1.0 : pow(10.0, -uniform(0.0, 12.0));
@@ -68,8 +68,8 @@ int main(void)
 {
     (void)elliptic_rf, (void)theta_stretch;
     (void)theta_series, (void)theta_scale, (void)theta_at;
-    lone_roots();
-    without_an_end();
-    means_are_those_of_all_steps();
+    test_lone_roots();
+    test_means_without_convergence();
+    test_means();
     return check_result();
 }

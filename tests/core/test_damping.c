@@ -29,7 +29,7 @@ static kr_vec3 body_velocity(const kr_scene *s, const kr_state *at)
 }
 
 /* Without gravity a sphere keeps its axis: w = w0 exp(-D t / I), and the angle is its integral. */
-static void sphere(void)
+static void test_sphere(void)
 {
     const double I = 1.75, D = 0.3;
     for (int i = -3; i < 12; i++) {
@@ -45,7 +45,7 @@ static void sphere(void)
 }
 /* A free symmetric body: W3 decays, W1 and W2 decay and turn by the integral of (I3 - I1) W3 / I1.
  */
-static void symmetric(void)
+static void test_symmetric_body(void)
 {
     const double I1 = 2.0, I3 = 0.75, D1 = 0.25, D3 = 0.125, t = 9.0;
     const kr_scene s = damped(v3(I1, I1, I3), v3(D1, D1, D3), v3(1.0, 0.0, 2.0));
@@ -58,7 +58,7 @@ static void symmetric(void)
 }
 /* dE/dt = -w D w, by Simpson's rule; and the vertical momentum of a top of one damping decays as
  * the turn about the vertical does. */
-static void power(void)
+static void test_power_balance(void)
 {
     enum { LOOKS = 4001 };
     static kr_state at[LOOKS];
@@ -77,7 +77,7 @@ static void power(void)
     IS(lost > 1.0);
     kr_top_free(top);
 }
-static void there_and_back(void)
+static void test_reversal(void)
 {
     kr_scene s = heavy();
     const kr_state start = s.start;
@@ -94,7 +94,7 @@ static void there_and_back(void)
     NEAR(off(body_velocity(&s, &more), body_velocity(&s, &headless)), 0.0, 1e-13);
 }
 /* Powers of two of mass, length and time scale all numbers exactly. */
-static void scales(void)
+static void test_scaling(void)
 {
     const double mass = 0x1p20, length = 0x1p-7, time = 0x1p11, moment = mass * length * length,
                  momentum = moment / time;
@@ -113,7 +113,7 @@ static void scales(void)
     IS(same(a, b));
 }
 /* Damping far above the rate of the top: it creeps, as m g l sin(tilt) / D says. */
-static void creeps(void)
+static void test_creep(void)
 {
     kr_scene s = damped(v3(1, 1, 0.5), v3(1e4, 1e4, 1e4), v3(0, 0, 0));
     s.body.com = v3(0, 0, 1);
@@ -124,7 +124,7 @@ static void creeps(void)
     NEAR(kr_state_nutation(&s, &end), tilt, 1e-8);
 }
 
-static void refused(void)
+static void test_refusals(void)
 {
     const double bad[] = {-1.0, -0x1p-1074, INFINITY, NAN};
     kr_scene s = kr_scene_default();
@@ -149,7 +149,7 @@ static void refused(void)
         kr_top_free(top);
     }
 }
-static void saved(void)
+static void test_checkpoint(void)
 {
     const kr_scene s = heavy();
     kr_scene other = s;
@@ -172,7 +172,7 @@ static void saved(void)
     kr_top_free(c);
 }
 /* The vertical momentum of a sphere decays to its half at I / D log 2, and is found there. */
-static void half_momentum(void)
+static void test_half_momentum(void)
 {
     const double I = 1.75, D = 0.3;
     const kr_scene s = damped(v3(I, I, I), v3(D, D, D), v3(0.5, -0.25, 1.0));
@@ -191,7 +191,7 @@ static void half_momentum(void)
     }
 }
 /* A damping beyond all numbers in the top's own units is refused. */
-static void beyond_numbers(void)
+static void test_overflow(void)
 {
     kr_scene s = damped(v3(1e-200, 1e-200, 1e-200), v3(1e300, 1e300, 1e300), v3(0, 0, 1e-200));
     kr_top *top = NULL;
@@ -200,15 +200,15 @@ static void beyond_numbers(void)
 
 int main(void)
 {
-    half_momentum();
-    beyond_numbers();
-    sphere();
-    symmetric();
-    power();
-    there_and_back();
-    scales();
-    creeps();
-    refused();
-    saved();
+    test_half_momentum();
+    test_overflow();
+    test_sphere();
+    test_symmetric_body();
+    test_power_balance();
+    test_reversal();
+    test_scaling();
+    test_creep();
+    test_refusals();
+    test_checkpoint();
     return check_result();
 }

@@ -7,7 +7,7 @@
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }
 /* Carlson's integral; of equal arguments it is 1 / sqrt, and it is homogeneous of degree -1/2. */
-static void carlson(void)
+static void test_carlson(void)
 {
     const struct {
         double x, y, z;
@@ -29,7 +29,7 @@ static void carlson(void)
              0.0, 1e-29);
     }
 }
-static void angles(void)
+static void test_angles(void)
 {
     const struct {
         double y, x;
@@ -49,7 +49,7 @@ static void angles(void)
          0.0, 1e-30);
     IS(dd_atan2(dd_of(0.0), dd_of(0.0)).hi == 0.0);
 }
-static void sines(void)
+static void test_sines(void)
 {
     const struct {
         double angle;
@@ -75,7 +75,7 @@ static void sines(void)
         NEAR(apart(c, of[i].cosine), 0.0, 2e-29);
     }
 }
-static void exponentials(void)
+static void test_exponentials(void)
 {
     const struct {
         double power;
@@ -92,7 +92,7 @@ static void exponentials(void)
     IS(!isfinite(dd_exp(dd_of(1e36)).hi) && isnan(dd_exp(dd_of(NAN)).hi));
 }
 /* Roots, quotients and the order of two numbers use the low words. */
-static void arithmetic(void)
+static void test_arithmetic(void)
 {
     const dd third = dd_div(dd_of(1.0), dd_of(3.0)), two = dd_of(2.0), root = dd_sqrt(two);
     NEAR(apart(dd_times(3.0, third), dd_of(1.0)), 0.0, 1e-31);
@@ -105,7 +105,7 @@ static void arithmetic(void)
     IS(dd_abs(pair(-1.0, 0x1p-60)).lo == -0x1p-60 && dd_abs(two).hi == 2.0);
 }
 /* What cancels leaves no rounding behind, down to the last of four doubles. */
-static void cancellations(void)
+static void test_cancellations(void)
 {
     double x[][3] = {{1.0, 0.1, 0.0},        {0x1p-60, -0.1, 0.0}, {-0x1p-190, 0.1, 0.0},
                      {3.0, 0x1p-80, 0.0},    {-4.0, 0.0, 0.0},     {0x1p-120, 0.0, 0.0},
@@ -118,7 +118,7 @@ static void cancellations(void)
 }
 /* The vector (8, 0, 6) from a frame turned about y by twice the angle whose tangent is 1 / 3: its x
  * becomes 8 * 0.8 - 6 * 0.6 and its z 8 * 0.6 + 6 * 0.8, times 10; and z where it all but goes. */
-static void turns_back(void)
+static void test_inverse_turns(void)
 {
     const kr_quat q = {3.0, 0.0, 1.0, 0.0};
     const parts v = parts_of(v3(8.0, 0.0, 6.0)), across = parts_of(v3(-8.0, 0.0, 6.0 + 0x1p-50));
@@ -130,12 +130,12 @@ static void turns_back(void)
 
 int main(void)
 {
-    carlson();
-    angles();
-    sines();
-    exponentials();
-    arithmetic();
-    cancellations();
-    turns_back();
+    test_carlson();
+    test_angles();
+    test_sines();
+    test_exponentials();
+    test_arithmetic();
+    test_cancellations();
+    test_inverse_turns();
     return check_result();
 }

@@ -34,7 +34,7 @@ static kr_scene heavy(void)
 }
 
 /* The truth is the attitude at t = 100 to 34 digits, in two words. */
-static void truth(void)
+static void test_truth(void)
 {
     kr_scene s = kr_scene_default();
     s.body = thesis_body();
@@ -53,7 +53,7 @@ static void truth(void)
     NEAR(apart(thirty, want), 0.0, 3e-29);
     IS(apart(twenty, want) > 1e-20);
 }
-static void truth_of_asymmetric(void)
+static void test_truth_of_asymmetric(void)
 {
     const kr_scene s = asymmetric();
     const deep want = {
@@ -69,7 +69,7 @@ static void truth_of_asymmetric(void)
     NEAR(apart(thirty, want), 0.0, 1e-27);
 }
 /* Errors fall with the digits, the way back leads to the start, the vertical momentum stays. */
-static void accuracy(void)
+static void test_accuracy(void)
 {
     kr_scene s = heavy();
     const kr_state start = s.start;
@@ -85,7 +85,7 @@ static void accuracy(void)
     IS(apart(back, begin) > 1e-18);
 }
 /* The time from a start that is no whole number of steps from anything is taken exactly. */
-static void exact_time(void)
+static void test_exact_time(void)
 {
     kr_scene s = heavy(), late = s;
     const double t = 10.3;
@@ -105,7 +105,7 @@ static void exact_time(void)
     NEAR(apart(a, want), 0.0, 1e-28);
 }
 /* Units that are powers of two leave the bits as they are, those of the low words too. */
-static void scaling(void)
+static void test_scaling(void)
 {
     const kr_scene s = heavy();
     kr_scene big = s;
@@ -124,7 +124,7 @@ static void scaling(void)
         IS(memcmp(&a.high.m, &high, sizeof high) == 0 && memcmp(&a.low.m, &low, sizeof low) == 0);
     }
 }
-static void stepping(void)
+static void test_single_steps(void)
 {
     const kr_scene s = heavy();
     const kr_config config = {.digits = 30};
@@ -138,7 +138,7 @@ static void stepping(void)
     }
     kr_top_free(top);
 }
-static void words(void)
+static void test_options(void)
 {
     const kr_scene s = heavy();
     kr_top *top = NULL;
@@ -157,7 +157,7 @@ static void words(void)
     }
 }
 /* A tolerance below that of 30 digits makes shorter steps, whose roundings are others. */
-static void shorter_steps(void)
+static void test_shorter_steps(void)
 {
     const kr_scene s = heavy();
     const kr_config configs[] = {{.digits = 30}, {.digits = 30, .tol = 0x1p-108}};
@@ -190,7 +190,7 @@ static dd energy(const kr_scene *s, deep at)
                   dd_mul(two_product(s->body.mass, s->gravity), vdd_dot(lever, P)));
 }
 /* One bit of the lever in doubles moves it by 1e-16. */
-static void energy_to_the_last_digits(void)
+static void test_energy_to_the_last_digits(void)
 {
     for (int i = 0; i < 8; i++) {
         kr_scene s = tilted();
@@ -206,7 +206,7 @@ static void energy_to_the_last_digits(void)
 }
 
 /* A number between those that there are asks for the next of them, of tops and of workers. */
-static void numbers_between(void)
+static void test_digits_between(void)
 {
     static const int asked[6] = {1, 16, 17, 20, 21, 30}, given[6] = {16, 16, 20, 20, 30, 30};
     const kr_scene s = heavy();
@@ -225,7 +225,7 @@ static void numbers_between(void)
     }
 }
 /* All that taylor can do is done by the kernels of one instruction set. */
-static void one_instruction_set(void)
+static void test_instruction_sets(void)
 {
     static const kr_config configs[4] = {{0}, {.leave_heading = 1}, {.digits = 20}, {.digits = 30}};
     const kr_scene s = heavy();
@@ -242,16 +242,16 @@ static void one_instruction_set(void)
 
 int main(void)
 {
-    numbers_between();
-    one_instruction_set();
-    truth();
-    truth_of_asymmetric();
-    accuracy();
-    exact_time();
-    scaling();
-    stepping();
-    words();
-    shorter_steps();
-    energy_to_the_last_digits();
+    test_digits_between();
+    test_instruction_sets();
+    test_truth();
+    test_truth_of_asymmetric();
+    test_accuracy();
+    test_exact_time();
+    test_scaling();
+    test_single_steps();
+    test_options();
+    test_shorter_steps();
+    test_energy_to_the_last_digits();
     return check_result();
 }

@@ -32,7 +32,7 @@ static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
 static kr_term height; /* that of the apex; set by main */
 
 /* Without the heading events of what does not turn with it are found at the same times. */
-static void headless(void)
+static void test_headless(void)
 {
     static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
     const kr_scene s = scene_of(1);
@@ -56,7 +56,7 @@ static void headless(void)
     kr_top_free(whole);
     kr_top_free(level);
 }
-static void nutation_of_lagrange_tops(void)
+static void test_nutation_of_lagrange_tops(void)
 {
     for (int i = 0; i < 20; i++) {
         kr_scene s = scene_of(0);
@@ -75,7 +75,7 @@ static void nutation_of_lagrange_tops(void)
     }
 }
 
-static void path_is_the_same(void)
+static void test_unchanged_path(void)
 {
     const kr_term precession[] = {term(1.0, "body_vertical_x", "body_velocity_x"),
                                   term(1.0, "body_vertical_y", "body_velocity_y"),
@@ -104,7 +104,7 @@ static void path_is_the_same(void)
 }
 
 /* The apex passes a height once where a step ends just there, to the last bits or beside them. */
-static void at_the_border(double start, double apart, double step)
+static void test_step_borders(double start, double apart, double step)
 {
     kr_scene s = scene_of(1);
     const kr_config config = {.step = step};
@@ -130,7 +130,7 @@ static void at_the_border(double start, double apart, double step)
 }
 /* What has been passed between two searches, in the same step or in the next, is not found any
  * more; what lies behind is, where it was. */
-static void overtaken(void)
+static void test_passed_events(void)
 {
     const kr_scene s = scene_of(1);
     double all[MANY];
@@ -153,7 +153,7 @@ static void overtaken(void)
         }
     kr_top_free(whole);
 }
-static void two_in_one_step(void)
+static void test_two_in_one_step(void)
 {
     const kr_scene s = scene_of(1);
     kr_event top_most = {.terms = &height, .count = 1, .extremum = 1, .direction = -1};
@@ -191,7 +191,7 @@ static void two_in_one_step(void)
 }
 
 /* Each event is found once by a top that starts late, and by one that is told again to watch. */
-static void starts(void)
+static void test_events_at_the_start(void)
 {
     const kr_scene s = scene_of(1);
     kr_scene late = s;
@@ -225,7 +225,7 @@ static void starts(void)
     kr_top_free(other);
     kr_top_free(again);
 }
-static void both_at_once(void)
+static void test_simultaneous_events(void)
 {
     const kr_scene s = scene_of(1);
     kr_event e[3] = {
@@ -244,7 +244,7 @@ static void both_at_once(void)
     IS(above > 0 && above < n / 3);
     kr_top_free(top);
 }
-static void kernels_agree(void)
+static void test_agreement_of_kernels(void)
 {
     const kr_term g[] = {term(1.0, "m_x", "apex_y"), term(-1.0, "m_y", "apex_x")};
     const kr_scene s = scene_of(2);
@@ -264,7 +264,7 @@ static void kernels_agree(void)
     }
 }
 /* Units of length, mass and time that are powers of two scale the times of events exactly. */
-static void scaling(void)
+static void test_scaling(void)
 {
     const double mass = 0x1p40, length = 0x1p-30, time = 0x1p20,
                  momentum = mass * length * length / time;
@@ -288,7 +288,7 @@ static void scaling(void)
     kr_top_free(other);
 }
 
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_scene s = scene_of(0);
     const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
@@ -325,7 +325,7 @@ static void refusals(void)
     kr_top_free(rk4);
 }
 /* Whatever the memory holds that its user lends: every event is searched from the beginning. */
-static void lent_memory(void)
+static void test_lent_memory(void)
 {
     enum { EVENTS = 3 };
     const kr_scene s = scene_of(0);
@@ -347,7 +347,7 @@ static void lent_memory(void)
     kr_top_free(top);
     kr_top_free(other);
 }
-static void failures(void)
+static void test_failures(void)
 {
     const kr_scene s = scene_of(0);
     const kr_term still = term(1.0, "m_z", "1");
@@ -368,20 +368,20 @@ static void failures(void)
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
-    nutation_of_lagrange_tops();
-    path_is_the_same();
-    at_the_border(0.0, 0x1p-54, 0.0);
-    at_the_border(1e6 + 0.3, 0x1p-37, 0.0); /* times are further apart than clocks */
-    at_the_border(-1e5 - 0.1, 0x1p-40, -1.0);
-    overtaken();
-    two_in_one_step();
-    starts();
-    both_at_once();
-    headless();
-    kernels_agree();
-    scaling();
-    refusals();
-    lent_memory();
-    failures();
+    test_nutation_of_lagrange_tops();
+    test_unchanged_path();
+    test_step_borders(0.0, 0x1p-54, 0.0);
+    test_step_borders(1e6 + 0.3, 0x1p-37, 0.0); /* times are further apart than clocks */
+    test_step_borders(-1e5 - 0.1, 0x1p-40, -1.0);
+    test_passed_events();
+    test_two_in_one_step();
+    test_events_at_the_start();
+    test_simultaneous_events();
+    test_headless();
+    test_agreement_of_kernels();
+    test_scaling();
+    test_refusals();
+    test_lent_memory();
+    test_failures();
     return check_result();
 }

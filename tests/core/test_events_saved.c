@@ -23,7 +23,7 @@ static kr_term height; /* that of the apex; set by main */
 
 /* A top that is loaded meets the very events that the one that was saved goes on to, wherever that
  * stood: at an event, between two in one step, or before the first. */
-static void loaded(void)
+static void test_loaded_events(void)
 {
     static char memory[1 << 16];
     const kr_scene s = scene();
@@ -77,7 +77,7 @@ static void alike(const kr_scene *s)
     kr_top_free(other);
 }
 /* A checkpoint of other events, of fewer, or of a search that cannot be, is none of this top. */
-static void not_loaded(void)
+static void test_refused_load(void)
 {
     static char memory[1 << 16], before[1 << 16];
     const kr_scene s = scene();
@@ -117,7 +117,7 @@ static void not_loaded(void)
     kr_top_free(top);
 }
 /* A reset begins the search anew, in the very step that was searched last, too. */
-static void reset(void)
+static void test_reset(void)
 {
     kr_scene s = scene();
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
@@ -141,8 +141,8 @@ static void reset(void)
 int main(void)
 {
     height = term(1.0, "apex_z", "1");
-    loaded();
-    not_loaded();
-    reset();
+    test_loaded_events();
+    test_refused_load();
+    test_reset();
     return check_result();
 }

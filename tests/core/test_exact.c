@@ -47,7 +47,7 @@ static double scale_of(const kr_scene *s)
     return sqrt(2.0 * largest * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
 }
 
-static void truths(void)
+static void test_truths(void)
 {
     for (size_t i = 0; i < sizeof exact_truths / sizeof *exact_truths; i++) {
         const exact_truth *c = &exact_truths[i];
@@ -77,7 +77,7 @@ static long double energy_of(const kr_scene *s, const kr_state *at)
     return across / (2.0L * s->body.inertia.x) + axial * axial / (2.0L * s->body.inertia.z) +
            (long double)s->gravity * s->body.com.z * height;
 }
-static void integrals(void)
+static void test_integrals(void)
 {
     double worst = 0.0, worst_energy = 0.0, worst_norm = 0.0, worst_start = 0.0, worst_m = 0.0;
     for (int i = 0; i < 20000; i++) {
@@ -106,7 +106,7 @@ static void integrals(void)
     NEAR(worst_m, 0.0, 5e-15);
 }
 /* Without torque m and the kinetic energy stay. */
-static void free_bodies(void)
+static void test_free_bodies(void)
 {
     double worst = 0.0;
     for (int i = 0; i < 4000; i++) {
@@ -134,7 +134,7 @@ static void free_bodies(void)
     NEAR(worst, 0.0, 3e-14);
 }
 /* A free body that turns exactly about one of three different principal axes goes on so. */
-static void about_a_principal_axis(void)
+static void test_principal_axis(void)
 {
     const double moment[3] = {2.0, 3.0, 4.5};
     for (int i = 0; i < 6; i++) {
@@ -151,7 +151,7 @@ static void about_a_principal_axis(void)
     }
 }
 /* What is too little to turn a body off its axis does not choose the axis either. */
-static void all_but_about_an_axis(void)
+static void test_near_principal_axis(void)
 {
     kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v3(1.0, 1e-75, 1e-75));
     s.body.inertia = v3(2.0, 3.0, 4.5);
@@ -159,7 +159,7 @@ static void all_but_about_an_axis(void)
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
 }
 /* What moves an axis too little for the closed form is too little in any units. */
-static void too_little_in_any_units(void)
+static void test_smallest_motion(void)
 {
     for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)
         for (int i = 0; i < 2; i++) {
@@ -173,7 +173,7 @@ static void too_little_in_any_units(void)
 }
 /* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
  * about m, and what rests stays. */
-static void stillness(void)
+static void test_top_at_rest(void)
 {
     const double i1 = 7.9, i3 = 2.2, critical = 2.0 * sqrt(5.0 * i1);
     for (int i = 0; i < 8; i++) {
@@ -200,7 +200,7 @@ static void stillness(void)
     NEAR(relative_distance(kr_exact_state(&closed, 1e6), s.start), 0.0, 0.0);
     IS(isnan(kr_exact_state(&closed, NAN).q.w) && isnan(kr_exact_state(&closed, INFINITY).q.w));
 }
-static void scaling(void)
+static void test_scaling(void)
 {
     for (int i = 0; i < 2000; i++) {
         const int mass = (int)uniform(-60, 60), length = (int)uniform(-60, 60),
@@ -230,7 +230,7 @@ static void scaling(void)
 }
 /* The axis may lie along N or B, the frame of description be turned, the centre of mass of a
  * spherical body lie anywhere, and the start not be at zero. */
-static void frames(void)
+static void test_frames(void)
 {
     const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
                                q4(0.6, v3(0.0, 0.8, 0.0))};
@@ -264,7 +264,7 @@ static void frames(void)
 }
 /* A spherical body is turned to the axis of its lever with more digits than a double has, or the
  * error of that turn grew with time. */
-static void far_frames_of_a_ball(void)
+static void test_far_frames_of_a_ball(void)
 {
     const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
     const kr_scene upright = top_of(2.0, 2.0, 3.0, q4(0.5, v3(-0.5, 0.5, 0.5)), v3(1, 2, 3));
@@ -276,7 +276,7 @@ static void far_frames_of_a_ball(void)
     end.q = q_mul(end.q, cycle);
     NEAR(relative_distance(kr_exact_state(&a, 1e6), end), 0.0, 1e-14);
 }
-static void batches(void)
+static void test_batches(void)
 {
     enum { N = 150 };
     double t[N];
@@ -295,7 +295,7 @@ static void batches(void)
     }
 }
 /* Every instruction set gives the same bits: closed forms, single states, batches, the map. */
-static void instruction_sets(void)
+static void test_instruction_sets(void)
 {
     enum { N = 70 };
     double t[N];
@@ -341,7 +341,7 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
     }
 }
 /* So many states go past the cache, to addresses that suit that and to others. */
-static void many_at_once(void)
+static void test_batch_of_tops(void)
 {
     kr_state *const odd = (kr_state *)(void *)((double *)(void *)memory + 1);
     kr_scene scene = kr_scene_default();
@@ -356,18 +356,18 @@ static void many_at_once(void)
 int main(void)
 {
     random_seed = 7;
-    truths();
-    integrals();
-    free_bodies();
-    about_a_principal_axis();
-    all_but_about_an_axis();
-    too_little_in_any_units();
-    stillness();
-    scaling();
-    frames();
-    far_frames_of_a_ball();
-    batches();
-    instruction_sets();
-    many_at_once();
+    test_truths();
+    test_integrals();
+    test_free_bodies();
+    test_principal_axis();
+    test_near_principal_axis();
+    test_smallest_motion();
+    test_top_at_rest();
+    test_scaling();
+    test_frames();
+    test_far_frames_of_a_ball();
+    test_batches();
+    test_instruction_sets();
+    test_batch_of_tops();
     return check_result();
 }

@@ -232,14 +232,14 @@ static void hold_to_alone(const kr_exact_width *width, size_t first, size_t n)
     if (wrong) printf("%s: %d of %zu from %zu on\n", width->name, wrong, n, first);
     IS(wrong == 0);
 }
-static void every_top_has_its_own_bits(const kr_exact_width *width)
+static void test_independence_of_neighbours(const kr_exact_width *width)
 {
     hold_to_alone(width, 0, TOPS);
     for (size_t n = 0; n <= 70; n++) hold_to_alone(width, n * n, n);
     for (size_t first = 0; first < 300; first++) hold_to_alone(width, first, 1);
 }
 /* At common times, few and many, with plans and without. */
-static void common_times(const kr_exact_width *width)
+static void test_common_times(const kr_exact_width *width)
 {
     enum { FEW = 50 };
     static kr_state rows[FEW * MOST_TIMES], row[MOST_TIMES];
@@ -257,7 +257,7 @@ static void common_times(const kr_exact_width *width)
     }
 }
 /* The scenes are of all kinds, or the rest would say little. */
-static void all_kinds_are_there(void)
+static void test_presence_of_all_kinds(void)
 {
     int count[KR_STATUS_COUNT] = {0}, curves[4] = {0}, frames[2] = {0};
     for (int i = 0; i < TOPS; i++) {
@@ -279,9 +279,9 @@ int main(void)
             const kr_exact_width *width = kr_exact_width_at(i);
             if (!width->runs_here()) continue;
             plan_alone(width->one);
-            all_kinds_are_there();
-            every_top_has_its_own_bits(width);
-            common_times(width);
+            test_presence_of_all_kinds();
+            test_independence_of_neighbours(width);
+            test_common_times(width);
         }
         shuffle();
     }

@@ -48,7 +48,7 @@ static double twist(kr_quat q) { return atan2(q.z, q.w) - atan2(q.y, q.x); }
 
 /* After a period the axis is at its height again, and further by what the mean rates say; they
  * count whole turns. */
-static void rates(void)
+static void test_rates(void)
 {
     enum { PARTS = 4000 };
     for (int i = 0; i < SCENES; i++) {
@@ -71,7 +71,7 @@ static void rates(void)
         NEAR(spun / plan.period, plan.spin, 1e-12 * (1.0 + fabs(plan.spin)));
     }
 }
-static void map(void)
+static void test_map_states(void)
 {
     const double steps[] = {0.1, -0.1, 0.02, 1.0};
     for (int i = 0; i < 4 * SCENES; i++) {
@@ -92,7 +92,7 @@ static void map(void)
     }
 }
 /* Where one turn on the curve takes for ever its roots are not known. */
-static void next_to_for_ever(void)
+static void test_near_separatrix(void)
 {
     kr_exact_map closed;
     for (double tilt = 1e-13; tilt > 1e-17; tilt *= 0.1) {
@@ -102,7 +102,7 @@ static void next_to_for_ever(void)
 }
 /* Next to a pole one phase is hardly known: it follows from the other two. Small steps of the map
  * go as the top does. */
-static void next_to_a_pole(void)
+static void test_near_pole(void)
 {
     const double step = 1e-7, t = 1.7;
     for (double tilt = 1e-10; tilt > 1e-15; tilt *= 0.1) {
@@ -116,7 +116,7 @@ static void next_to_a_pole(void)
 }
 /* Far away the map's integrals still hold, and one more step of the map leads to the next state; it
  * multiplies roundings where it is large. */
-static void far_away(kr_scene s, double step, double within)
+static void test_far_away(kr_scene s, double step, double within)
 {
     const kr_config config = {.step = step};
     kr_exact_map closed;
@@ -140,7 +140,7 @@ static void far_away(kr_scene s, double step, double within)
 }
 /* A million steps of the map lead there, up to what they have gathered of roundings: what is
  * double-double in the phases is for this. */
-static void after_a_million(void)
+static void test_million_steps(void)
 {
     enum { STEPS = 1000000 };
     for (int i = 1; i < 3; i++) {
@@ -155,7 +155,7 @@ static void after_a_million(void)
     }
 }
 /* The map's rates are those measured along it, and tend to the top's with the step. */
-static void map_rates(void)
+static void test_map_rates(void)
 {
     for (int i = 1; i < 3; i++) {
         const kr_scene s = scene(i);
@@ -179,7 +179,7 @@ static void map_rates(void)
         NEAR(off[0] / off[1], 2.0, 2.2);
     }
 }
-static void method(void)
+static void test_method(void)
 {
     const kr_method *exact = kr_method_find("exact");
     const kr_config config = {.step = 0.0}, back = {.step = -1.0};
@@ -196,7 +196,7 @@ static void method(void)
     NEAR(kr_attitude_error(kr_top_state(top).q, kr_exact_state(&plan, -50.0).q), 0.0, 1e-15);
     kr_top_free(top);
 }
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_config config = {.step = 0.0};
     const kr_method *exact = kr_method_find("exact");
@@ -227,7 +227,7 @@ static void refusals(void)
     IS(kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_STEP_SIZE && closed.step == 7.0);
 }
 /* Steps of any size are refused or give states, and convert no number that is none. */
-static void huge_steps(void)
+static void test_huge_steps(void)
 {
     const kr_scene s = kr_scene_default();
     for (double step = 1.0; step < 1e300; step *= 7.0) {
@@ -240,18 +240,18 @@ static void huge_steps(void)
 
 int main(void)
 {
-    huge_steps();
-    rates();
-    map();
-    next_to_for_ever();
-    next_to_a_pole();
-    far_away(scene(1), 0.1, 2e-15);
+    test_huge_steps();
+    test_rates();
+    test_map_states();
+    test_near_separatrix();
+    test_near_pole();
+    test_far_away(scene(1), 0.1, 2e-15);
     /* hangs: step^2 lever / I1 > 2 */
-    far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);
-    far_away(thesis(q4(0.0, v3(0.6, 0.8, 0)), v3(2, -3, 1), 1.0), -7.0, 5e-14);
-    after_a_million();
-    map_rates();
-    method();
-    refusals();
+    test_far_away(thesis(q4(0.0, v3(1, 0, 0)), v3(0.1, 0.2, 0.3), 1.0), 3.0, 5e-14);
+    test_far_away(thesis(q4(0.0, v3(0.6, 0.8, 0)), v3(2, -3, 1), 1.0), -7.0, 5e-14);
+    test_million_steps();
+    test_map_rates();
+    test_method();
+    test_refusals();
     return check_result();
 }

@@ -54,7 +54,7 @@ static void set_rows(double one, double two, double three, double four)
 }
 
 /* The rates may change by twice their size from the first substep of the first two rows on. */
-static void stability(void)
+static void test_stability(void)
 {
     for (int row = 1; row <= GBS_ROWS; row++) rate_of_row[row] = 2.0;
     for (int row = 1; row <= 3; row++) {
@@ -71,7 +71,7 @@ static void stability(void)
 }
 /* A third row errs by less than four times what the second did, or by less than the tolerance; a
  * second only by less than 1e15 times that. */
-static void row_that_fails(void)
+static void test_failed_row(void)
 {
     set_rows(1.0, 2.5, 5.0, 5.0);
     const double second = with_rows(2).err, third = with_rows(3).err;
@@ -89,7 +89,7 @@ static void row_that_fails(void)
     }
 }
 /* The length that a row suggests goes with the error, within bounds. */
-static void lengths(void)
+static void test_step_lengths(void)
 {
     set_rows(1.0, 2.0, 2.5, 2.6);
     const double errors[] = {0.0, 1e-30, 0.3, 7.0, 1e12};
@@ -114,7 +114,7 @@ static void converges(int from, int target, double tol, int row, int last)
     IS(gbs_converge(&a, from, target) == row);
     IS(a.row == last);
 }
-static void convergence(void)
+static void test_convergence(void)
 {
     set_rows(2.0, 1.25, 1.0 + 1.0 / 9.0, 1.0625); /* 1 + 1 / row^2: the second row is right */
     const double second = with_rows(2).err, less = 1.0 - DBL_EPSILON;
@@ -148,7 +148,7 @@ static gbs_attempt attempt_of(const choice *c)
     for (int row = 1; row <= GBS_ROWS; row++) a.length[row] = 0.5 * row;
     return a;
 }
-static void choices(void)
+static void test_row_choice(void)
 {
     const double most = 0.8 * 10.0, little = 0.9 * 10.0, less = 1.0 - DBL_EPSILON;
     const choice all[] = {
@@ -176,7 +176,7 @@ static void choices(void)
         IS(gbs_best_row(&a, all[i].target, all[i].rejected) == all[i].best);
     }
 }
-static void after_accepted(void)
+static void test_control_after_acceptance(void)
 {
     const choice better = {4, 5, 0, {1.0, 10.0, 1.0}, 5}, same = {4, 4, 0, {1.0, 10.0, 1.0}, 5},
                  fewer = {4, 5, 0, {10.0, 1.0, 1.0}, 3};
@@ -196,7 +196,7 @@ static void after_accepted(void)
     IS(gbs_after_accepted(&a, fewer.target, 1).h == 1.0);
     IS(gbs_after_accepted(&a, fewer.target, 0).h == 1.5);
 }
-static void after_failed(void)
+static void test_control_after_failure(void)
 {
     const double most = 0.8 * 10.0;
     const choice alike = {4, 6, 0, {10.0, most, 1.0}, 4},
@@ -220,12 +220,12 @@ static void after_failed(void)
 
 int main(void)
 {
-    stability();
-    row_that_fails();
-    lengths();
-    convergence();
-    choices();
-    after_accepted();
-    after_failed();
+    test_stability();
+    test_failed_row();
+    test_step_lengths();
+    test_convergence();
+    test_row_choice();
+    test_control_after_acceptance();
+    test_control_after_failure();
     return check_result();
 }

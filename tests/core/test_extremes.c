@@ -7,7 +7,7 @@
 static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
 
 /* A lever of any length has the direction of its like. */
-static void levers(void)
+static void test_levers(void)
 {
     const kr_scene s = tilted();
     const kr_vec3 want = kr_state_apex(&s, &s.start);
@@ -25,7 +25,7 @@ static void levers(void)
     NEAR(kr_state_kowalewski(&small, &s.start) / K, 1.0, 1e-15);
 }
 /* A lever that is no normal double loses none of its digits by a pull that does not divide it. */
-static void least_levers(void)
+static void test_least_levers(void)
 {
     kr_scene s = tilted(), other;
     s.body = (kr_body){1.3, {2.0, 1.5, 1.0}, {0.5, 0.25, 0.0}, {1, 0, 0, 0}, 0.0};
@@ -41,7 +41,7 @@ static void least_levers(void)
 }
 /* A gravity so weak and a lever so short, or so strong and so long, that no double has their
  * product: the heavy mass makes up for it. */
-static void products(void)
+static void test_products(void)
 {
     const kr_scene s = tilted();
     const char *const methods[] = {"strang", "taylor", "exact"};
@@ -68,7 +68,7 @@ static void products(void)
     IS(distance(state_at(3.0, &light, taylor(), deep), state_at(3.0, &s, taylor(), deep)) <= 1e-15);
 }
 /* The same motion, slower or faster by any power of two that time may have. */
-static void paces(void)
+static void test_paces(void)
 {
     const kr_scene s = tilted();
     for (int power = -480; power <= 900; power += 60) {
@@ -109,7 +109,7 @@ static void late(const kr_scene *s)
         IS(isfinite(t[i]) || is_none(out[i]));
     }
 }
-static void all_late(void)
+static void test_late_times(void)
 {
     kr_scene s = tilted(), free = tilted();
     free.body = general_body();
@@ -122,7 +122,7 @@ static void all_late(void)
     late(&s);
 }
 /* The map's states, too, however often it is applied. */
-static void often(void)
+static void test_late_map_steps(void)
 {
     const int64_t many[] = {-1, 1000, INT64_C(1) << 52, INT64_MIN, INT64_MAX};
     kr_scene s = tilted();
@@ -134,7 +134,7 @@ static void often(void)
     }
 }
 /* At tiny steps the map begins where it should, or is refused. */
-static void tiny_steps(void)
+static void test_tiny_steps(void)
 {
     int made = 0;
     for (int i = 0; i < 4000; i++) {
@@ -149,7 +149,7 @@ static void tiny_steps(void)
     IS(made > 2000);
 }
 /* What is next to nothing beside the rest counts as nothing: no square tells of it. */
-static void next_to_nothing(void)
+static void test_smallest_numbers(void)
 {
     kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}, 0.0},
                      0.0,
@@ -173,7 +173,7 @@ static void next_to_nothing(void)
 }
 /* A pendulum that falls until its momentum is no number in the user's units stops at its last good
  * state, also between two points of its grid. */
-static void overflows(void)
+static void test_overflows(void)
 {
     kr_scene s = tilted();
     s.body.inertia = v3(0x.fp1000, 0x.fp1000, 0x.8p1000);
@@ -200,7 +200,7 @@ static void overflows(void)
     IS(fell > 15);
 }
 /* Rates and units that no double has are refused, and so are steps of the map that no unit fits. */
-static void refusals(void)
+static void test_refusals(void)
 {
     kr_scene s = tilted();
     kr_exact exact;
@@ -230,15 +230,15 @@ static void refusals(void)
 
 int main(void)
 {
-    levers();
-    least_levers();
-    products();
-    paces();
-    all_late();
-    often();
-    tiny_steps();
-    next_to_nothing();
-    overflows();
-    refusals();
+    test_levers();
+    test_least_levers();
+    test_products();
+    test_paces();
+    test_late_times();
+    test_late_map_steps();
+    test_tiny_steps();
+    test_smallest_numbers();
+    test_overflows();
+    test_refusals();
     return check_result();
 }

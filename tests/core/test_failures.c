@@ -52,7 +52,7 @@ static int fails(const kr_method *method, kr_config config)
     kr_top_free(top);
     return why != KR_OK;
 }
-static void wild_steps(void)
+static void test_wild_steps(void)
 {
     int failed = 0;
     for (size_t i = 0; i < kr_method_count(); i++) {
@@ -64,7 +64,7 @@ static void wild_steps(void)
     IS(failed > 50);
 }
 /* It blew up between two inspections, and the time asked for lies off the grid. */
-static void between_inspections(void)
+static void test_failure_between_inspections(void)
 {
     const kr_scene s = kr_scene_default();
     const kr_config config = {.step = 4.0};
@@ -84,7 +84,7 @@ static int stop(void *context)
     return 1;
 }
 /* A failure between two grid points does not lead back to the first of them. */
-static void not_back(void)
+static void test_no_way_back(void)
 {
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.1, .poll = stop};
@@ -99,7 +99,7 @@ static void not_back(void)
     kr_top_free(top);
 }
 /* Where a failure has led the top on, that is where it is: there is no way to a time before. */
-static void is_there(void)
+static void test_state_after_failure(void)
 {
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.1, .max_steps = 30};
@@ -112,7 +112,7 @@ static void is_there(void)
     kr_top_free(top);
 }
 /* The user's units have no number for the momentum that the torque makes. */
-static void beyond_the_users_numbers(void)
+static void test_overflow_in_user_units(void)
 {
     kr_scene s = tilted();
     s.body.mass *= 0x1p1000;
@@ -139,7 +139,7 @@ static void beyond_the_users_numbers(void)
 
 static int stop_once(void *context) { return --*(int *)context == 0; }
 /* Many states of one step are asked about, too. */
-static void stopped_among_many(void)
+static void test_stop_in_ensemble(void)
 {
     enum { MANY = 3000, EVERY = 1024 };
     static double t[MANY];
@@ -159,7 +159,7 @@ static void stopped_among_many(void)
     kr_top_free(top);
 }
 /* Units for which there is no double. */
-static void no_units(void)
+static void test_missing_units(void)
 {
     kr_scene s = tilted();
     kr_top *top = NULL;
@@ -169,7 +169,7 @@ static void no_units(void)
     IS(kr_top_create(&s, taylor(), (kr_config){0}, &top) != KR_OK && !top);
 }
 /* A step that leads past what a double can tell of time ends there. */
-static void past_the_horizon(const char *method)
+static void test_horizon(const char *method)
 {
     const kr_scene s = kr_scene_default();
     kr_top *top = make(&s, kr_method_find(method), (kr_config){0});
@@ -199,7 +199,7 @@ static kr_scene loose_scene(void)
 }
 /* Loose tolerances let a step pass inside which the side motion finds no end: it is asked whether
  * to go on in every step, and ends by itself. */
-static void no_way_aside(const char *name, int limit)
+static void test_no_resolution_between_steps(const char *name, int limit)
 {
     enum { SCENES = 400, LOOKS = 20 };
     int64_t most = 0;
@@ -255,7 +255,7 @@ static int stopped_aside(const char *name, const kr_scene *s, double tol, int ca
     kr_top_free(twin);
     return back;
 }
-static void all_stopped_aside(const char *name)
+static void test_stops_between_steps(const char *name)
 {
     int back = 0;
     for (int i = 0; i < 4000; i++) {
@@ -267,7 +267,7 @@ static void all_stopped_aside(const char *name)
 }
 
 /* What the method has done counts, whatever came of it. */
-static void costs_stay(void)
+static void test_counts(void)
 {
     const kr_config config = {.step = 4.0};
     const kr_scene s = tilted();
@@ -282,7 +282,7 @@ static void costs_stay(void)
     kr_top_free(top);
 }
 /* An attitude without a length turns nothing: a motion that began at it would look like one. */
-static void from_no_attitude(void)
+static void test_zero_attitude(void)
 {
     const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0},
                         1.0,
@@ -303,7 +303,7 @@ static void from_no_attitude(void)
     }
 }
 /* A side step that is refused, because the energy has grown on the way, is a failure. */
-static void refused_aside(void)
+static void test_refusals_between_steps(void)
 {
     const kr_scene s = tilted();
     int failed = 0;
@@ -328,7 +328,7 @@ static kr_worker *exactly(kr_config config)
     return worker;
 }
 /* Many states of closed forms are read piece by piece, and this stops between two of them. */
-static void stopped_among_many_states(void)
+static void test_stop_among_states(void)
 {
     enum { MANY = 3 << 15 };
     static double t[MANY];
@@ -357,21 +357,21 @@ static void stopped_among_many_states(void)
 
 int main(void)
 {
-    all_stopped_aside("extrap");
-    costs_stay();
-    from_no_attitude();
-    refused_aside();
-    wild_steps();
-    between_inspections();
-    not_back();
-    is_there();
-    beyond_the_users_numbers();
-    stopped_among_many();
-    stopped_among_many_states();
-    no_units();
-    past_the_horizon("exact");
-    no_way_aside("extrap_kirchhoff", 1000);
-    no_way_aside("extrap", 1000);
-    no_way_aside("extrap_kirchhoff", 3000);
+    test_stops_between_steps("extrap");
+    test_counts();
+    test_zero_attitude();
+    test_refusals_between_steps();
+    test_wild_steps();
+    test_failure_between_inspections();
+    test_no_way_back();
+    test_state_after_failure();
+    test_overflow_in_user_units();
+    test_stop_in_ensemble();
+    test_stop_among_states();
+    test_missing_units();
+    test_horizon("exact");
+    test_no_resolution_between_steps("extrap_kirchhoff", 1000);
+    test_no_resolution_between_steps("extrap", 1000);
+    test_no_resolution_between_steps("extrap_kirchhoff", 3000);
     return check_result();
 }

@@ -18,7 +18,7 @@ static kr_scene thin(int about, int middle, int lever)
     s.gravity = 1.0;
     return s;
 }
-static void falls(int about, int middle, int lever)
+static void test_fall(int about, int middle, int lever)
 {
     const kr_scene s = thin(about, middle, lever);
     const double t = 66.0; /* about 46 times what it takes to fall by e */
@@ -39,6 +39,7 @@ static void falls(int about, int middle, int lever)
 int main(void)
 {
     for (int about = 0; about < 3; about++)
-        for (int i = 0; i < 4; i++) falls(about, (about + 1 + i / 2) % 3, (about + 1 + i % 2) % 3);
+        for (int i = 0; i < 4; i++)
+            test_fall(about, (about + 1 + i / 2) % 3, (about + 1 + i % 2) % 3);
     return check_result();
 }

@@ -41,7 +41,7 @@ static void some(kr_scene scenes[TOPS])
     scenes[3].start.q = q_one();
     scenes[3].start.m = v3(0.0, 0.0, 9.0);
 }
-static void states_and_neighbours(void)
+static void test_independence(void)
 {
     static came with, without, alone;
     kr_scene scenes[TOPS];
@@ -60,7 +60,7 @@ static void states_and_neighbours(void)
     kr_worker_free(worker);
     kr_worker_free(plain);
 }
-static void instruction_sets(void)
+static void test_instruction_sets(void)
 {
     static came first, other;
     kr_scene scenes[TOPS];
@@ -80,7 +80,7 @@ static void instruction_sets(void)
         kr_worker_free(worker);
     }
 }
-static void failures(void)
+static void test_failures(void)
 {
     static came got;
     kr_scene scenes[TOPS];
@@ -101,7 +101,7 @@ static void failures(void)
     IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_ARGUMENT && !none);
 }
 /* Two moments so far apart that a deviation's square is no double: refused. */
-static void beyond_squares(void)
+static void test_overflow_of_squares(void)
 {
     kr_scene scene = asymmetric();
     kr_state state;
@@ -132,7 +132,7 @@ static void beyond_squares(void)
 }
 /* A direction without a size, or of one that is no number, is refused; how long another is tells
  * nothing of how it grows. */
-static void directions(void)
+static void test_directions(void)
 {
     static came got;
     const kr_scene scene = asymmetric();
@@ -160,7 +160,7 @@ static void directions(void)
 }
 /* A lane without a top has a tangent of some length, because one without would be divided by its
  * size, and it stays as it is. */
-static void empty_lanes(void)
+static void test_empty_lanes(void)
 {
     static came got;
     const kr_scene scene = asymmetric();
@@ -184,7 +184,7 @@ static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows
 }
 /* The mean and the largest, which look into the steps, are those of the logarithms that are told
  * at many times: 2/T times the integral of ln|delta| (1 + ln(t/T)). */
-static void means(const kr_scene *scene, double end)
+static void test_means(const kr_scene *scene, double end)
 {
     enum { MANY = 4000 };
     static double t[MANY], rows[MANY][KR_GROWTH_COUNT];
@@ -213,7 +213,7 @@ static void at_rest(double gravity, const double t[LOOKS], double rows[LOOKS][KR
 }
 /* Upright it grows as exp(t), far beyond what a double holds, and MEGNO as t / 2. Hanging it comes
  * back with the period. */
-static void equilibria(void)
+static void test_equilibria(void)
 {
     const double pi = 3.14159265358979323846;
     const double late[LOOKS] = {30.0, 100.0, 2000.0}, turns[LOOKS] = {pi, 2.0 * pi, 20.0 * pi};
@@ -234,14 +234,14 @@ static void equilibria(void)
 }
 int main(void)
 {
-    states_and_neighbours();
-    instruction_sets();
-    failures();
-    beyond_squares();
-    directions();
-    empty_lanes();
-    equilibria();
+    test_independence();
+    test_instruction_sets();
+    test_failures();
+    test_overflow_of_squares();
+    test_directions();
+    test_empty_lanes();
+    test_equilibria();
     const kr_scene scenes[] = {kr_scene_default(), tilted(), asymmetric()};
-    for (int i = 0; i < 3; i++) means(&scenes[i], 20.0);
+    for (int i = 0; i < 3; i++) test_means(&scenes[i], 20.0);
     return check_result();
 }

@@ -18,7 +18,7 @@ static double height_error(kr_quat a, kr_quat b) /* how far the body axes differ
 }
 
 enum { LOOKS = 400 };
-static void invariants(const kr_scene *s, double t_end, double bound)
+static void test_invariants(const kr_scene *s, double t_end, double bound)
 {
     static kr_state whole[LOOKS], some[LOOKS];
     static double t[LOOKS];
@@ -44,7 +44,7 @@ static void invariants(const kr_scene *s, double t_end, double bound)
     kr_top_free(a);
     kr_top_free(b);
 }
-static void hanging_and_upright(void)
+static void test_hanging_and_upright(void)
 {
     for (int i = 0; i < 2; i++) {
         kr_scene s = kr_scene_default();
@@ -60,7 +60,7 @@ static void hanging_and_upright(void)
     }
 }
 /* Units, resets and single steps leave the bits as they are; the way back leads to the start. */
-static void driver(void)
+static void test_driver(void)
 {
     const kr_config config = {.leave_heading = 1, .tol = 1e-11},
                     back = {.leave_heading = 1, .step = -1.0};
@@ -94,7 +94,7 @@ static void driver(void)
     NEAR(height_error(kr_top_state(top).q, start.q), 0.0, 1e-8); /* there at 1e-11 a step */
     kr_top_free(top);
 }
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_scene s = kr_scene_default();
     const kr_config deep = {.leave_heading = 1, .digits = 20},
@@ -114,7 +114,7 @@ static void refusals(void)
 
 /* The kernels have the P and W of the whole ones up to rounding, and where there is fma the same
  * bits as each other. */
-static void kernels(void)
+static void test_kernels(void)
 {
     const kr_series start = {.fall = INFINITY,
                              .k = {0, -.28, .84, -.73},
@@ -151,14 +151,14 @@ static void kernels(void)
 int main(void)
 {
     kr_scene s = kr_scene_default();
-    kernels();
-    invariants(&s, 20.0, 1e-12);
+    test_kernels();
+    test_invariants(&s, 20.0, 1e-12);
     for (int i = 0; i < 5; i++) {
         s = scene(i);
-        invariants(&s, i % 2 ? -10.0 : 10.0, 1e-11);
+        test_invariants(&s, i % 2 ? -10.0 : 10.0, 1e-11);
     }
-    hanging_and_upright();
-    driver();
-    refusals();
+    test_hanging_and_upright();
+    test_driver();
+    test_refusals();
     return check_result();
 }

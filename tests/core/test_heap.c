@@ -45,7 +45,7 @@ static void life(const kr_method *method, const kr_scene *s)
 }
 /* The heap may cut a block some bytes larger than it was asked for, once or twice; what each life
  * kept would add up. */
-static void lives(const kr_method *method)
+static void test_balance(const kr_method *method)
 {
     kr_scene s = tilted();
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
@@ -55,7 +55,7 @@ static void lives(const kr_method *method)
     IS(in_use() < before + LIVES * LEAST);
 }
 /* Wherever in a line the heap puts a top. */
-static void lines(void)
+static void test_cache_line_alignment(void)
 {
     enum { TOPS = 8, LINE = 64 };
     const kr_scene s = tilted();
@@ -75,8 +75,8 @@ static void lines(void)
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) lives(kr_method_at(i));
-    lines();
+    for (size_t i = 0; i < kr_method_count(); i++) test_balance(kr_method_at(i));
+    test_cache_line_alignment();
     kr_top_free(NULL);
     return check_result();
 }

@@ -22,7 +22,7 @@ static void horizon_of(const kr_scene *s)
     const double rate = fmax(v_length(s->start.m) / moment, sqrt(torque / moment));
     NEAR(kr_scene_horizon(s) * rate / 9007199254740992.0, 1.0, 1e-14);
 }
-static void refused(const kr_method *method)
+static void test_refusals(const kr_method *method)
 {
     kr_scene s = scene_for(method);
     const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
@@ -51,7 +51,7 @@ static void refused(const kr_method *method)
     IS(kr_top_create(&s, method, config, &top) == KR_ERR_RESOLUTION && !top);
 }
 /* A checkpoint brings the horizon of its own start along. */
-static void loaded(void)
+static void test_checkpoint(void)
 {
     kr_scene s = tilted();
     static unsigned char saved[1 << 14];
@@ -65,7 +65,7 @@ static void loaded(void)
     kr_top_free(other);
 }
 /* Steps below the resolution of the time are no steps. */
-static void no_way(void)
+static void test_steps_below_resolution(void)
 {
     const kr_scene s = kr_scene_default();
     kr_top *top = make(&s, kr_method_find("exact"), (kr_config){.step = 0.05});
@@ -91,7 +91,7 @@ static void no_way(void)
 
 /* Where a step is shorter than times are apart, the rounded time of its end may lie beside it: the
  * state there is that of the nearer end, not what the series gives where it does not hold. */
-static void beside_a_piece(double step)
+static void test_times_beside_a_step(double step)
 {
     const kr_scene s = kr_scene_default();
     kr_top *top = make(&s, kr_method_find("taylor"), (kr_config){.step = step});
@@ -108,7 +108,7 @@ static void beside_a_piece(double step)
     kr_top_free(top);
 }
 /* A grid that is finer than its times are told would have many points at one time. */
-static void fine_grids(void)
+static void test_fine_grids(void)
 {
     kr_scene s = tilted();
     const kr_method *strang = kr_method_find("strang");
@@ -126,7 +126,7 @@ static void fine_grids(void)
 static int stop_at_once(void *context) { return (void)context, 1; }
 /* Where a double tells times a quarter of a step apart, a top that was stopped stands in the state
  * of its time, and the next steps are those of one that was not. */
-static void late_stops(void)
+static void test_late_stops(void)
 {
     kr_scene s = tilted();
     const kr_config stopped = {.poll = stop_at_once}, free = {0};
@@ -146,7 +146,7 @@ static void late_stops(void)
     }
 }
 /* A step that ends beyond the horizon is one that time does not tell. */
-static void steps_out(void)
+static void test_steps_beyond(void)
 {
     kr_scene s = kr_scene_default();
     const double horizon = kr_scene_horizon(&s);
@@ -158,20 +158,20 @@ static void steps_out(void)
 
 int main(void)
 {
-    fine_grids();
-    late_stops();
-    steps_out();
-    beside_a_piece(0.0);
-    beside_a_piece(-0.1);
+    test_fine_grids();
+    test_late_stops();
+    test_steps_beyond();
+    test_times_beside_a_step(0.0);
+    test_times_beside_a_step(-0.1);
     for (size_t i = 0; i < kr_method_count(); i++)
-        for (int k = 0; k < TOPS; k++) refused(kr_method_at(i));
+        for (int k = 0; k < TOPS; k++) test_refusals(kr_method_at(i));
     kr_scene s = kr_scene_default();
     s.gravity = 0.0;
     s.start.m = v3(0, 0, 0);
     IS(kr_scene_horizon(&s) == INFINITY);
     s.start.q.w = 2.0;
     IS(kr_scene_horizon(&s) == 0.0 && kr_scene_horizon(NULL) == 0.0);
-    loaded();
-    no_way();
+    test_checkpoint();
+    test_steps_below_resolution();
     return check_result();
 }

@@ -73,7 +73,7 @@ static fleet one_of(const fleet *f, size_t i, const kr_method *method, kr_config
     kr_worker_free(worker);
     return one;
 }
-static void bits_are_its_own(const kr_method *method, kr_config config)
+static void test_independence(const kr_method *method, kr_config config)
 {
     fleet f, g;
     random_fleet(&f);
@@ -104,7 +104,7 @@ static void bits_are_its_own(const kr_method *method, kr_config config)
     }
     kr_worker_free(worker);
 }
-static void instruction_sets_agree(void)
+static void test_instruction_sets(void)
 {
     const kr_config config = {0};
     fleet f, g;
@@ -129,7 +129,7 @@ static void instruction_sets_agree(void)
     kr_worker_free(worker);
 }
 /* Lanes are as good as a top by itself: both beside 20 digits. */
-static void lanes_are_as_good(double tol)
+static void test_accuracy_of_lanes(double tol)
 {
     const kr_config config = {.tol = tol};
     fleet f;
@@ -152,7 +152,7 @@ static void lanes_are_as_good(double tol)
 }
 
 /* All other methods give the bits of a top by itself, and fail as it does. */
-static void others_are_tops_alone(const kr_method *method)
+static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
     const kr_config config = {.step = kr_method_flags(method) & KR_ADAPTIVE ? 0.0 : 0.01};
@@ -178,7 +178,7 @@ static void others_are_tops_alone(const kr_method *method)
 }
 
 /* What stands in the way of one top is told of that top; its good states are kept. */
-static void failures_are_told(void)
+static void test_failures(void)
 {
     fleet f;
     random_fleet(&f);
@@ -233,7 +233,7 @@ static void is_what_states_say(const fleet *f, size_t i, const double row[7])
     NEAR(row[5], squares, 1e-14);
     IS(row[6] == kr_state_apex(&f->scenes[i], last).z);
 }
-static void reductions_are_those_of_the_states(void)
+static void test_reductions(void)
 {
     const kr_quantity *nutation = kr_quantity_find("nutation"), *apex = kr_quantity_find("apex");
     const kr_reduction r[] = {
@@ -263,7 +263,7 @@ static void reductions_are_those_of_the_states(void)
     kr_worker_free(worker);
 }
 
-static void without_the_heading(void)
+static void test_headless(void)
 {
     const kr_config whole = {0}, level = {.leave_heading = 1};
     fleet f, g;
@@ -318,7 +318,7 @@ static int interrupted(int after)
 
 /* A pair of moments may differ by a rounding either way; and a top that is asked for its start once
  * more, after another time, has that one time alone. */
-static void pairs_and_ways_back(void)
+static void test_pairs_and_reversal(void)
 {
     const double t[3] = {5.0, 0.0, 5.0};
     for (int i = -1; i <= 1; i++) {
@@ -336,7 +336,7 @@ static void pairs_and_ways_back(void)
         kr_worker_free(worker);
     }
 }
-static void bad_words(void)
+static void test_refusals(void)
 {
     kr_worker *worker = NULL;
     const kr_config config = {0}, no_tol = {.tol = NAN}, digits = {.digits = 40};
@@ -380,21 +380,21 @@ int main(void)
 {
     int on_the_way = 0;
     const kr_config plain = {0}, rough = {.tol = 1e-6}, damped = {0};
-    bits_are_its_own(taylor(), plain);
-    bits_are_its_own(taylor(), rough);
-    bits_are_its_own(NULL, damped);
-    instruction_sets_agree();
-    lanes_are_as_good(0.0);
-    lanes_are_as_good(1e-9);
-    lanes_are_as_good(1e-5);
+    test_independence(taylor(), plain);
+    test_independence(taylor(), rough);
+    test_independence(NULL, damped);
+    test_instruction_sets();
+    test_accuracy_of_lanes(0.0);
+    test_accuracy_of_lanes(1e-9);
+    test_accuracy_of_lanes(1e-5);
     for (size_t i = 0; i < kr_method_count(); i++)
-        if (kr_method_at(i) != taylor()) others_are_tops_alone(kr_method_at(i));
-    failures_are_told();
-    reductions_are_those_of_the_states();
-    without_the_heading();
+        if (kr_method_at(i) != taylor()) test_methods_without_lanes(kr_method_at(i));
+    test_failures();
+    test_reductions();
+    test_headless();
     for (int after = 0; after < 60; after++) on_the_way += interrupted(after);
     IS(on_the_way >= 0);
-    pairs_and_ways_back();
-    bad_words();
+    test_pairs_and_reversal();
+    test_refusals();
     return check_result();
 }

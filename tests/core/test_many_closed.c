@@ -13,7 +13,7 @@ static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, k
     kr_worker_free(worker);
 }
 /* One top at one time needs all that many need. */
-static void nothing_is_left_out(void)
+static void test_time_order(void)
 {
     const kr_scene s = kr_scene_default();
     const double t = 1.0;
@@ -32,7 +32,7 @@ static void nothing_is_left_out(void)
 }
 /* A top in units in which its closed form may leave all numbers is moved in its own, whether its
  * states are wanted or what is reduced of them. */
-static void in_own_units(void)
+static void test_units(void)
 {
     const double t[3] = {1e-305, 2e-305, 3e-305};
     kr_scene s = kr_scene_default();
@@ -55,8 +55,8 @@ static void in_own_units(void)
 }
 int main(void)
 {
-    nothing_is_left_out();
-    in_own_units();
+    test_time_order();
+    test_units();
     const double led[4][3] = {{1.0, 3.0, 3.0},
                               {-1.0, -1.0, -3.0},
                               {0.0, 0.0, 0.0},

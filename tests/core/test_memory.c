@@ -22,7 +22,7 @@ static kr_scene scene_for(const kr_method *method)
 }
 /* A top takes memory once, when it is made; without it there is none, and nothing is written. The
  * methods of GSL take more, of which each may fail: here, aside, and when the top begins anew. */
-static void runs_out(const kr_method *method)
+static void test_top_without_memory(const kr_method *method)
 {
     const kr_scene s = scene_for(method);
     const kr_config config = {.step = 0.01};
@@ -48,7 +48,7 @@ static void runs_out(const kr_method *method)
 }
 /* A worker takes its memory when it is made: its own and that of the tops in it. It may fail at
  * each; then nothing is written, and nothing is kept. */
-static void worker_refuses(const kr_method *method, int needs)
+static void test_worker_without_memory(const kr_method *method, int needs)
 {
     kr_worker *const mark = (kr_worker *)(void *)&left, *worker = mark;
     const kr_config config = {0};
@@ -69,7 +69,7 @@ static void worker_refuses(const kr_method *method, int needs)
     left = -1;
     kr_worker_free(worker);
 }
-static void stage_refuses(void)
+static void test_stage_without_memory(void)
 {
     static kr_stage stage;
     const kr_scene s = tilted();
@@ -83,10 +83,10 @@ static void stage_refuses(void)
 
 int main(void)
 {
-    for (size_t i = 0; i < kr_method_count(); i++) runs_out(kr_method_at(i));
-    worker_refuses(NULL, 3);
-    worker_refuses(taylor(), 2);
-    worker_refuses(kr_method_find("exact"), 2);
-    stage_refuses();
+    for (size_t i = 0; i < kr_method_count(); i++) test_top_without_memory(kr_method_at(i));
+    test_worker_without_memory(NULL, 3);
+    test_worker_without_memory(taylor(), 2);
+    test_worker_without_memory(kr_method_find("exact"), 2);
+    test_stage_without_memory();
     return check_result();
 }

@@ -16,7 +16,7 @@ static double error_of(const kr_scene *s, const char *method, double step)
     return distance(state_at(2.0, s, kr_method_find(method), config),
                     state_at(2.0, s, taylor(), truly));
 }
-static void order(const char *method)
+static void test_order(const char *method)
 {
     const kr_scene tops[] = {along_an_axis(1.0, 1.7, 2.2), along_an_axis(1.7, 1.0, 2.2),
                              along_an_axis(1.5, 1.5, 2.2)};
@@ -29,7 +29,7 @@ static void order(const char *method)
 }
 /* Moments that differ by next to nothing make next to no difference, whichever way they are taken
  * to be. */
-static void nearly_a_lagrange_top(const char *method)
+static void test_nearly_a_lagrange_top(const char *method)
 {
     const kr_config config = {.step = 0.1};
     const kr_scene top = along_an_axis(1.5, 1.5, 2.2);
@@ -41,7 +41,7 @@ static void nearly_a_lagrange_top(const char *method)
     }
 }
 /* The processor says so where its midpoint is not found, and leaves the state alone. */
-static void no_midpoint(void)
+static void test_missing_midpoint(void)
 {
     const kr_vec3 m = v3(1.0, 2.0, 3.0);
     for (int i = 0; i < 2; i++) {
@@ -56,7 +56,7 @@ static void no_midpoint(void)
     }
 }
 /* Of a top at rest the processor turns the axis alone, and back. */
-static void at_rest(void)
+static void test_top_at_rest(void)
 {
     const kr_motion motion = {.inertia = {1.0, 1.7, 2.2}, .lever = {0.3, 0.0, 0.9}, .step = 0.1};
     const modified_kick kick = modified_kick_begin(&motion);
@@ -71,7 +71,7 @@ static void at_rest(void)
 }
 
 /* It goes as far as h^2 |A| over the least moment is 2. */
-static void longest_step(void)
+static void test_longest_step(void)
 {
     for (int i = 0; i < 2; i++) {
         const kr_motion motion = {.inertia = {1.0, 1.7, 2.2},
@@ -86,12 +86,12 @@ static void longest_step(void)
 
 int main(void)
 {
-    longest_step();
-    no_midpoint();
-    at_rest();
-    order("takahashi_imada4");
-    order("veselov4");
-    nearly_a_lagrange_top("takahashi_imada4");
-    nearly_a_lagrange_top("veselov4");
+    test_longest_step();
+    test_missing_midpoint();
+    test_top_at_rest();
+    test_order("takahashi_imada4");
+    test_order("veselov4");
+    test_nearly_a_lagrange_top("takahashi_imada4");
+    test_nearly_a_lagrange_top("veselov4");
     return check_result();
 }

@@ -3,7 +3,7 @@
 #include "check.h"
 #include "method.h"
 
-static void kinds(void)
+static void test_kinds(void)
 {
     const kr_scene thesis = kr_scene_default();
     for (int kind = 0; kind < KR_KIND_COUNT; kind++)
@@ -12,7 +12,7 @@ static void kinds(void)
     IS(strcmp(kr_kind_name(kr_body_kind(&thesis.body, KR_KIND_RTOL)), "lagrange") == 0);
     IS(strcmp(kr_kind_name(KR_KIND_COUNT), "unknown kind") == 0);
 }
-static void flags(void)
+static void test_flags(void)
 {
     unsigned all = 0;
     for (unsigned flag = 1; kr_flag_name(flag); flag *= 2) {
@@ -30,7 +30,7 @@ static void flags(void)
     IS(kr_method_flags(kr_method_find("taylor")) & KR_DENSE);
     IS(!(kr_method_flags(kr_method_find("rk4")) & KR_DENSE));
 }
-static void statuses(void)
+static void test_statuses(void)
 {
     for (int status = 0; status < KR_STATUS_COUNT; status++)
         IS(strcmp(kr_status_text((kr_status)status), "unknown status") != 0);
@@ -40,8 +40,8 @@ static void statuses(void)
 
 int main(void)
 {
-    kinds();
-    flags();
-    statuses();
+    test_kinds();
+    test_flags();
+    test_statuses();
     return check_result();
 }

@@ -4,7 +4,7 @@
 #include "check.h"
 #include "ensemble/worker.h"
 
-static void is_chosen(double log2_tol, int order, double aim)
+static void test_order(double log2_tol, int order, double aim)
 {
     const kr_config config = {.tol = exp2(log2_tol)};
     kr_worker *worker = NULL;
@@ -16,18 +16,18 @@ static void is_chosen(double log2_tol, int order, double aim)
 }
 int main(void)
 {
-    is_chosen(-1.0, 12, -3.5);
-    is_chosen(-18.0, 12, -20.5);
-    is_chosen(-18.5, 14, -23.0);
-    is_chosen(-26.0, 14, -30.5);
-    is_chosen(-26.5, 16, -32.0);
-    is_chosen(-32.0, 16, -37.5);
-    is_chosen(-32.5, 18, -38.5);
-    is_chosen(-48.0, 18, -54.0);
-    is_chosen(-48.25, 20, -50.25);
-    is_chosen(-52.0, 20, -54.0);
+    test_order(-1.0, 12, -3.5);
+    test_order(-18.0, 12, -20.5);
+    test_order(-18.5, 14, -23.0);
+    test_order(-26.0, 14, -30.5);
+    test_order(-26.5, 16, -32.0);
+    test_order(-32.0, 16, -37.5);
+    test_order(-32.5, 18, -38.5);
+    test_order(-48.0, 18, -54.0);
+    test_order(-48.25, 20, -50.25);
+    test_order(-52.0, 20, -54.0);
     /* Below roundings nothing is aimed at but what was asked for. */
-    is_chosen(-53.0, 20, -54.5);
-    is_chosen(-60.0, 20, -60.0);
+    test_order(-53.0, 20, -54.5);
+    test_order(-60.0, 20, -60.0);
     return check_result();
 }

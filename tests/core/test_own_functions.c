@@ -9,7 +9,7 @@
 static double of_any_size(double least, double most) { return pow(10.0, uniform(least, most)); }
 
 /* An argument is right to a few units of the last place of a turn; its eighths are exact. */
-static void arguments(void)
+static void test_arguments(void)
 {
     const double pi = 3.14159265358979323846;
     double worst = 0.0;
@@ -28,14 +28,14 @@ static void arguments(void)
     }
     IS(turns_of(0.0, 0.0).hi == 0.0);
 }
-static void small_arguments_keep_their_digits(void)
+static void test_small_arguments(void)
 {
     for (int i = 0; i < 1000; i++) {
         const double y = uniform(-1, 1) * of_any_size(-300, -10);
         NEAR(turns_of(y, 1.0).hi / y, 0.15915494309189534, 1e-16);
     }
 }
-static void exponentials(void)
+static void test_exponentials(void)
 {
     for (int i = 0; i < 20000; i++) {
         const double y = uniform(-1, 1) * of_any_size(-20, 2.3);
@@ -49,13 +49,13 @@ static void exponentials(void)
         NEAR(e.plus * (e.even + e.odd) / exp(a), 1.0, 4.0 * DBL_EPSILON);
     }
 }
-static void thirds(void)
+static void test_cube_roots(void)
 {
     for (double c = 0.0; c <= 1.0; c += 1.0 / 4096)
         NEAR(third_of_angle(c), cos(acos(c) / 3.0), 2.0 * DBL_EPSILON);
 }
 /* All but the end of the doubles, where libm is asked. */
-static void powers_of_two(void)
+static void test_powers_of_two(void)
 {
     const double ends[] = {0.0, -0.0, 0x1p-1074, 0x1.8p-1030, 0x1p-1022, DBL_MAX, -0x1p1023};
     for (int i = 0; i < 20000; i++) {
@@ -70,7 +70,7 @@ static void powers_of_two(void)
     IS(fraction_of(INFINITY, &(int){0}) == INFINITY);
 }
 /* Quotients and sums by fewer operations have as many digits. */
-static void shorter_ways(void)
+static void test_short_forms(void)
 {
     for (int i = 0; i < 20000; i++) {
         const dd a = two_sum(uniform(-1, 1), 1e-17 * uniform(-1, 1)),
@@ -83,11 +83,11 @@ static void shorter_ways(void)
 }
 int main(void)
 {
-    arguments();
-    small_arguments_keep_their_digits();
-    exponentials();
-    thirds();
-    powers_of_two();
-    shorter_ways();
+    test_arguments();
+    test_small_arguments();
+    test_exponentials();
+    test_cube_roots();
+    test_powers_of_two();
+    test_short_forms();
     return check_result();
 }

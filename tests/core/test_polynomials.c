@@ -20,7 +20,7 @@ static int roots_of(int n, const double *root, double scale, double *found)
     while (count < MANY && kr_roots_next(&r)) found[count++] = r.root;
     return count;
 }
-static void named_roots(void)
+static void test_named_roots(void)
 {
     const double near[] = {0.3, 0.3 + 1e-6, -2.0, 3.0}, twice[] = {0.37, 0.37},
                  thrice[] = {0.37, 0.37, 0.37};
@@ -43,7 +43,7 @@ static void named_roots(void)
 }
 /* The roots inside the step are found and no others; eight of the twelve may lie outside. Cases
  * with two roots closer than 0.01 are left out. */
-static void random_roots(void)
+static void test_random_roots(void)
 {
     double found[MANY];
     int tried = 0;
@@ -62,7 +62,7 @@ static void random_roots(void)
     IS(tried > 1000);
 }
 /* A polynomial with a coefficient that is no number has no roots, and is not searched for ever. */
-static void no_numbers(void)
+static void test_not_finite(void)
 {
     const double none[] = {NAN, INFINITY, -INFINITY};
     for (int i = 0; i < 12; i++) {
@@ -73,7 +73,7 @@ static void no_numbers(void)
     }
 }
 /* No term is forgotten where it is asked whether there can be a change of sign at all. */
-static void by_one_term(void)
+static void test_single_terms(void)
 {
     for (int n = 1; n <= KR_PIECE_MOST; n++) {
         double c[KR_PIECE_MOST + 1] = {1.0};
@@ -94,7 +94,7 @@ static int all_components(int *component)
     return n;
 }
 /* The polynomial of every product of two components has the values of the states inside a step. */
-static void products(const kr_scene *s, int digits)
+static void test_products(const kr_scene *s, int digits)
 {
     int component[MANY];
     const int components = all_components(component);
@@ -121,7 +121,7 @@ static void products(const kr_scene *s, int digits)
 }
 /* Where one step's polynomial ends, the next one's begins, to a rounding, however wrong the state
  * is: so no event is lost between them, or found twice. */
-static void joins(const kr_scene *s, double tol)
+static void test_continuity_of_steps(const kr_scene *s, double tol)
 {
     int component[MANY];
     const int components = all_components(component);
@@ -149,14 +149,14 @@ static void joins(const kr_scene *s, double tol)
 int main(void)
 {
     kr_scene scenes[3] = {kr_scene_default(), tilted(), tilted()};
-    named_roots();
-    random_roots();
-    by_one_term();
-    no_numbers();
+    test_named_roots();
+    test_random_roots();
+    test_single_terms();
+    test_not_finite();
     scenes[1].body = scenes[2].body = general_body();
     scenes[2].gravity = -2.5;
     for (int i = 0; i < 3; i++)
-        for (int digits = 16; digits <= 30; digits += 7) products(&scenes[i], digits);
-    for (double tol = 1e-1; tol > 1e-16; tol *= 1e-5) joins(&scenes[1], tol);
+        for (int digits = 16; digits <= 30; digits += 7) test_products(&scenes[i], digits);
+    for (double tol = 1e-1; tol > 1e-16; tol *= 1e-5) test_continuity_of_steps(&scenes[1], tol);
     return check_result();
 }

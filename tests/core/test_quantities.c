@@ -44,7 +44,7 @@ static double apart(kr_vec3 a, kr_vec3 b) { return v_length(v_sub(a, b)); }
 static double angle_apart(double a, double b) { return fabs(remainder(a - b, 2.0 * pi)); }
 static kr_quat about(kr_vec3 axis, double angle) { return q_exp(v_scale(angle, axis)); }
 
-static void table(void)
+static void test_table(void)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *q = kr_quantity_at(i);
@@ -59,7 +59,7 @@ static void table(void)
     IS(kr_quantity_find("vertical") == NULL && kr_quantity_find(NULL) == NULL);
 }
 /* Rows of many states are those of one at a time, and of the functions with names of their own. */
-static void rows(void)
+static void test_rows(void)
 {
     enum { STATES = 5 };
     const kr_scene s = random_scene();
@@ -78,7 +78,7 @@ static void rows(void)
         }
     }
 }
-static void definitions(void)
+static void test_definitions(void)
 {
     for (int i = 0; i < 200; i++) {
         const kr_scene s = random_scene();
@@ -103,7 +103,7 @@ static void definitions(void)
     }
 }
 /* What the table says of turns about the vertical, and of integrals of the default scene's top. */
-static void flags(void)
+static void test_flags(void)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
@@ -119,7 +119,7 @@ static void flags(void)
         IS(kr_quantity_flags(quantity) & KR_TURNS ? change > 1e-3 : change < 1e-14);
     }
 }
-static void integrals(void)
+static void test_integrals(void)
 {
     kr_scene s = kr_scene_default();
     const kr_config config = {.digits = 16};
@@ -151,7 +151,7 @@ static kr_quat tilt_to(kr_vec3 a)
     return a.z < -0.5 ? q_mul(turn, about(v3(1, 0, 0), pi)) : turn;
 }
 /* Three turns by Euler's angles give the attitude of the frame with the apex for its third axis. */
-static void eulers_angles(void)
+static void test_eulers_angles(void)
 {
     for (int i = 0; i < 2000; i++) {
         const kr_scene s = random_scene();
@@ -169,7 +169,7 @@ static void eulers_angles(void)
     }
 }
 /* Their rates: the spin is the rate of the third and its share of the first. */
-static void rates(void)
+static void test_rates(void)
 {
     kr_scene s = random_scene();
     const double h = 1e-4;
@@ -195,7 +195,7 @@ static void rates(void)
 }
 /* Upright and hanging tops: each angle has its half of the turn, whatever the signs of zeros; just
  * beside the pole their sum or difference is that turn. */
-static void poles(void)
+static void test_poles(void)
 {
     for (int side = -1; side <= 1; side += 2) {
         for (double angle = -3.0; angle <= 3.0; angle += 0.5) {
@@ -224,7 +224,7 @@ static void poles(void)
     }
 }
 
-static void components(void)
+static void test_components(void)
 {
     static const char *const none[] = {"",         "q",       "q_v",        "apex_w",
                                        "spin_x",   "energy",  "vertical_x", "velocity_x",
@@ -248,7 +248,7 @@ static void components(void)
 }
 
 /* A body that is held at its centre of mass has an apex too: its third axis. */
-static void apex_without_a_lever(void)
+static void test_apex_without_a_lever(void)
 {
     kr_scene s = random_scene();
     kr_vec3 frame[3];
@@ -259,7 +259,7 @@ static void apex_without_a_lever(void)
 }
 /* Of no step the modified energies are the energy, whatever the units; they leave it by step and
  * by step^2. */
-static void modified_energies(void)
+static void test_modified_energies(void)
 {
     kr_scene s = random_scene();
     IS(kr_body_symmetric(1.3, 2.1, 0.9, 0.7, &s.body) == KR_OK);
@@ -275,16 +275,16 @@ static void modified_energies(void)
 
 int main(void)
 {
-    table();
-    rows();
-    definitions();
-    flags();
-    integrals();
-    eulers_angles();
-    rates();
-    poles();
-    components();
-    apex_without_a_lever();
-    modified_energies();
+    test_table();
+    test_rows();
+    test_definitions();
+    test_flags();
+    test_integrals();
+    test_eulers_angles();
+    test_rates();
+    test_poles();
+    test_components();
+    test_apex_without_a_lever();
+    test_modified_energies();
     return check_result();
 }

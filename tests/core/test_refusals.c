@@ -19,7 +19,7 @@ static kr_scene with_number(const kr_scene *s, int place, double number)
     return other;
 }
 /* A scene is nothing but doubles; none of them may be other than finite. */
-static void scenes(void)
+static void test_scenes(void)
 {
     const double none[3] = {NAN, INFINITY, -INFINITY};
     const kr_scene s = tilted();
@@ -42,7 +42,7 @@ static void scenes(void)
     IS(kr_exact_plan(&s, NULL) != KR_OK && kr_exact_map_plan(&s, 0.1, NULL) != KR_OK);
     IS(!kr_method_suits(NULL, &s) && !kr_method_suits(exact, NULL));
 }
-static void bodies(void)
+static void test_bodies(void)
 {
     const kr_vec3 wrong[] = {{0, 1, 1},  {1, 0, 1}, {1, 1, 0}, {-1, 1, 1}, {1, -1, 1},
                              {1, 1, -1}, {3, 1, 1}, {1, 3, 1}, {1, 1, 3}};
@@ -62,7 +62,7 @@ static void bodies(void)
     IS(!kr_method_applies(NULL, &good) && kr_method_applies(strang, &good));
 }
 /* Makers of bodies; what they refuse leaves the body as it was. */
-static void makers(void)
+static void test_makers(void)
 {
     const double diagonal[9] = {3, 0, 0, 0, 3, 0, 0, 0, 3};
     const kr_vec3 half = v3(1, 2, 3), pivot = v3(0, 0, -1), zero = v3(0, 0, 0);
@@ -90,7 +90,7 @@ static void makers(void)
     IS(kr_body_cuboid(1.0, half, pivot, NULL) == KR_ERR_ARGUMENT);
     IS(kr_body_from_tensor(1.0, diagonal, zero, NULL) == KR_ERR_ARGUMENT);
 }
-static void configs(void)
+static void test_configs(void)
 {
     const kr_scene s = tilted();
     const kr_method *strang = kr_method_find("strang"), *extrap = kr_method_find("extrap");
@@ -108,7 +108,7 @@ static void configs(void)
     IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_ARGUMENT);
     IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);
 }
-static void questions(void)
+static void test_queries(void)
 {
     const kr_scene s = tilted();
     kr_top *top = make(&s, kr_method_find("strang"), (kr_config){.step = 0.1});
@@ -129,7 +129,7 @@ static void questions(void)
     kr_top_free(top);
 }
 /* Quantities of other tops are no number. */
-static void quantities(void)
+static void test_quantities(void)
 {
     const kr_term none = {1.0, 100000, KR_ONE};
     kr_scene s = asymmetric();
@@ -147,7 +147,7 @@ static void quantities(void)
     IS(isfinite(kr_state_modified_energy4(&s, &s.start, 0.1)));
 }
 /* A top of another body, gravity or config does not take the checkpoint. */
-static void checkpoints(void)
+static void test_checkpoints(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
@@ -174,7 +174,7 @@ static void checkpoints(void)
     IS(kr_top_load(top, size, saved) == KR_OK);
     kr_top_free(top);
 }
-static void more_digits(void)
+static void test_more_digits(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
@@ -194,7 +194,7 @@ static void more_digits(void)
     for (int i = 0; i < 5; i++) kr_top_free(tops[i]);
 }
 /* Without a top there is no status but this, whatever is asked of it. */
-static void no_top(void)
+static void test_missing_top(void)
 {
     size_t done = 7;
     IS(kr_top_record(NULL, 0, NULL, NULL, &done) == KR_ERR_ARGUMENT && done == 0);
@@ -205,14 +205,14 @@ static void no_top(void)
 
 int main(void)
 {
-    no_top();
-    scenes();
-    bodies();
-    makers();
-    configs();
-    questions();
-    quantities();
-    checkpoints();
-    more_digits();
+    test_missing_top();
+    test_scenes();
+    test_bodies();
+    test_makers();
+    test_configs();
+    test_queries();
+    test_quantities();
+    test_checkpoints();
+    test_more_digits();
     return check_result();
 }

@@ -48,7 +48,7 @@ static void as_created(kr_top *top, kr_scene s, const kr_method *method, kr_conf
     IS(memcmp(&stats, &wanted, sizeof stats) == 0);
     kr_top_free(fresh);
 }
-static void starts(const kr_method *method, kr_config config)
+static void test_reset_states(const kr_method *method, kr_config config)
 {
     const kr_scene s = scene_for(method);
     kr_top *top = make(&s, method, config);
@@ -72,7 +72,7 @@ static size_t bytes_of(const kr_top *top, unsigned char *bytes)
     return size <= MOST && kr_top_save(top, size, bytes) == KR_OK ? size : 0;
 }
 /* Every way to refuse a reset leaves the bytes of the top and where it goes from there. */
-static void refused(const kr_method *method)
+static void test_refused_reset(const kr_method *method)
 {
     static unsigned char before[MOST], after[MOST];
     const kr_scene s = scene_for(method);
@@ -105,7 +105,7 @@ static void refused(const kr_method *method)
     kr_top_free(twin);
 }
 /* A checkpoint from before a reset leads on from where it was taken. */
-static void checkpoint_before(const kr_method *method)
+static void test_checkpoint_before(const kr_method *method)
 {
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
@@ -124,7 +124,7 @@ static void checkpoint_before(const kr_method *method)
     kr_top_free(twin);
 }
 /* Events are watched on, in the units of the new start. */
-static void events(void)
+static void test_events(void)
 {
     const kr_term vertical[] = {{1.0, kr_component_find("apex_z"), KR_ONE}, {-0.5, KR_ONE, KR_ONE}};
     kr_event one = {.terms = vertical, .count = 2}, other = one;
@@ -145,7 +145,7 @@ static void events(void)
     kr_top_free(fresh);
 }
 /* In the units of this start the event is beyond all numbers: to look for it is refused. */
-static void event_out_of_reach(void)
+static void test_event_out_of_reach(void)
 {
     const kr_term fast[] = {{1e200, kr_component_find("body_velocity_x"), KR_ONE}};
     kr_event event = {.terms = fast, .count = 1};
@@ -167,15 +167,16 @@ int main(void)
         const kr_method *method = kr_method_at(i);
         const int adaptive = (kr_method_flags(method) & KR_ADAPTIVE) != 0;
         for (double sign = 1.0; sign > -2.0; sign -= 2.0)
-            starts(method, (kr_config){.step = sign * 0.03, .tol = adaptive ? 1e-7 : 0.0});
-        if (adaptive) starts(method, (kr_config){0});
-        refused(method);
-        checkpoint_before(method);
+            test_reset_states(method,
+                              (kr_config){.step = sign * 0.03, .tol = adaptive ? 1e-7 : 0.0});
+        if (adaptive) test_reset_states(method, (kr_config){0});
+        test_refused_reset(method);
+        test_checkpoint_before(method);
     }
     for (int digits = 16; digits <= 30; digits += 7)
-        starts(taylor(), (kr_config){.digits = digits});
-    starts(taylor(), (kr_config){.leave_heading = 1});
-    events();
-    event_out_of_reach();
+        test_reset_states(taylor(), (kr_config){.digits = digits});
+    test_reset_states(taylor(), (kr_config){.leave_heading = 1});
+    test_events();
+    test_event_out_of_reach();
     return check_result();
 }

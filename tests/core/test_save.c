@@ -34,7 +34,7 @@ static void load(kr_top *top, const unsigned char *saved)
 }
 /* One top is never stopped. The other is stopped before each of the times and saved to an odd
  * address, and a third goes on in its place. */
-static void goes_on(const kr_method *method, double sign, int digits, int leave_heading)
+static void test_continuation(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
@@ -63,7 +63,7 @@ static void goes_on(const kr_method *method, double sign, int digits, int leave_
 
 /* What fails after a checkpoint goes back to what was kept before it: on the grid, or aside before
  * another step has been made. */
-static void fails_after(double share)
+static void test_failure_after_load(double share)
 {
     static unsigned char saved[MOST];
     const kr_scene s = kr_scene_default();
@@ -89,7 +89,7 @@ static void fails_after(double share)
     kr_top_free(top);
     kr_top_free(other);
 }
-static void after_a_limit(void)
+static void test_after_a_limit(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
@@ -105,7 +105,7 @@ static void after_a_limit(void)
     kr_top_free(on);
 }
 static int stop(void *context) { return --*(int *)context < 0; }
-static void after_an_interruption(void)
+static void test_after_an_interruption(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
@@ -126,7 +126,7 @@ static void after_an_interruption(void)
     kr_top_free(top);
     kr_top_free(on);
 }
-static void after_a_failure(void)
+static void test_after_a_failure(void)
 {
     static unsigned char saved[MOST];
     const kr_method *rk4 = kr_method_find("rk4");
@@ -146,7 +146,7 @@ static void after_a_failure(void)
 }
 
 /* Bytes of which any was changed or is missing are refused, and the top stays as it was. */
-static void refusals(const char *name)
+static void test_refusals(const char *name)
 {
     static unsigned char saved[MOST], bad[MOST];
     const kr_method *method = kr_method_find(name);
@@ -179,7 +179,7 @@ static void refusals(const char *name)
     kr_top_free(top);
     kr_top_free(whole);
 }
-static void foreign(void)
+static void test_foreign_checkpoint(void)
 {
     static unsigned char saved[MOST];
     const kr_method *strang = kr_method_find("strang");
@@ -217,7 +217,7 @@ static double double_at(const unsigned char *saved, size_t at)
     return number;
 }
 /* The bytes of a checkpoint are the fields of the top, each where top.h says that it lies. */
-static void format(const kr_method *method)
+static void test_format(const kr_method *method)
 {
     enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320, KEPT = HEADER + 816 };
     static unsigned char saved[MOST];
@@ -263,7 +263,7 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
 }
 /* Counts below zero or beyond all that can be counted, a step against the direction, a start that
  * is none, are refused in each of a top's motions, though the sums are right. */
-static void hostile_counts(const kr_method *method)
+static void test_hostile_counts(const kr_method *method)
 {
     enum { HEADER = 104 };
     const size_t step = offsetof(kr_motion, step), stats = offsetof(kr_motion, stats);
@@ -296,7 +296,7 @@ static void hostile_counts(const kr_method *method)
     kr_top_free(top);
 }
 /* Numbers that index or loop are refused beyond their ranges, though the sums are right. */
-static void hostile(const kr_method *method)
+static void test_hostile_numbers(const kr_method *method)
 {
     enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320 };
     static unsigned char saved[MOST], bad[MOST];
@@ -328,7 +328,7 @@ static void hostile(const kr_method *method)
     kr_top_free(top);
 }
 /* So are a start beyond the horizon, and more steps than recovery would make once more. */
-static void hostile_times(const kr_method *method)
+static void test_hostile_times(const kr_method *method)
 {
     enum { HEADER = 104 };
     static unsigned char saved[MOST], bad[MOST];
@@ -351,7 +351,7 @@ static void hostile_times(const kr_method *method)
     kr_top_free(top);
 }
 /* Nothing of a method's work is taken that is as often run through as a number below 1 says. */
-static void hostile_work(const char *name)
+static void test_hostile_work(const char *name)
 {
     enum { HEADER = 104, TOP = 1296 };
     static unsigned char saved[MOST], bad[MOST];
@@ -373,28 +373,29 @@ static void hostile_work(const char *name)
 
 int main(void)
 {
-    hostile_work("suzuki4");
-    hostile_work("takahashi_imada4");
-    hostile_work("extrap");
+    test_hostile_work("suzuki4");
+    test_hostile_work("takahashi_imada4");
+    test_hostile_work("extrap");
     for (size_t i = 0; i < kr_method_count(); i++) {
-        hostile(kr_method_at(i));
-        hostile_counts(kr_method_at(i));
-        hostile_times(kr_method_at(i));
+        test_hostile_numbers(kr_method_at(i));
+        test_hostile_counts(kr_method_at(i));
+        test_hostile_times(kr_method_at(i));
     }
     if (sizeof(void *) == 8)
-        for (size_t i = 0; i < kr_method_count(); i++) format(kr_method_at(i));
+        for (size_t i = 0; i < kr_method_count(); i++) test_format(kr_method_at(i));
 
     for (size_t i = 0; i < kr_method_count(); i++)
-        for (double sign = 1.0; sign > -2.0; sign -= 2.0) goes_on(kr_method_at(i), sign, 0, 0);
+        for (double sign = 1.0; sign > -2.0; sign -= 2.0)
+            test_continuation(kr_method_at(i), sign, 0, 0);
     for (int digits = 16; digits <= 30; digits += 7)
-        goes_on(kr_method_find("taylor"), 1.0, digits, 0);
-    goes_on(kr_method_find("taylor"), -1.0, 0, 1);
-    for (double share = 0.125; share <= 2.0; share += 0.125) fails_after(share);
-    after_a_limit();
-    after_an_interruption();
-    after_a_failure();
-    refusals("taylor");
-    refusals("extrap");
-    foreign();
+        test_continuation(kr_method_find("taylor"), 1.0, digits, 0);
+    test_continuation(kr_method_find("taylor"), -1.0, 0, 1);
+    for (double share = 0.125; share <= 2.0; share += 0.125) test_failure_after_load(share);
+    test_after_a_limit();
+    test_after_an_interruption();
+    test_after_a_failure();
+    test_refusals("taylor");
+    test_refusals("extrap");
+    test_foreign_checkpoint();
     return check_result();
 }

@@ -3,7 +3,7 @@
 
 enum { MOST = 1 << 16 };
 
-static void of_one_method_alone(void)
+static void test_checkpoint_of_another_method(void)
 {
     static unsigned char saved[MOST];
     const kr_scene s = tilted();
@@ -23,6 +23,6 @@ static void of_one_method_alone(void)
 }
 int main(void)
 {
-    of_one_method_alone();
+    test_checkpoint_of_another_method();
     return check_result();
 }

@@ -107,7 +107,7 @@ static int none_is_missed(const kr_event *event, double wait)
     }
     return failed;
 }
-static void bits_are_its_own(const kr_event *event)
+static void test_independence(const kr_event *event)
 {
     cut c, d;
     random_tops(&c, 40.0);
@@ -136,7 +136,7 @@ static void bits_are_its_own(const kr_event *event)
         IS(i % 7 != 3 || d.outcomes[i].status == KR_ERR_EVENT);
     }
 }
-static void instruction_sets_agree(const kr_event *event)
+static void test_instruction_sets(const kr_event *event)
 {
     cut c, d;
     random_tops(&c, 40.0);
@@ -160,7 +160,7 @@ static void instruction_sets_agree(const kr_event *event)
     kr_worker_free(worker);
 }
 /* A Lagrange top is lowest once a period, and there it is as low as it ever is. */
-static void lagrange_tops_are_lowest_once_a_period(const kr_event *event, double tol)
+static void test_lowest_points_of_lagrange_tops(const kr_event *event, double tol)
 {
     cut c;
     kr_exact exact;
@@ -178,7 +178,7 @@ static void lagrange_tops_are_lowest_once_a_period(const kr_event *event, double
 }
 /* Where no event comes, a top is told, in one direction as in the other, and so is one that comes
  * to its limit of steps. */
-static void tops_are_told(const kr_event *event)
+static void test_outcomes(const kr_event *event)
 {
     cut c;
     c.scenes[0] = c.scenes[1] = kr_scene_default();
@@ -192,7 +192,7 @@ static void tops_are_told(const kr_event *event)
        c.outcomes[1].done < MOST && isnan(c.states[MOST + c.outcomes[1].done].t));
 }
 /* One wait may be for all tops; and where no state is asked for, none is needed. */
-static void one_wait(const kr_event *event)
+static void test_common_wait(const kr_event *event)
 {
     cut own, all, none;
     kr_worker *worker = made((kr_config){0});
@@ -214,7 +214,7 @@ static void one_wait(const kr_event *event)
     kr_worker_free(worker);
 }
 static int stop_at(void *context) { return --*(int *)context < 0; }
-static void interrupted(const kr_event *event)
+static void test_interruption(const kr_event *event)
 {
     int left = 40;
     cut c, d;
@@ -237,7 +237,7 @@ static void interrupted(const kr_event *event)
     IS(kept > 0);
     kr_worker_free(worker);
 }
-static void bad_words(const kr_event *good)
+static void test_refusals(const kr_event *good)
 {
     cut c;
     const kr_config tangent = {.tangents = KR_TANGENT_GROWTH};
@@ -298,17 +298,17 @@ int main(void)
     IS(none_is_missed(&products, 20.0) < TOPS);
     IS(none_is_missed(&turns, 40.0) < TOPS);
     IS(none_is_missed(&constant, 5.0) == TOPS);
-    bits_are_its_own(&low);
-    bits_are_its_own(&half);
-    bits_are_its_own(&products);
-    instruction_sets_agree(&low);
-    instruction_sets_agree(&mixed);
-    lagrange_tops_are_lowest_once_a_period(&low, 0.0);
-    lagrange_tops_are_lowest_once_a_period(&low, 1e-6);
-    tops_are_told(&low);
-    one_wait(&low);
-    one_wait(&products);
-    interrupted(&low);
-    bad_words(&low);
+    test_independence(&low);
+    test_independence(&half);
+    test_independence(&products);
+    test_instruction_sets(&low);
+    test_instruction_sets(&mixed);
+    test_lowest_points_of_lagrange_tops(&low, 0.0);
+    test_lowest_points_of_lagrange_tops(&low, 1e-6);
+    test_outcomes(&low);
+    test_common_wait(&low);
+    test_common_wait(&products);
+    test_interruption(&low);
+    test_refusals(&low);
     return check_result();
 }

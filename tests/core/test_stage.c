@@ -306,7 +306,7 @@ static void test_truth(void)
     IS(stage.actor[0].status == KR_ERR_LIMIT && stage.actor[1].steps <= 1);
 }
 /* A top that is too fast for its step does not keep the caller, and gets there in the end. */
-static void test_breath(void)
+static void test_step_budget(void)
 {
     kr_scene scene = tilted();
     const char *const methods[] = {"taylor", "extrap"};
@@ -336,7 +336,7 @@ static void test_breath(void)
 int main(void)
 {
     test_truth();
-    test_breath();
+    test_step_budget();
     test_states();
     test_restarts();
     test_any_division_is_the_same();

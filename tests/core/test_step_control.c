@@ -11,7 +11,7 @@ static double cost(const char *method, const kr_scene *s, double tol, double fir
     kr_top_free(top);
     return (double)(stats.evaluations + stats.rejected);
 }
-static void costs(const char *method, const double wanted[3][4], double within)
+static void test_costs(const char *method, const double wanted[3][4], double within)
 {
     kr_scene tops[3] = {tilted(), asymmetric(), tilted()};
     tops[2].body = general_body();
@@ -25,7 +25,7 @@ static void costs(const char *method, const double wanted[3][4], double within)
 }
 
 /* A first step that is far too long is given up before all rows are tried. */
-static void too_long_at_first(const char *method, const double wanted[4])
+static void test_long_first_step(const char *method, const double wanted[4])
 {
     const kr_scene s = asymmetric();
     for (int i = 0; i < 4; i++) {
@@ -35,7 +35,7 @@ static void too_long_at_first(const char *method, const double wanted[4])
 }
 
 /* The loosest tolerances begin with the fewest rows. */
-static void loosest(const char *method, const double wanted[2])
+static void test_loosest_tolerance(const char *method, const double wanted[2])
 {
     const kr_scene s = asymmetric();
     for (int i = 0; i < 2; i++)
@@ -43,7 +43,7 @@ static void loosest(const char *method, const double wanted[2])
 }
 
 /* After a failed attempt the next aims at the row before where that is less work. */
-static void after_a_failure(const char *method, const double wanted[2])
+static void test_after_a_failure(const char *method, const double wanted[2])
 {
     kr_scene s = tilted();
     s.body = general_body();
@@ -59,17 +59,17 @@ int main(void)
     const double kirchhoff[3][4] = {
         {2784, 4881, 8008, 11045}, {2743, 4381, 7604, 10757}, {8333, 15883, 25367, 37396}};
     const double series[3][4] = {{116, 158, 159, 151}, {120, 166, 170, 163}, {424, 575, 600, 572}};
-    costs("extrap", rest_frame, 0.01);
-    costs("extrap_kirchhoff", kirchhoff, 0.01);
-    costs("taylor", series, 0.03); /* an order hangs on the last bits, here and there */
+    test_costs("extrap", rest_frame, 0.01);
+    test_costs("extrap_kirchhoff", kirchhoff, 0.01);
+    test_costs("taylor", series, 0.03); /* an order hangs on the last bits, here and there */
     const double first[2][4] = {{8684, 8787, 8676, 8541}, {6789, 6889, 6870, 6876}};
-    too_long_at_first("extrap", first[0]);
-    too_long_at_first("extrap_kirchhoff", first[1]);
+    test_long_first_step("extrap", first[0]);
+    test_long_first_step("extrap_kirchhoff", first[1]);
     const double few[2][2] = {{82, 79}, {58, 47}};
-    loosest("extrap", few[0]);
-    loosest("extrap_kirchhoff", few[1]);
+    test_loosest_tolerance("extrap", few[0]);
+    test_loosest_tolerance("extrap_kirchhoff", few[1]);
     const double failed[2][2] = {{349, 1633}, {240, 1314}};
-    after_a_failure("extrap", failed[0]);
-    after_a_failure("extrap_kirchhoff", failed[1]);
+    test_after_a_failure("extrap", failed[0]);
+    test_after_a_failure("extrap_kirchhoff", failed[1]);
     return check_result();
 }

@@ -26,7 +26,7 @@ static kr_top *top_with(const kr_scene *s, uint64_t tangents, int digits, double
     const kr_config config = {.step = step, .digits = digits, .tangents = tangents};
     return make(s, taylor(), config);
 }
-static void same_bits(const kr_scene *s, int digits, double t)
+static void test_unchanged_path(const kr_scene *s, int digits, double t)
 {
     for (uint64_t by = 1; by <= ALL; by++) {
         kr_top *plain = top_with(s, 0, digits, t < 0.0 ? -0.1 : 0.0),
@@ -41,7 +41,7 @@ static void same_bits(const kr_scene *s, int digits, double t)
     }
 }
 /* Each column is the same whichever ride beside it. */
-static void columns_alone(const kr_scene *s)
+static void test_single_columns(const kr_scene *s)
 {
     static const uint64_t bits[] = {1, 2, 4, 8, 16};
     double all[6 * KR_TANGENT_MOST], own[6 * KR_TANGENT_MOST];
@@ -70,7 +70,7 @@ static kr_state beside(kr_scene s, size_t k, double by, double t)
     const kr_config config = {.step = t < 0.0 ? -0.1 : 0.0, .digits = 16};
     return state_at(t, &s, taylor(), config);
 }
-static void differences(const kr_scene *s, double t)
+static void test_differences(const kr_scene *s, double t)
 {
     const double h = 0x1p-17;
     double phi[6][KR_TANGENT_MOST];
@@ -88,7 +88,7 @@ static void differences(const kr_scene *s, double t)
     kr_top_free(top);
 }
 /* Where one looks on the way, and in how many calls, changes nothing; nor does a checkpoint. */
-static void looks(const kr_scene *s, int digits)
+static void test_times_between(const kr_scene *s, int digits)
 {
     double once[6 * KR_TANGENT_MOST], often[6 * KR_TANGENT_MOST];
     kr_top *one = top_with(s, ALL, digits, 0.0), *other = top_with(s, ALL, digits, 0.0);
@@ -111,7 +111,7 @@ static void looks(const kr_scene *s, int digits)
     kr_top_free(other);
 }
 /* Where the path's own series all but ends, its steps are far too long for the tangents. */
-static void long_steps(void)
+static void test_long_steps(void)
 {
     const kr_scene s = upright(9.0);
     double doubles[36], digits[36];
@@ -128,7 +128,7 @@ static void long_steps(void)
     kr_top_free(fine);
 }
 /* The end of a step is a time of the user's that is not the step's own to all digits. */
-static void after_a_step(kr_scene s)
+static void test_after_a_step(kr_scene s)
 {
     double high[36], low[36], others[36], rest[36];
     s.start.t = 0.1;
@@ -148,7 +148,7 @@ static void after_a_step(kr_scene s)
     kr_top_free(other);
 }
 /* The start's tangents are the unit matrix, again after a reset; what cannot be is refused. */
-static void begins_and_refuses(const kr_scene *s)
+static void test_start_and_refusals(const kr_scene *s)
 {
     double phi[36], low[36];
     kr_top *top = top_with(s, KR_TANGENT_START, 16, 0.0), *none = top_with(s, 0, 16, 0.0);
@@ -171,7 +171,7 @@ static void begins_and_refuses(const kr_scene *s)
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);
 }
 /* A tangent that grows beyond all doubles ends the run, by name. */
-static void overflows(void)
+static void test_overflow(void)
 {
     const kr_scene s = upright(0.0);
     kr_top *top = top_with(&s, KR_TANGENT_START, 16, 0.0);
@@ -184,7 +184,7 @@ static void overflows(void)
 }
 /* In units in which momenta are tiny what one of them changes outgrows doubles first: no number of
  * that is given out. */
-static void overflows_in_these_units(void)
+static void test_overflow_in_user_units(void)
 {
     kr_scene s = upright(0.0);
     s.body.mass *= 0x1p-600;
@@ -205,18 +205,18 @@ int main(void)
     kr_scene s = general();
     for (int damped = 0; damped < 2; damped++) {
         s.damping.x = s.damping.z = 0.01 * damped;
-        same_bits(&s, 16, 5.0);
-        same_bits(&s, 30, damped ? 0.5 : -0.5);
-        columns_alone(&s);
-        differences(&s, 3.0);
-        if (!damped) differences(&s, -3.0);
-        looks(&s, 16);
+        test_unchanged_path(&s, 16, 5.0);
+        test_unchanged_path(&s, 30, damped ? 0.5 : -0.5);
+        test_single_columns(&s);
+        test_differences(&s, 3.0);
+        if (!damped) test_differences(&s, -3.0);
+        test_times_between(&s, 16);
     }
-    looks(&s, 20);
-    begins_and_refuses(&s);
-    long_steps();
-    after_a_step(s);
-    overflows();
-    overflows_in_these_units();
+    test_times_between(&s, 20);
+    test_start_and_refusals(&s);
+    test_long_steps();
+    test_after_a_step(s);
+    test_overflow();
+    test_overflow_in_user_units();
     return check_result();
 }

@@ -67,7 +67,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
     IS(isa->runs_here());
 }
 /* All kernels go the same way up to rounding, and those with fma with the same bits. */
-static void kernels(void)
+static void test_kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
         kr_series first = example();
@@ -86,7 +86,7 @@ static void kernels(void)
             IS(first.end_x[0] == 0x1.f4fae93612feap-5);
     }
 }
-static void kernels_one_by_one(void)
+static void test_single_kernels(void)
 {
     const kr_isa *isa;
     for (int i = 0; (isa = kr_taylor_isa(i)) != NULL; i++) {
@@ -107,7 +107,7 @@ static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, k
                         {0.0, 0.0, 0.0}};
     return s;
 }
-static void references(void)
+static void test_references(void)
 {
     const kr_scene thesis = kr_scene_default();
     const kr_quat thesis_100 =
@@ -133,7 +133,7 @@ static void references(void)
     NEAR(kr_attitude_error(run_to(&thesis, 1e-9, 100).q, thesis_100), 0.0, 1e-7);
     NEAR(kr_attitude_error(run_to(&thesis, 1e-5, 100).q, thesis_100), 0.0, 1e-3);
 }
-static void against_extrapolation(void)
+static void test_agreement_with_extrapolation(void)
 {
     const kr_scene scenes[] = {kr_scene_default(), asymmetric()};
     const kr_config config = {.tol = 1e-13};
@@ -144,7 +144,7 @@ static void against_extrapolation(void)
 }
 
 enum { LOOKS = 2000 };
-static void dense_output(void)
+static void test_dense_output(void)
 {
     const kr_scene s = asymmetric();
     const kr_config config = {.tol = 0}, precise = {.digits = 20};
@@ -164,7 +164,7 @@ static void dense_output(void)
     kr_top_free(top);
     kr_top_free(truth);
 }
-static void there_and_back(void)
+static void test_reversal(void)
 {
     kr_scene s = asymmetric();
     const kr_state start = s.start;
@@ -173,7 +173,7 @@ static void there_and_back(void)
 }
 
 /* The energy stays, of bodies as thin as a needle, slow and fast. */
-static void extremes(void)
+static void test_extremes(void)
 {
     for (double thin = 1e-3; thin > 1e-7; thin *= 0.1)
         for (double speed = 1e-100; speed < 1e101; speed *= 1e50) {
@@ -206,7 +206,7 @@ static void fails(double lever, double tol, double clock, kr_status why)
     }
     free(motion.work);
 }
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_scene s = kr_scene_default();
     const kr_config loose = {.tol = 1.0};
@@ -220,7 +220,7 @@ static void refusals(void)
 }
 /* A kernel of no table goes as the one that it is a copy of, in its own name; events on its way are
  * found. */
-static void own_kernel(void)
+static void test_own_kernel(void)
 {
     const kr_scene s = tilted();
     const kr_kernel mine = kr_taylor_isa(0)->plain[KR_ORDER_28];
@@ -241,7 +241,7 @@ static void own_kernel(void)
     NEAR(found[1], found[0], 1e-13);
 }
 /* A search up to the end of a step makes no other step. */
-static void searched_to_the_end(void)
+static void test_search_to_the_end_of_a_step(void)
 {
     const kr_scene s = tilted();
     const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
@@ -258,15 +258,15 @@ static void searched_to_the_end(void)
 
 int main(void)
 {
-    searched_to_the_end();
-    own_kernel();
-    kernels_one_by_one();
-    kernels();
-    references();
-    against_extrapolation();
-    dense_output();
-    there_and_back();
-    extremes();
-    refusals();
+    test_search_to_the_end_of_a_step();
+    test_own_kernel();
+    test_single_kernels();
+    test_kernels();
+    test_references();
+    test_agreement_with_extrapolation();
+    test_dense_output();
+    test_reversal();
+    test_extremes();
+    test_refusals();
     return check_result();
 }

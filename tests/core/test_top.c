@@ -10,7 +10,7 @@ static kr_top *fixed(const kr_scene *s, const char *name, double step)
 }
 
 /* A state has the same bits however the way to it is divided, on the grid or off it. */
-static void division(const kr_method *method)
+static void test_division(const kr_method *method)
 {
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.03125,
@@ -37,7 +37,7 @@ static void division(const kr_method *method)
 }
 
 /* Units of mass, length and time that are powers of two only scale the bits. */
-static void scaling(const kr_method *method, int mass, int length, int time)
+static void test_scaling(const kr_method *method, int mass, int length, int time)
 {
     const kr_scene s = tilted();
     const int clock = kr_method_flags(method) & KR_ABSOLUTE ? 0 : time;
@@ -58,7 +58,7 @@ static void scaling(const kr_method *method, int mass, int length, int time)
 }
 
 /* Neither the frame of description matters nor which axis is the odd one. */
-static void frames(const kr_method *method)
+static void test_frames(const kr_method *method)
 {
     const kr_scene s = tilted();
     const kr_config config = {.step = 0.01};
@@ -87,7 +87,7 @@ static void frames(const kr_method *method)
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
 
-static void limits(void)
+static void test_limits(void)
 {
     const kr_scene s = tilted();
     const kr_method *rk4 = kr_method_find("rk4"), *map = kr_method_find("bobenko_suris");
@@ -115,7 +115,7 @@ static void limits(void)
     kr_top_free(top);
 }
 /* A step far beyond stability fails; the last finite state is kept, wherever in a batch it lies. */
-static void blow_up(void)
+static void test_overflow(void)
 {
     kr_scene s = tilted();
     kr_state out[MANY], last;
@@ -134,7 +134,7 @@ static void blow_up(void)
     kr_top_free(top);
     kr_top_free(again);
 }
-static void steps_and_ways_back(void)
+static void test_steps_and_reversal(void)
 {
     const kr_scene s = tilted();
     kr_top *top = fixed(&s, "bobenko_suris2", 0.1);
@@ -155,7 +155,7 @@ static void steps_and_ways_back(void)
        kr_top_state(top).t > 1e-3);
     kr_top_free(top);
 }
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_method *rk4 = kr_method_find("rk4"), *map = kr_method_find("bobenko_suris");
     const kr_config config = {.step = 0.01};
@@ -189,7 +189,7 @@ static void refusals(void)
     for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
 }
 /* A top at rest on which nothing pulls stays where it is, to the last bit, by every method. */
-static void stillness(void)
+static void test_top_at_rest(void)
 {
     kr_scene s = kr_scene_default();
     s.start.m = v3(0, 0, 0);
@@ -208,17 +208,17 @@ int main(void)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         if (!kr_method_applies(method, &thesis.body)) continue;
-        division(method);
-        frames(method);
-        scaling(method, 3, -5, 7);
-        scaling(method, -80, -30, -20);
-        scaling(method, 100, 40, 12);
-        scaling(method, 0, -300, 0);
+        test_division(method);
+        test_frames(method);
+        test_scaling(method, 3, -5, 7);
+        test_scaling(method, -80, -30, -20);
+        test_scaling(method, 100, 40, 12);
+        test_scaling(method, 0, -300, 0);
     }
-    limits();
-    blow_up();
-    steps_and_ways_back();
-    refusals();
-    stillness();
+    test_limits();
+    test_overflow();
+    test_steps_and_reversal();
+    test_refusals();
+    test_top_at_rest();
     return check_result();
 }

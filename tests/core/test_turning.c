@@ -31,7 +31,7 @@ static double nutation_at(const kr_scene *s, const kr_exact *exact, double t)
     return kr_state_nutation(s, &state);
 }
 
-static void the_way_keeps_between(void)
+static void test_bounds_of_nutation(void)
 {
     for (int i = 0; i < 300; i++) {
         const kr_scene s = random_top(i);
@@ -49,7 +49,7 @@ static void the_way_keeps_between(void)
         }
     }
 }
-static void the_potential_is_the_energy_there(void)
+static void test_potential(void)
 {
     for (int i = 0; i < 300; i++) {
         const kr_scene s = random_top(i);
@@ -61,7 +61,7 @@ static void the_potential_is_the_energy_there(void)
         IS(kr_turning_potential(&r, 0.5 * (r.least + r.greatest)) < energy);
     }
 }
-static void same_bits(void)
+static void test_repeated_bits(void)
 {
     for (int i = 0; i < 300; i++) {
         const kr_scene s = random_top(i);
@@ -86,7 +86,7 @@ static void same_bits(void)
         }
     }
 }
-static void courses(void)
+static void test_courses(void)
 {
     const kr_quat up = q_one(), down = q4(0, v3(1, 0, 0)), tilted = q_exp(v3(0.4, 0.3, 0.1));
     const kr_vec3 axis = q_turn(tilted, v3(0, 0, 1));
@@ -111,7 +111,7 @@ static void courses(void)
         IS(strcmp(r.course, cases[i].name) == 0);
     }
 }
-static void refusals(void)
+static void test_refusals(void)
 {
     const kr_scene top = tilted();
     kr_scene bad = top;
@@ -129,7 +129,7 @@ static void refusals(void)
 }
 
 /* What is too small for its square moves nothing: neither a pull nor what is across a momentum. */
-static void what_does_not_count(void)
+static void test_irrelevant_inputs(void)
 {
     const double fast = 0x1p930, half = sqrt(0.5);
     for (int power = -1060; power < -900; power++) {
@@ -146,11 +146,11 @@ static void what_does_not_count(void)
 }
 int main(void)
 {
-    what_does_not_count();
-    the_way_keeps_between();
-    the_potential_is_the_energy_there();
-    same_bits();
-    courses();
-    refusals();
+    test_irrelevant_inputs();
+    test_bounds_of_nutation();
+    test_potential();
+    test_repeated_bits();
+    test_courses();
+    test_refusals();
     return check_result();
 }

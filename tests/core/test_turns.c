@@ -16,7 +16,7 @@ static kr_scene fast_scene(void)
     s.start.m = v_axpy(spin, q_axis(s.start.q), random_vec(spin * pow(10.0, uniform(-6.0, 0.0))));
     return s;
 }
-static void turns(const kr_method *method, double tol, double most)
+static void test_turns(const kr_method *method, double tol, double most)
 {
     for (int i = 0; i < TOPS; i++) {
         const kr_scene s = fast_scene();
@@ -43,8 +43,8 @@ int main(void)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const unsigned flags = kr_method_flags(kr_method_at(i));
         if (!(flags & KR_ADAPTIVE) || flags & KR_DENSE) continue;
-        turns(kr_method_at(i), 1e-4, 20.0);
-        turns(kr_method_at(i), 1e-6, 100.0);
+        test_turns(kr_method_at(i), 1e-4, 20.0);
+        test_turns(kr_method_at(i), 1e-6, 100.0);
     }
     return check_result();
 }
