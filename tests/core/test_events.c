@@ -4,7 +4,7 @@
 #include "model/quantities.h"
 #include "random.h"
 #include "taylor/taylor.h"
-#include "watched.h"
+#include "event_helpers.h"
 
 enum { MANY = 64 };
 static kr_scene scene_of(int i)

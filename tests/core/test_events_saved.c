@@ -1,6 +1,6 @@
 /* Checkpoints and resets of tops that watch for events. */
 #include "taylor/taylor.h"
-#include "watched.h"
+#include "event_helpers.h"
 
 enum { MANY = 64 };
 static kr_scene scene(void)

@@ -3,7 +3,7 @@
 #include "ensemble/worker.h"
 #include "events/terms.h"
 #include "random.h"
-#include "watched.h"
+#include "event_helpers.h"
 
 enum { TOPS = 37, MOST = 24 };
 typedef struct {

@@ -24,7 +24,7 @@ SANITIZERS = (
 )
 FUZZ = ("1", "20000")  # the seed, and how many rounds
 GOLDEN = "golden", "kernels", "snapshot"  # programs whose output is expected in a file beside them
-LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
+LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # times what the test takes of a processor when nothing is changed
 # What tells the time or asks a signal for it may fail on a busy machine without being wrong.
 UNSURE = ("tests/python/test_stopping.py",)
