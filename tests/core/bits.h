@@ -1,4 +1,4 @@
-/* What the programs that print the golden hashes share. */
+/* Hashes and scenes that the programs with golden results share. */
 #ifndef KR_BITS_H
 #define KR_BITS_H
 #include <inttypes.h>

@@ -1,4 +1,5 @@
-/* Assertions of the C tests: say where, what, and by how much; main returns check_result(). */
+/* Assertions of the C tests: a failed one prints its place, its text and the difference. main
+ * returns check_result(). */
 #ifndef KR_CHECK_H
 #define KR_CHECK_H
 #include <math.h>

@@ -1,4 +1,5 @@
-/* What the tests of events share: a term by the names of its components, and a top that watches. */
+/* Helpers of the event tests: a term by the names of its components, and a top that watches for
+ * events. */
 #ifndef KR_TEST_WATCHED_H
 #define KR_TEST_WATCHED_H
 #include "tops.h"

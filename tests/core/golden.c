@@ -1,5 +1,5 @@
-/* Prints a hash of where each algebraic method ends: equal from every compiler, at every level of
- * optimization, on every machine. */
+/* Prints a hash of the final state of each algebraic method. The hashes are equal for every
+ * compiler, optimization level and machine. */
 #include "bits.h"
 
 int main(void)

@@ -1,7 +1,7 @@
-/* Prints hashes of what each instruction set that runs here computes: tops by taylor's kernels,
- * tops in lanes, those without heading with how their tangents grow, and the closed form's states.
- * There are two sets of bits: those of a fused product and those of none, whatever the width of the
- * vectors; the closed form has one. */
+/* Prints a hash of the results of each instruction set that this processor has: the Taylor
+ * kernels, ensembles in lanes with and without tangents, and the closed form. Results depend on
+ * fused multiply-add alone, not on the width of the vectors; those of the closed form do not
+ * depend on either. */
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"

@@ -1,5 +1,5 @@
-/* A checkpoint on its way to another machine: `machine save FILE` writes one, `machine load FILE`
- * goes on from it, or says why not, which is an end with status 3. */
+/* Moves a checkpoint between machines: `machine save FILE` writes one, `machine load FILE` resumes
+ * from it, or prints why it was refused and exits with status 3. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "kreisel.h"

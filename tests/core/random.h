@@ -1,5 +1,5 @@
-/* Random numbers for the C tests, by splitmix64: every machine and compiler tries the same cases. A
- * test may choose its own cases by the seed. */
+/* Random numbers for the C tests, by splitmix64: every machine and compiler has the same cases. A
+ * test may set the seed. */
 #ifndef KR_RANDOM_H
 #define KR_RANDOM_H
 #include "numbers/su2.h"

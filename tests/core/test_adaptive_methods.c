@@ -1,5 +1,5 @@
-/* The adaptive methods by themselves, without the driver: extrap, and GSL's where it is there. How
- * right they are, and their limits: landing, first steps, tolerances, failures, repeated bits. */
+/* Adaptive methods without the driver: extrap, and those of GSL where it is built in. Accuracy,
+ * landing, first steps, tolerances, failures and repeated bits. */
 #include <float.h>
 #include <stdlib.h>
 #include "method.h"

@@ -1,4 +1,4 @@
-/* What all else stands on: quaternions, trigonometry, bodies, the quantities of a state. */
+/* Quaternions, trigonometry, bodies and the quantities of a state. */
 #include "model/body.h"
 #include "random.h"
 #include "tops.h"

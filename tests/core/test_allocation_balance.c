@@ -1,5 +1,5 @@
-/* What a top takes of the heap it gives back, by every method and every way it can end; and what it
- * steps lies on lines of the cache. */
+/* Heap use of tops: every method frees what it allocates however a run ends, and steps are aligned
+ * to cache lines. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "tops.h"

@@ -1,4 +1,4 @@
-/* Allocations that fail, one after the other: the linker has calloc lead here. */
+/* Failing allocations, one after the other. The linker redirects calloc to this file. */
 #include <stdlib.h>
 #include "method.h"
 #include "page/stage.h"

@@ -1,4 +1,4 @@
-/* The coefficients of the compositions meet the sum rules of their orders. */
+/* Compositions: their coefficients meet the order conditions. */
 #include "check.h"
 #include "methods/compose.h"
 

@@ -1,5 +1,5 @@
-/* Damped tops: held to the motions that are known in closed form, to the balance of power, and to
- * what holds of any top. */
+/* Damped tops, against motions with a closed form, the power balance, and properties of every
+ * top. */
 #include <stdlib.h>
 #include "kreisel.h"
 #include "random.h"

@@ -1,5 +1,5 @@
-/* What 20 and 30 digits promise, against heyoka in 128 bit (validation/truth/reference.json), and
- * how the low words travel. */
+/* Runs with 20 and 30 digits, against heyoka in 128 bits (validation/truth/reference.json), and
+ * their low words. */
 #include "numbers/su2_dd.h"
 #include "tops.h"
 

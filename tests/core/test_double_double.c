@@ -1,5 +1,6 @@
-/* Elementary functions and R_F in double-double against mpmath at 240 bits; the truths are two
- * words each. What they carry shows in a motion only after 1e6 steps. */
+/* Elementary functions and Carlson's R_F in double-double, against mpmath with 240 bits. Each
+ * reference value is a pair of doubles. An error of these functions shows in a motion only after
+ * about 1e6 steps. */
 #include "check.h"
 #include "numbers/dd_functions.h"
 #include "numbers/parts.h"

@@ -1,5 +1,5 @@
-/* Many tops: a top's numbers depend on that top alone, failures lose nothing, and what a lane gives
- * is as good as what a top by itself does. */
+/* Workers: the numbers of a top depend on that top alone, failures lose nothing, and lanes are as
+ * accurate as a single top. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "random.h"

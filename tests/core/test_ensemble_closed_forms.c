@@ -1,4 +1,4 @@
-/* Closed forms of many tops: which times they refuse, as the tops alone do. */
+/* Closed forms in a worker: the order of times, refused as for a single top, and units. */
 #include "check.h"
 #include "tops.h"
 

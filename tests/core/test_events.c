@@ -1,5 +1,4 @@
-/* Runs that stop at events: what they find, that they leave the path alone, what is refused,
- * failures. */
+/* Event search: the times found, the unchanged path, refusals and failures. */
 #include "events/terms.h"
 #include "model/quantities.h"
 #include "random.h"

@@ -1,5 +1,5 @@
-/* The closed form: against truths by quadrature and against stepping, its integrals, scaling,
- * frames, batches of any size; every instruction set gives the same bits. */
+/* The closed form, against quadrature and stepping: integrals, scaling, frames, batches of any
+ * size, and equal bits on every instruction set. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
 #include "random.h"

@@ -1,5 +1,5 @@
-/* Ways through the closed forms that few starts take: turning heights that coincide, axes that rest
- * or arrive at a pole. */
+/* Closed forms of degenerate motions: turning points that coincide, axes that rest or arrive at a
+ * pole. */
 #include <float.h>
 #include "model/scene.h"
 #include "tops.h"

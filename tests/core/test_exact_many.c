@@ -1,6 +1,5 @@
-/* The closed forms of many tops at once: each top has the bits that it has alone, on every
- * instruction set that runs here, in any order and beside any others; what is refused leaves no
- * trace but its status. */
+/* Batches of closed forms: each top has the bits that it has alone, on every instruction set, in
+ * any order and beside any neighbours. A refused top changes nothing but its status. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>

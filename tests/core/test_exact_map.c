@@ -1,5 +1,5 @@
-/* The rates of the closed form; the k-th state of the Bobenko-Suris map against the map; the
- * method; refusals. */
+/* Rates of the closed form; states of the Bobenko-Suris map by its closed form against stepping;
+ * the method exact; refusals. */
 #include "tops.h"
 
 static const double pi = 3.14159265358979323846;

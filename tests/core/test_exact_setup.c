@@ -1,4 +1,5 @@
-/* What the closed forms' set-up does where roots coincide, slopes vanish and means do not meet. */
+/* Set-up of the closed forms: cubics with coinciding roots, vanishing slopes, and
+ * arithmetic-geometric means that do not converge. */
 #include "check.h"
 #include "exact/theta.h"
 #include "random.h"

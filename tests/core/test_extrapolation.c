@@ -1,5 +1,5 @@
-/* The control of order and step where two of its numbers are just alike: a row whose error is the
- * tolerance itself, work that is eight tenths of another's. Hardly a run of a top meets these. */
+/* Control of order and step of the extrapolation at its boundary values: an error equal to the
+ * tolerance, and equal work of two rows. */
 #include <string.h>
 #include "methods/extrapolation.h"
 #include "check.h"

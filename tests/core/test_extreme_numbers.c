@@ -1,5 +1,5 @@
-/* Numbers at the ends of what a double holds: they are served as others are, up to the power of two
- * between them, or refused with a word. */
+/* Numbers near the ends of the range of doubles: results equal those of ordinary units up to a
+ * power of two, or the call is refused. */
 #include <float.h>
 #include "random.h"
 #include "tops.h"

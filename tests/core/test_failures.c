@@ -1,5 +1,5 @@
-/* What a run that fails leaves behind: the last good state of its path, outputs as they were, and a
- * top that goes on from there as if it had come no other way. */
+/* State after a failed run: the last good state, unchanged outputs, and a top that continues as if
+ * it had not failed. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "random.h"

@@ -1,5 +1,5 @@
-/* The tangent of a worker's tops: it leaves the states as they are, belongs to its top alone, and
- * is the same on every instruction set that fuses products and sums. */
+/* Tangents of a worker: states stay unchanged, each tangent depends on its own top alone, and all
+ * instruction sets with fused multiply-add agree. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "tops.h"

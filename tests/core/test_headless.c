@@ -1,5 +1,5 @@
-/* Where the heading is left out, what does not change under a turn about the vertical comes out as
- * it does with the heading. */
+/* Runs without the heading: quantities that do not depend on the turn about the vertical equal
+ * those of a run with it. */
 #include "taylor/taylor.h"
 #include "tops.h"
 

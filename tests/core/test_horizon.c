@@ -1,5 +1,5 @@
-/* Times at which a double no longer tells where a top is are refused, by every method and every way
- * to go there, and a step that makes no way says so. */
+/* Times beyond the resolution of doubles: every method refuses them, and a step below the
+ * resolution reports that. */
 #include <float.h>
 #include "driver/top.h"
 #include "random.h"

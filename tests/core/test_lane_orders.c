@@ -1,5 +1,5 @@
-/* The order of the lanes' series, and what their steps aim at, by the tolerance: each row of orders
- * begins where the one before it ends. */
+/* Order of the series in lanes and its error target, as functions of the tolerance: each row of
+ * the table begins where the one before it ends. */
 #include <math.h>
 #include "check.h"
 #include "ensemble/worker.h"

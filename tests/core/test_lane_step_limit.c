@@ -1,5 +1,5 @@
-/* Tops let go so near their unstable upright that the series hardly has terms: a step is no longer
- * than it takes a top to fall by some powers of e, about whichever axis that is the quickest. */
+/* Step limit near an unstable equilibrium. There the series has few terms, so a step is limited by
+ * the fastest rate of growth about any axis. */
 #include "tops.h"
 
 /* Thin about one axis, with the centre of mass on another, which points up; a trace of

@@ -1,4 +1,4 @@
-/* The functions that the closed form's set-up has in place of libm's, beside libm's. */
+/* Replacements of functions of libm in the set-up of the closed form, against libm. */
 #include <float.h>
 #include "check.h"
 #include "exact/phase.h"

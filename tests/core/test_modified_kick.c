@@ -1,5 +1,5 @@
-/* The modified kick and its processor: of order 4 for a body whose lever lies along an axis though
- * its moments are three, which is no Lagrange top; and for one, which it serves at less cost. */
+/* The modified kick and its processor: order 4 for a body with three different moments whose lever
+ * lies along an axis, and less work for a Lagrange top. */
 #include "methods/modified_kick.h"
 #include "tops.h"
 

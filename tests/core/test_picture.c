@@ -1,4 +1,4 @@
-/* What is to be seen of a top: the cuboid for a body of numbers, the way of its apex, its rod. */
+/* Pictures of a top for the viewer: the equivalent cuboid, the trace of the apex, the rod. */
 #include "page/picture.h"
 #include "page/stage.h"
 #include "tops.h"

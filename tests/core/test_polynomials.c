@@ -1,5 +1,4 @@
-/* What events look at inside a step: the search for the places where a polynomial changes its sign,
- * and the polynomial of every product of two components. */
+/* Polynomials of an event within a step: sign changes, and the products of two components. */
 #include "events/roots.h"
 #include "events/terms.h"
 #include "model/quantities.h"

@@ -1,4 +1,4 @@
-/* Quantities: the table and what it says of each, Euler's angles, components. */
+/* Quantities: their table, definitions, Euler angles and components. */
 #include <string.h>
 #include "model/quantities.h"
 #include "numbers/su2.h"

@@ -1,5 +1,5 @@
-/* What is no body, scene, config or question is refused, each number of it alone; and what is
- * refused changes nothing. */
+/* Invalid bodies, scenes, options and queries: each invalid number alone is refused, and a refusal
+ * changes nothing. */
 #include <stddef.h>
 #include <string.h>
 #include "driver/top.h"

@@ -1,5 +1,5 @@
-/* A reset top is the one that would be created with that start, by every method; and a top whose
- * reset is refused is the one that it was, to the last bit. */
+/* kr_top_reset: the top equals one created with that start, for every method. A refused reset
+ * leaves every bit unchanged. */
 #include <stdlib.h>
 #include "random.h"
 #include "tops.h"

@@ -1,5 +1,5 @@
-/* Checkpoints: every method goes on from one with the bits of a run that was never stopped, and
- * bytes that are no checkpoint of the top are refused. */
+/* Checkpoints: every method resumes with the bits of an uninterrupted run, and invalid bytes are
+ * refused. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* A checkpoint is that of one method: others that keep as much would read it as theirs. */
+/* Checkpoints of another method with the same size are refused. */
 #include "tops.h"
 
 enum { MOST = 1 << 16 };

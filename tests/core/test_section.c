@@ -1,5 +1,5 @@
-/* Sections of many tops: each top's states are its own, none is missed, they lie where the event
- * is, and a top whose event does not come is told. */
+/* Sections of a worker: states depend on their own top alone, none is missed, and a top whose
+ * event does not occur is reported. */
 #include "ensemble/worker.h"
 #include "events/terms.h"
 #include "random.h"

@@ -1,4 +1,4 @@
-/* The stage: tops on one clock in ticks. */
+/* The viewer's simulation: tops on a common clock that counts ticks. */
 #include "page/stage.h"
 #include "tops.h"
 

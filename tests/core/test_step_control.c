@@ -1,5 +1,5 @@
-/* What a tolerance costs: the choice of steps and rows changes no result beyond it, and a choice
- * gone wrong shows in the number of evaluations alone. */
+/* Step control: the choice of steps and rows changes no result beyond the tolerance. A wrong
+ * choice shows in the number of evaluations alone. */
 #include "tops.h"
 
 static double cost(const char *method, const kr_scene *s, double tol, double first, double t)

@@ -1,5 +1,5 @@
-/* No step of a method that estimates its error takes in a whole turn, which would fool the
- * estimate: fast tops, with a first step of the method's own and with long ones given by hand. */
+/* Step limit of methods that estimate their error: no step covers a whole turn, which would
+ * invalidate the estimate. Fast tops with automatic and with long first steps. */
 #include "random.h"
 #include "tops.h"
 

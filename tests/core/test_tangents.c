@@ -1,5 +1,5 @@
-/* Tangents leave the path as it is to the last bit, whatever they are taken by; they are the
- * differences of neighbours, keep the symplectic form, and do not depend on where one looks. */
+/* Tangents: the path keeps its bits. Tangents equal differences of neighbouring runs, keep the
+ * symplectic form, and do not depend on the times of output. */
 #include <stdlib.h>
 #include "tops.h"
 

@@ -1,5 +1,4 @@
-/* The Taylor series: its coefficients, its kernels, its accuracy, dense output, and what happens
- * when it fails. */
+/* The Taylor series: coefficients, kernels, accuracy, dense output and failures. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "taylor/taylor.h"

@@ -1,5 +1,5 @@
-/* Many threads, each with tops of its own of every method: all get the same bits. It is built once
- * more for the compiler's race detector, where that is to be had. */
+/* Threads, each with tops of every method: all have the same bits. A second build uses the race
+ * detector of the compiler where it has one. */
 #include <pthread.h>
 #include "random.h"
 #include "tops.h"

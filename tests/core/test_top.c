@@ -1,4 +1,5 @@
-/* The driver: landing, grids, side runs, limits, interruption, the last good state, own units. */
+/* The driver: landing, grids, times between grid points, limits, interruption, the last good
+ * state, units. */
 #include <stdlib.h>
 #include "tops.h"
 

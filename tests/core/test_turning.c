@@ -1,5 +1,5 @@
-/* Turning points: the closed form keeps between them and is there when it is said to be, they scale
- * with powers of two, every instruction set finds the same, and what has none is refused. */
+/* Turning points: bounds of the nutation of the closed form and their times, scaling with powers
+ * of two, equal bits on every instruction set, refusals. */
 #include "exact/dispatch.h"
 #include "random.h"
 #include "tops.h"

@@ -1,5 +1,5 @@
-/* What the C tests share about tops: bodies and scenes that several of them try, how a top is made
- * and brought to a time, and how far two states are apart. */
+/* Bodies, scenes and helpers that the C tests share: creation of a top, its state at a time,
+ * distance of two states. */
 #ifndef KR_TOPS_H
 #define KR_TOPS_H
 #include <string.h>
