@@ -239,3 +239,24 @@ def test_rods_are_drawn():
     (bar,) = axes.collections
     assert 100 < len(bar.get_paths()) < 4 * 100, "of 402 faces those that face the eye"
     assert kr.rod(path).plot(axes) is axes and len(axes.collections) == 2, "in axes that are there"
+
+
+# Boundary values
+
+
+def test_a_path_of_two_lowest_points_has_a_nutation():
+    closed = kr.exact(kr.scenes.thesis)
+    period = closed.period
+    begin = closed.t_greatest + 0.9 * period
+    told = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.2 * period, 400))
+    assert kr.apex(told).nutation().period == pytest.approx(period, rel=1e-5)
+    short = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.05 * period, 400))
+    with pytest.raises(ValueError, match="the axis has 1 lowest points"):
+        kr.apex(short).nutation()
+
+
+def test_rods_tell_what_they_are():
+    rod = kr.rod(kr.solve(kr.scenes.thesis, np.linspace(0, 1, 20)))
+    assert repr(rod).startswith("<kreisel.Rod: isotropic, 20 frames")
+    general = kr.rod(kr.solve(kr.scenes.kowalewski, np.linspace(0, 1, 20)))
+    assert "anisotropic" in repr(general)

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from inside import core
 
+TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
+
 RNG = np.random.default_rng(5)
 R, H = RNG.uniform(0.5, 2, (4, 1)), RNG.uniform(0.5, 2, 3)  # three, as many as a vector has numbers
 HALF, SOME = RNG.uniform(0.5, 2, (4, 1, 3)), RNG.uniform(-1, 1, (3, 3))
@@ -183,3 +185,22 @@ def test_the_core_takes_columns_of_its_own_shape_only():
             core.bodies((2,), [*numbers[:k], odd, *numbers[k + 1 :]], False)
     with pytest.raises(ValueError, match="other columns"):
         core.bodies((2,), numbers[:3], False)
+
+
+# Boundary values
+
+
+def test_a_row_of_bodies_is_spread_over_a_grid():
+    bodies = kr.Ensemble.of([[TOP, FREE, THESIS]]).body
+    grid = bodies._over((2, 3))
+    assert bodies._over((1, 3)) is bodies
+    assert grid.shape == (2, 3) and np.array_equal(grid.com[0], grid.com[1])
+    assert np.array_equal(grid.com[:1], bodies.com)
+
+
+def test_a_tensor_of_zeros_is_symmetric_but_no_body():
+    zeros = np.zeros((2, 3, 3))
+    with pytest.raises(ValueError, match=r"0\.0 is not positive"):
+        kr.Body(mass=1.0, inertia=zeros[0], com=(0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"0\.0 is not positive"):
+        kr.Bodies(mass=1.0, inertia=zeros, com=(0.0, 0.0, 0.0))

@@ -3,6 +3,9 @@
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._verbs import chaos
+
+TOP = kr.scenes.asymmetric
 
 UP = (1.0, 0.0, 0.0, 0.0)
 
@@ -145,3 +148,22 @@ def test_what_cannot_be_is_refused():
     tops = scene.vary(gravity=np.array([1.0, 1e30]))
     told = kr.megno(tops, [10.0], max_steps=2000)
     assert told.failed.tolist() == [1] and told.status[1] != "OK" and np.isfinite(told.value[0])
+
+
+# Boundary values
+
+
+def test_the_curve_of_a_number_has_three_decades():
+    told = chaos._times(20.0)
+    assert told.size == 32 and told[-1] == 20.0 and told[0] == pytest.approx(0.02, rel=1e-12)
+    np.testing.assert_allclose(told[1:] / told[:-1], 10 ** (3 / 31), rtol=1e-12)
+    assert (chaos._times(-20.0) == -told).all()
+    assert chaos._times([1.0, 2.0]).tolist() == [1.0, 2.0]
+
+
+def test_a_curve_of_a_number_ends_as_that_of_a_list():
+    told, last = kr.lyapunov(TOP, 20.0), kr.lyapunov(TOP, [20.0])
+    assert told.value == last.value and last.curve.shape == (1,)
+    assert told.certificate.shape == told.status.shape == ()
+    assert kr.lyapunov(TOP, 20.0, tol=1e-5).value == pytest.approx(told.value, rel=1e-2)
+    assert kr.lyapunov(TOP, 20.0, tol=1e-5).certificate > told.certificate

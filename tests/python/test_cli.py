@@ -1,15 +1,19 @@
 """The command line, which speaks the words of the package."""
 
 import csv
+import importlib
 import json
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
+from types import SimpleNamespace
 
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import WANTED
+from click.testing import CliRunner
+from inside import WANTED, cli
 from shell import call, said
 from tops import GENERAL
 
@@ -174,3 +178,69 @@ def test_report_is_that_of_the_source_tree(tmp_path):
         text=True,
     )
     assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+
+
+# Boundary values
+
+
+def raising(error):
+    def fails(*_, **__):
+        raise error
+
+    return fails
+
+
+@pytest.fixture
+def source_tree(tmp_path, monkeypatch):
+    (tmp_path / "validation").mkdir()
+    (tmp_path / "validation/__main__.py").touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+
+
+def test_the_table_of_methods_is_markdown():
+    lines = call("methods --markdown").splitlines()
+    rows = {cells[0]: cells for cells in (line.strip("| ").split(" | ") for line in lines)}
+    assert rows["rk4"][2:5] == ["1.0"] * 3 and rows["exact"][1] == "varies"
+    assert rows.keys() >= kr.methods.keys()
+
+
+@pytest.mark.usefixtures("source_tree")
+def test_a_report_without_its_tools_says_which_to_install(monkeypatch):
+    missing = ModuleNotFoundError("No module named 'heyoka'", name="heyoka")
+    monkeypatch.setattr(importlib, "import_module", raising(missing))
+    told = call("report --quick", code=1)
+    assert "the report needs heyoka: pip install 'kreisel[report]'" in told
+    assert "--thesis" in call("report --help")
+
+
+@pytest.mark.usefixtures("source_tree")
+def test_a_report_that_lacks_a_part_of_itself_is_broken(monkeypatch):
+    missing = ModuleNotFoundError("no", name="validation.parts")
+    monkeypatch.setattr(importlib, "import_module", raising(missing))
+    done = CliRunner().invoke(cli.main, ["report"])
+    assert done.exception is missing
+
+
+@pytest.mark.usefixtures("source_tree")
+@pytest.mark.parametrize("code", [0, 3])
+def test_a_report_ends_as_its_machinery_does(monkeypatch, code):
+    machinery = SimpleNamespace(main=lambda words: code if words == ["--quick"] else 9)
+    monkeypatch.setattr(importlib, "import_module", lambda name: machinery)
+    call("report --quick", code=code)
+
+
+def test_a_report_is_made_by_the_tree_in_which_it_is_asked_for(tmp_path):
+    folder = tmp_path / "validation"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
+    kreisel = Path(sys.executable).parent / "kreisel"  # whose folder is first in sys.path
+    done = subprocess.run(
+        [kreisel, "report", "--quick"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=60,
+    )
+    assert done.stdout == "made here ['--quick']\n" and done.returncode == 0

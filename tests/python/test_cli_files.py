@@ -7,7 +7,7 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import view
+from inside import cli, view
 from shell import call, said
 
 KREISEL = [sys.executable, "-m", "kreisel"]
@@ -215,3 +215,20 @@ def test_what_is_no_run_is_told_with_its_file_once(tmp_path):
     assert f"{tmp_path / 'bad'}: " in told and told.count("bad") == 1
     missing = said(call("resume", tmp_path / "none", "--t", "3", code=2))
     assert "No such file" in missing and missing.count("none") == 1
+
+
+# Boundary values
+
+
+def raising(error):
+    def fails(*_, **__):
+        raise error
+
+    return fails
+
+
+def test_a_run_for_which_there_is_no_memory_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cli.solve, "fed", raising(MemoryError()))
+    assert "there is not memory enough" in call("solve asymmetric --t 1 --csv a.csv", code=1)
+    assert os.listdir(tmp_path) == []

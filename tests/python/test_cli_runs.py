@@ -1,17 +1,22 @@
 """Runs of the command line that are stopped, saved, and resumed."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
+import threading
 
 import kreisel as kr
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from inside import cli
 from kreisel._showing.cli import outputs
 from shell import call, said
 from toolbox import HEEDING, python
+
+COMPARED = "compare asymmetric --t 1 --methods rk4 --steps 0.1 --repeats 1"
 
 TOP = kr.scenes.asymmetric
 signals = pytest.mark.skipif(os.name != "posix", reason="needs signals")
@@ -241,3 +246,37 @@ def test_a_stopped_comparison_shows_what_it_has(monkeypatch):
     monkeypatch.setattr(cli.compare, "compared", stopped)
     told = call("compare asymmetric --t 1", code=130)
     assert "taylor" in told and "Error: interrupted: one of two" in said(told)
+
+
+# Boundary values
+
+
+def raising(error):
+    def fails(*_, **__):
+        raise error
+
+    return fails
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (KeyboardInterrupt(), 130, "Error: interrupted"),
+        (KeyboardInterrupt("at t = 3"), 130, "Error: at t = 3"),
+        (OSError(errno.ENOSPC, "No space left on device"), 1, "No space left on device"),
+        (OSError(errno.EPIPE, "Broken pipe"), 1, ""),
+    ],
+)
+def test_what_stops_a_command_is_a_line_and_a_code(monkeypatch, error, code, words):
+    monkeypatch.setattr(cli.compare, "compared", raising(error))
+    told = call(COMPARED, code=code)
+    assert words in told and told.count("\n") == (1 if words else 0)
+
+
+@pytest.mark.parametrize("line", ["scenes", "solve asymmetric --t 1"])
+def test_a_command_runs_in_another_thread_too(line):
+    ran = []
+    thread = threading.Thread(target=lambda: ran.append(CliRunner().invoke(cli.main, line.split())))
+    thread.start()
+    thread.join()
+    assert ran[0].exit_code == 0 and said(ran[0].output) == said(call(line))

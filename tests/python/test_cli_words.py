@@ -13,7 +13,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from inside import cli
+from kreisel._showing.cli import times as shell_times
 from shell import call, said
+
+THESIS = kr.scenes.thesis
 
 
 def times(words):
@@ -227,3 +230,34 @@ def test_names_are_completed(line, found):
     }
     done = CliRunner().invoke(cli.main, prog_name="kreisel", env=asked)
     assert f"plain,{found}" in done.output.splitlines()
+
+
+# Boundary values
+
+
+def test_events_in_the_shell_are_counted_beyond_the_twentieth():
+    def shown(n):
+        return call(f"solve thesis --t 1000 --events nutation:most={n}")
+
+    path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(most=21))
+    assert len(path.events.t) == 21
+    for n, more in ((19, ""), (20, ""), (21, "and 1 more events: --events-csv writes all")):
+        text = said(shown(n))
+        assert (more in text) and ("more events" in text) == bool(more)
+
+
+def test_too_many_states_are_counted_in_the_shell(tmp_path):
+    file = tmp_path / "path.npz"
+    text = said(call("solve thesis --t 0:1e12:0.001 --npz", file, code=2))
+    assert "1000000000000001 states" in text and "GB" in text
+
+
+def test_grids_of_the_shell_without_length_have_their_start():
+    assert cli.main is not None
+    for word in ("0:0:0.1", "0:0:-0.1", "2:2:-1"):
+        t = shell_times.times(word).array()
+        assert t.tolist() == [float(word[0])]
+    with pytest.raises(Exception, match="more times than can be counted"):
+        shell_times.times(f"0:{2**53}:1")
+    with pytest.raises(Exception, match=r"does not lead from 0 to 4\.94066e-324"):
+        shell_times.times("0:5e-324:-1")

@@ -5,6 +5,10 @@ import numpy as np
 import pytest
 from tops import CORNER, GENERAL
 
+TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
+
+TRUE = "strang", 0.25 / 16.0
+
 
 def test_rows_are_errors_against_run_time(tmp_path):
     scene = kr.scenes.thesis
@@ -57,3 +61,31 @@ def test_compare_goes_on_after_a_failure():
         and np.isnan([blown.seconds, blown.attitude_error, blown.energy_error]).all()
     )
     assert fine.failure == "" and fine.seconds > 0
+
+
+# Boundary values
+
+
+def test_a_comparison_as_text_has_a_column_each():
+    table = kr.compare(THESIS, [1.0], ["rk4", "taylor"], steps=[0.125], tols=[1e-9], repeats=1)
+    head, *lines = str(table).splitlines()
+    for line, step, tol in zip(lines, ("0.125", ""), ("", "1e-09"), strict=True):
+        cells = {name: line[head.index(name) :].split("  ")[0] for name in ("step", "tol")}
+        assert cells == {"step": step, "tol": tol}
+        assert line.startswith("thesis")
+
+
+def test_a_truth_of_fixed_step_takes_a_sixteenth_of_the_smallest():
+    (row, _) = kr.compare(TOP, [1.0], ["rk4"], steps=[0.25, 0.5], truth="strang", repeats=1)
+    ends = [kr.solve(TOP, [1.0], *how, step=step).q for *how, step in (("rk4", 0.25), TRUE)]
+    assert row.attitude_error == kr.attitude_error(*ends).max()
+
+
+def test_a_step_that_a_method_refuses_is_a_row_of_the_table():
+    (row,) = kr.compare(THESIS, 1.0, ["bobenko_suris4"], steps=[5.0], repeats=1)
+    assert "too large" in row.failure and np.isnan(row.attitude_error) and row.steps == 0
+
+
+def test_a_truth_at_other_times_is_refused():
+    with pytest.raises(ValueError, match="a path at the times that are compared"):
+        kr.compare(TOP, [1.0], ["strang"], steps=[0.1], truth=kr.solve(TOP, [2.0]), repeats=1)

@@ -8,6 +8,7 @@ import warnings
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._model import words
 
 GENERAL = kr.Body(
     2.0, [[3, -0.25, 0.5], [-0.25, 2.5, 0.125], [0.5, 0.125, 1.5]], (0.25, -0.5, 0.75), made_up=True
@@ -168,3 +169,15 @@ def test_compare_and_progress():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(kr.solve(HEAVY, [0.0]).q) == 1
+
+
+# Boundary values
+
+
+def test_damping_on_the_edge():
+    assert words.damping_of(None) == (0.0, 0.0, 0.0) and words.damping_of(0) == (0.0, 0.0, 0.0)
+    assert words.damping_of(np.float64(0.5)) == (0.5, 0.5, 0.5)
+    assert tuple(words.damping_of((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
+    for wrong in (-0.1, (0.1, -1e-300, 0.0)):
+        with pytest.raises(ValueError, match="damping must not be negative"):
+            words.damping_of(wrong)

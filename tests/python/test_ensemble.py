@@ -13,6 +13,8 @@ from inside import core
 from scipy.spatial.transform import Rotation
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 
+THESIS = kr.scenes.thesis
+
 RNG = np.random.default_rng(7)
 M, G = RNG.normal(size=(4, 3, 3)), RNG.normal(size=(4, 1))
 Q, D = RNG.normal(size=(3, 4)), RNG.uniform(size=(3, 3))
@@ -250,3 +252,33 @@ def test_the_core_refuses_columns_of_another_shape():
         tops.values("nothing")
     with pytest.raises(ValueError, match="wrong shape"):
         core.Tops((3,), columns)
+
+
+# Boundary values
+
+
+def test_lists_are_nested_up_to_an_edge():
+    def nested(depth):
+        made = THESIS
+        for _ in range(depth):
+            made = [made]
+        return made
+
+    assert kr.Ensemble.of(nested(32)).shape == (1,) * 32
+    for depth in (33, 34):
+        with pytest.raises(ValueError, match="must not be nested without end"):
+            kr.Ensemble.of(nested(depth))
+
+
+def test_equal_bodies_of_other_bits_are_not_made_one():
+    one, other = (kr.Body(1.0, (4.0, 4.5, 3.0), (0.0, 0.0, z)) for z in (1.0, 1.5))
+    mixed = kr.Ensemble.of([THESIS.replace(body=b) for b in (one, one, other)])
+    np.testing.assert_array_equal(mixed.body.com[:, 2], [1.0, 1.0, 1.5])
+    same = kr.Ensemble.of([THESIS.replace(body=one)] * 3)
+    assert same.body is one
+
+
+def test_signs_of_nothing_are_kept():
+    plus, minus = (kr.Body(1.0, (2.0, 2.0, 1.0), (z, 0.0, 0.5)) for z in (0.0, -0.0))
+    both = kr.Ensemble.of([THESIS.replace(body=body) for body in (plus, minus)])
+    assert both.shape == (2,) and np.all(both.body.com == [0.0, 0.0, 0.5])

@@ -1,10 +1,13 @@
 """The words of many tops: which names their dimensions, what varies of a scene, random starts; and
 what is refused, by its index and value."""
 
+import math
+
 import kreisel as kr
 import numpy as np
 import pytest
 from inside import core
+from kreisel._model import varied
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 
 BODY = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
@@ -229,3 +232,15 @@ def test_other_types_are_refused():
         kr.Ensemble.of([[TOP], [3]])
     with pytest.raises(TypeError, match="momentum must be 3 numbers, not 'x'"):
         kr.Ensemble(BODY, momentum="x")
+
+
+# Boundary values
+
+
+def test_a_turn_by_nothing_is_none():
+    q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
+    with np.errstate(all="ignore"):
+        turned = varied._turned_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))
+    assert [float(x[0]) for x in turned] == [0.8, 0.0, 0.6, 0.0]
+    angle = 2.0 * math.atan2(0.6, 0.8) + 0.25
+    assert float(turned[2][1]) == pytest.approx(math.sin(0.5 * angle))

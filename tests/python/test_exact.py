@@ -9,7 +9,9 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-THESIS = kr.scenes.thesis
+TOP, FREE, THESIS = kr.scenes.asymmetric, kr.scenes.dzhanibekov, kr.scenes.thesis
+MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+
 TILT = np.array([0.8, 0.4, -0.2, 0.4])
 TILTED = THESIS.replace(attitude=TILT / np.linalg.norm(TILT), momentum=(1, 2, 30))
 PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3), made_up=True)
@@ -218,3 +220,64 @@ def test_closed_forms_are_values():
     top = kr.exact(THESIS)
     for other in (copy.deepcopy(top), pickle.loads(pickle.dumps(top))):
         assert other == top and np.array_equal(other(3.0).states, top(3.0).states)
+
+
+# Boundary values
+
+
+def test_a_map_counts_up_to_an_edge():
+    mapped = kr.exact(THESIS, map="bobenko_suris", step=0.1)
+    assert len(mapped([0, 2**53 - 1])) == 2 and len(mapped([])) == 0 and len(mapped(-3)) == 1
+    for wrong in (2**53, -(2**53), 0.5, [1, 2.5]):
+        with pytest.raises(ValueError, match=r"k must be whole and below 2\*\*53"):
+            mapped(wrong)
+
+
+def test_closed_forms_of_many_are_those_of_one():
+    told = kr.exact(MANY)
+    assert len(told) == 2 and len(told.scenes) == 6 and told([]).shape == (2, 3, 0, 8)
+    own = np.arange(12.0).reshape(2, 3, 2) - 5.0
+    states, at_once = told(own), told([0.5, -0.5, 0.0])
+    for i in np.ndindex(2, 3):
+        one = kr.exact(MANY[i])
+        assert np.array_equal(states[i], one(own[i]).states)
+        assert np.array_equal(at_once[i], one([0.5, -0.5, 0.0]).states)
+        assert np.array_equal(told(-1.5)[i], one(-1.5).states[0])
+        assert told.t_least[i] == one.t_least and told.course[i] == one.course
+    assert not told.course.flags.writeable and not told.period.flags.writeable
+    assert repr(told) == "<kreisel.ExactEnsemble: scenes of shape (2, 3)>"
+    assert repr(kr.exact([THESIS, FREE])) == "<kreisel.ExactEnsemble: 2 scenes>"
+    with pytest.raises(ValueError, match=r"^top\[0, 0\]: by t = 1e\+17 this top turns"):
+        told([1.0, -1e17])
+    late = own.copy()
+    late[1, 1, 0] = 1e17
+    with pytest.raises(ValueError, match=r"^top\[1, 1\]: by t = 1e\+17"):
+        told(late)
+
+
+def test_scenes_without_closed_form_are_counted():
+    mixed = [THESIS, TOP, FREE, TOP]
+    with pytest.raises(ValueError, match=r"^scene\[1\], the first of 2 such: no closed form"):
+        kr.exact(mixed)
+    with pytest.raises(ValueError, match=r"^scene\[1\]: no closed form"):
+        kr.exact(mixed[:3])
+    with pytest.raises(ValueError, match="must not be empty"):
+        kr.exact([])
+
+
+def test_closed_forms_of_many_refuse_times_that_no_double_tells():
+    many = kr.exact([THESIS, THESIS])
+    with pytest.raises(ValueError):
+        many(1e300)
+
+
+def test_closed_forms_refuse_what_they_have_none_for():
+    with pytest.raises(ValueError, match="no closed form is known"):
+        kr.exact(TOP)
+    with pytest.raises(ValueError, match=r"scene\[1\]"):
+        kr.exact([THESIS, TOP])
+    steps = kr.exact(THESIS, map="bobenko_suris", step=0.01)
+    with pytest.raises(ValueError, match="not an array of shape"):
+        steps([[1, 2], [3, 4]])
+    with pytest.raises(ValueError):
+        kr.exact(THESIS, map="bobenko_suris", step=1e200)

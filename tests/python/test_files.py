@@ -119,3 +119,41 @@ def test_a_head_that_is_no_table_is_refused():
         body = line + b"\n"
         with pytest.raises(ValueError, match="no checkpoint of a run"):
             kr.resume(b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body)
+
+
+# Boundary values
+
+
+def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path):
+    close = os.close
+
+    def closed(handle):
+        name = os.readlink(f"/proc/self/fd/{handle}")
+        close(handle)
+        os.unlink(name)
+
+    monkeypatch.setattr(files.os, "close", closed)
+    files.refuse_no_place(tmp_path / "path.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_device_is_written_as_it_is():
+    TOP.to_toml(os.devnull)
+    assert not os.path.isfile(os.devnull)
+
+
+@pytest.mark.parametrize("call", ["open", "fsync"])
+def test_where_a_folder_cannot_be_put_on_the_disk_its_file_is(tmp_path, monkeypatch, call):
+    real, folders = getattr(os, call), []
+
+    def no_folder(what, *words, **more):
+        is_folder = what == tmp_path if call == "open" else os.path.isdir(f"/proc/self/fd/{what}")
+        if is_folder:
+            folders.append(what)
+            raise OSError(22, "Invalid argument")
+        return real(what, *words, **more)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(os, call, no_folder)
+        TOP.to_toml(tmp_path / "top.toml")
+    assert folders and kr.Scene.from_toml(tmp_path / "top.toml") == TOP

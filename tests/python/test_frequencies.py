@@ -8,6 +8,8 @@ import pytest
 from kreisel._analysis.frequencies import _lines
 from tops import FREE, GENERAL, LAGRANGE
 
+TOP = kr.scenes.asymmetric
+
 
 def sampled(scene, periods=60, states=4096, method="taylor"):
     exact = kr.exact(scene)
@@ -156,3 +158,16 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
 def test_what_cannot_be_is_refused(path, n, said):
     with pytest.raises((TypeError, ValueError, AttributeError), match=said):
         kr.frequencies(path, n)
+
+
+# Boundary values
+
+
+def test_frequencies_need_so_many_states():
+    t = np.linspace(0.0, 30.0, 64)
+    path = kr.solve(TOP, t)
+    kr.frequencies(path, 64)
+    with pytest.raises(ValueError, match="n must be at most the number of states, 64, not 65"):
+        kr.frequencies(path, 65)
+    with pytest.raises(ValueError, match="the path must have at least 64 states, not 63"):
+        kr.frequencies(kr.solve(TOP, t[:63]), 64)

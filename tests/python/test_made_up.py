@@ -3,6 +3,7 @@ literature that are rounded are taken as they are, where that is said."""
 
 import copy
 import dataclasses
+import math
 import pickle
 import re
 import warnings
@@ -254,3 +255,16 @@ def test_a_rounded_body_has_the_equations_of_its_moments():
 def test_the_page_refuses_rounded_bodies():
     with pytest.raises(ValueError, match="the page has no rounded moments"):
         kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
+
+
+# Boundary values
+
+
+def test_what_is_rounded_is_rounded_by_less_than_all():
+    tensor = np.diag([2.0, 3.0, 4.0])
+    assert kr.Body(1.0, tensor, (0, 0, 0), rounded=0.0).moments == (2.0, 3.0, 4.0)
+    almost = kr.Body(1.0, tensor, (0, 0, 0), rounded=math.nextafter(1.0, 0.0))
+    assert almost.rounded < 1.0
+    for wrong in (1.0, -5e-324, math.nan):
+        with pytest.raises(ValueError, match="rounded must be"):
+            kr.Body(1.0, tensor, (0, 0, 0), rounded=wrong)

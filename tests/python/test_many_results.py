@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 from many import MIXED, SCENES, TIMES, UNDAMPED, same, same_path, scattered
 
+THESIS = kr.scenes.thesis
+MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+
 GRID = kr.scenes.cusps.vary(spin=np.linspace(5, 20, 4)[:, None], tilt=np.linspace(0.1, 1, 3))
 PATHS = kr.solve(GRID, TIMES)
 QUANTITIES = ["apex", "frame", "nutation", "energy", "body_velocity", "kowalewski", "spin_angle"]
@@ -227,3 +230,15 @@ def test_the_time_of_a_plan_goes_with_the_way_and_with_the_states(monkeypatch):
     )
     few, many = (kr.plan(UNDAMPED, np.linspace(1, 2, n), **words).seconds for n in (100, 10**5))
     assert few == 1.0 and many == pytest.approx(10**5 / 2048, rel=1e-12)
+
+
+# Boundary values
+
+
+def test_a_top_of_many_with_one_time():
+    for t, step in ((1.0, 0.125), (-1.0, -0.125)):
+        path = kr.solve(MANY, [t], "strang", step=0.125)
+        assert path[0, 1].t.tolist() == [t] and path[0, 1].step == step
+        alone = kr.solve(MANY[0, 1], [t], "strang", step=0.125)
+        assert np.array_equal(path[0, 1].states, alone.states)
+    assert kr.solve(MANY, [-1.0, 0.0][:1], "strang", step=0.125)[1, 2].step == -0.125

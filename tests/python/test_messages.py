@@ -1,11 +1,16 @@
 """Messages: a refusal names the word, shows a line of the value at most, and says what would be
 right."""
 
+from types import SimpleNamespace
+
 import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
+from kreisel._recording.path import ROUNDING, stopped
 from tops import GENERAL, LAGRANGE
+
+TOP = kr.scenes.asymmetric
 
 MANY = np.linspace(0.0, 1.0, 50_001)
 ONE_NAN = np.where(np.arange(50_001) == 777, np.nan, MANY)
@@ -179,3 +184,19 @@ def test_the_plan_says_how_far_a_top_turns_in_a_step():
     assert kr.plan(GENERAL).turn is None and "in each" not in str(kr.plan(GENERAL, step=1))
     still = kr.Scene(body(), momentum=(0, 0, 0), gravity=0)
     assert kr.plan(still, method="strang", step=1).turn == 0.0
+
+
+# Boundary values
+
+
+def test_a_tolerance_is_told_to_be_below_rounding_where_it_is():
+    with pytest.raises(kr.Error) as refused:
+        kr.solve(TOP, [10.0], "extrap", tol=ROUNDING / 64, max_steps=1000)
+    assert "which is below the rounding of doubles" in str(refused.value)
+
+
+def test_the_rounding_itself_is_not_below_rounding():
+    for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
+        path = SimpleNamespace(tol=tol)
+        error = stopped("ERR_STEP", path, "it got to t = 1")
+        assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)

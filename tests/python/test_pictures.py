@@ -13,10 +13,13 @@ from inside import solid_of
 from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
-from kreisel._drawing.solids import bar
+from kreisel._drawing import solids
+from kreisel._drawing.solids import bar, turned
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
+
+THESIS = kr.scenes.thesis
 
 CUSPS = kr.solve(kr.scenes.cusps, np.linspace(0, 6, 301))
 PNG, GIF = b"\x89PNG\r\n", b"GIF89a"
@@ -346,3 +349,41 @@ def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
     drawn = axes.collections[0].get_paths()
     heights = np.concatenate([path.vertices[:, 1] for path in drawn])
     assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)
+
+
+# Boundary values
+
+
+def test_plots_take_so_many_paths_and_round_ticks():
+    pytest.importorskip("matplotlib")
+    from kreisel._analysis.plot import MOST
+    from matplotlib.ticker import MaxNLocator
+
+    path = kr.solve(THESIS, np.linspace(0.0, 5.0, 50))
+    figure = kr.plot([path] * MOST).figure
+    charts = [one for one in figure.axes if one.get_ylabel()]
+    assert charts
+    for chart in charts:
+        for axis in (chart.xaxis, chart.yaxis):
+            assert isinstance(axis.get_major_locator(), MaxNLocator)
+            assert axis.get_major_locator().tick_values(0, 13).tolist() == [0, 5, 10, 15]
+    with pytest.raises(ValueError, match=f"a list of 1 to {MOST} paths, not of {MOST + 1}"):
+        kr.plot([path] * (MOST + 1))
+
+
+def test_a_body_of_any_size_is_drawn_as_what_it_is():
+    moments = np.array([2.0, 2.0, 1.0])
+    for size in (1e-10, 1.0, 1e10):
+        leans, stands = (
+            solids.solid_of(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
+            for x in (0.1, 0.0)
+        )
+        assert len(leans) == 6 and len(stands) > 100
+
+
+def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
+    faces, _ = turned(2.0, 0.3, 0.5, False)
+    points = faces.reshape(-1, 3)
+    assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
+    assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])
+    assert {round(float(z), 12) for z in points[:, 2]} == {0.2, 0.8}

@@ -1,6 +1,7 @@
 """Recording: the times asked for, and paths, which compute their quantities when asked."""
 
 import copy
+import os
 import pickle
 import threading
 import time
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 from inside import QUANTITIES, states
 from tops import CORNER, FIXED, GENERAL, matrix, scene_for
+
+TOP = kr.scenes.asymmetric
 
 COMPUTED = {name: quantity.shape for name, quantity in QUANTITIES.items() if name not in ("q", "m")}
 
@@ -274,3 +277,15 @@ def test_the_page_has_neither_gsl_nor_auto_nor_steps_without_end():
         with pytest.raises(ValueError, match="whole millionths"):
             kr.view(kr.scenes.asymmetric, step=step, open=False)
     assert kr.view(kr.scenes.asymmetric, step=2147.0, open=False)
+
+
+# Boundary values
+
+
+def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
+    def untold(_):
+        raise ValueError("unrecognized configuration name")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(os, "sysconf", untold)
+        assert len(kr.solve(TOP, 1.0, "rk4", step=0.01, every=10)) == 11

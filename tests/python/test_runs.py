@@ -230,3 +230,18 @@ def test_a_fresh_run_has_cost_nothing():
     run = kr.start(TOP, "strang", step=0.01)
     assert tuple(run.stats) == (0, 0, 0, 0) and run.t == 0.0
     assert run.to([]).stats == run.stats
+
+
+# Boundary values
+
+
+def test_an_iterator_of_lists_is_no_iterator_of_times():
+    with pytest.raises(ValueError, match="an iterator of times, not of"):
+        list(kr.stream(TOP, iter([[1.0, 2.0], [3.0, 4.0]])))
+
+
+def test_a_run_that_has_not_begun_has_cost_nothing():
+    run = kr.start(TOP, "strang", step=0.01)
+    assert (run.t, tuple(run.stats)) == (0.0, (0, 0, 0, 0))
+    assert tuple(kr.resume(run.checkpoint).stats) == (0, 0, 0, 0)
+    assert repr(run) == "<kreisel.Run: strang at t = 0, 0 steps>"

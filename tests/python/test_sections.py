@@ -8,6 +8,8 @@ import pytest
 from many import SCENES
 from tops import CORNER, FREE, LAGRANGE
 
+TOP = kr.scenes.asymmetric
+
 TOPS = kr.Ensemble.of([kr.scenes.asymmetric.replace(momentum=m) for m in np.eye(3) + 0.3])
 LOW = kr.events.nutation(direction=1)
 LOOP = kr.events.loop()
@@ -171,3 +173,27 @@ def test_progress_and_interruption():
 def test_what_cannot_be_is_refused(words, said):
     with pytest.raises((TypeError, ValueError, MemoryError), match=said):
         kr.section(**({"tops": TOPS} | words))
+
+
+# Boundary values
+
+
+def test_a_section_waits_as_long_as_is_said():
+    first = kr.section(TOP, n=1).t[0]
+    assert kr.section(TOP, n=1, wait=1.001 * first).count.tolist() == [1]
+    late = kr.section(TOP, n=1, wait=0.999 * first)
+    assert late.count.tolist() == [0] and late.failed.tolist() == [0]
+    for wrong, said in ((0.0, "wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
+        with pytest.raises(ValueError, match=said):
+            kr.section(TOP, n=1, wait=wrong)
+    for event in (kr.events.nutation(most=2), kr.events.nutation(terminal=True)):
+        with pytest.raises(ValueError, match="leave most and terminal out"):
+            kr.section(TOP, event, 1)
+    with pytest.raises(ValueError, match="n must be"):
+        kr.section(TOP, n=0)
+
+
+def test_a_body_at_rest_waits_for_a_section_in_vain():
+    rest = kr.Scene(FREE.body, attitude=(1, 0, 0, 0), momentum=(0, 0, 0), gravity=0.0)
+    path = kr.section(kr.Ensemble.of([rest, TOP]), n=2)
+    assert path.count.tolist() == [0, 2]

@@ -293,3 +293,22 @@ def test_a_shape_that_is_none_is_refused(name, words, exception, message):
 def test_lengths_that_are_none_are_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+# Boundary values
+
+
+def test_solids_have_no_edge_of_nothing():
+    for make in (kr.Bodies.ellipsoid, kr.Bodies.cuboid):
+        for half in ([[1.0, 1.0, 0.0]], [[0.0, 1.0, 1.0], [1.0, 1.0, 1.0]]):
+            with pytest.raises(ValueError, match="half"):
+                make(half, (0.0, 0.0, 0.5), mass=1.0)
+        assert make([[1.0, 1.0, 5e-9]], (0.0, 0.0, 0.5), mass=1.0).shape == (1,)
+
+
+def test_tubes_may_have_no_hole_or_no_wall():
+    many = kr.Bodies.tube([0.0, 1.0, 0.5], 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0)
+    one = [kr.Body.tube(hole, 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0) for hole in (0.0, 1.0, 0.5)]
+    assert np.allclose(many.moments, [body.moments for body in one], rtol=1e-15)
+    with pytest.raises(ValueError, match="inner"):
+        kr.Bodies.tube([0.5, 1.0000001], 1.0, 1.0, (0.0, 0.0, 0.0), mass=1.0)

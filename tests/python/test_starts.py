@@ -1,4 +1,4 @@
-"""Starts in the words of textbooks: Euler's angles, steady precession, given energies."""
+"""Textbook starts: Euler angles and rates, attitudes, steady precession, spinning."""
 
 import math
 import re
@@ -7,6 +7,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 from tops import CORNER, MOMENTUM, TILT, matrix
+
+TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 
 CONE = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1.5)
 I1, _, I3 = CONE.moments
@@ -246,155 +248,40 @@ def test_textbook_starts_may_be_damped():
     assert kr.Scene.spinning(CONE, 60.0, 1.0, steady=True, damping=0.0).damping == (0, 0, 0)
 
 
-# On an energy surface
-
-ASYMMETRIC = kr.scenes.asymmetric.body
-TURNED = kr.Body(1.5, [[2, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1]], (0.1, 0.2, 0.6))
-ROUND = kr.Body.symmetric(1.0, 0.782, 0.783, 0.21)
-NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), made_up=True)
+# Boundary values
 
 
-def amended(body, gravity, vertical, P):
-    """What is left of the energy where nothing moves but about the vertical P, seen from the frame
-    of description (n, 3)."""
-    inertia = np.array(body.inertia)
-    inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
-    about = np.einsum("ni,ij,nj->n", P, inertia, P)
-    return body.mass * gravity * P @ body.com + vertical**2 / (2 * about)
+def test_tops_may_lean_by_up_to_half_a_turn():
+    body = THESIS.body
+    told = kr.Scene.spinning(body, tilt=math.pi, spin=10.0, steady=True)
+    many = kr.Ensemble.spinning(body, tilt=[0.5, math.pi], spin=10.0, steady=True)
+    assert told.attitude[0] == pytest.approx(0.0, abs=1e-15) and len(many) == 2
+    for wrong in (math.nextafter(math.pi, 4.0), -5e-324):
+        with pytest.raises(ValueError, match=r"tilt"):
+            kr.Ensemble.spinning(body, tilt=[0.5, wrong], spin=10.0, steady=True)
 
 
-@pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER])
-@pytest.mark.parametrize("energy, vertical, gravity", [(5.0, 1.0, 0.7), (4, -2, -1.3), (7, 0, 0)])
-@pytest.mark.parametrize("how", [{"n": 40}, {"grid": (5, 6, 3)}, {"grid": (5, 6)}])
-def test_starts_have_the_energy_and_the_vertical_momentum(body, energy, vertical, gravity, how):
-    words = {"energy": energy, "vertical": vertical, "gravity": gravity}
-    found = kr.starts(body, **words, **how)
-    assert len(set(found)) == len(found) > 10
-    for scene in found:
-        path = kr.solve(scene, [0.0])
-        assert path.energy[0] == pytest.approx(energy, abs=2e-14 * energy)
-        assert path.vertical_momentum[0] == pytest.approx(vertical, abs=2e-14)
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+def test_what_counts_as_symmetric_does_not_depend_on_the_units(scale):
+    moments = np.array([1.0, 1.0 + 1e-11, 0.5]) * scale
+    far = 0.5 * scale**0.5
+    unlike = kr.Body(1.0, tuple(moments), (0, 0, far))
+    with pytest.raises(ValueError, match="symmetric"):
+        kr.Scene.spinning(unlike, tilt=0.5, spin=10.0, steady=True)
+    alike = kr.Body(1.0, (scale, scale, 0.5 * scale), (0, 0, far))
+    both = kr.Ensemble.of([THESIS.replace(body=unlike), THESIS.replace(body=alike)]).body
+    with pytest.raises(ValueError, match=r"^body\[0\]: "):
+        kr.Ensemble.spinning(both, tilt=0.5, spin=10.0, steady=True)
+    leans = kr.Body(1.0, tuple(moments), (1e-3 * far, 0, far))
+    path = kr.solve(TOP.replace(body=leans), [0.0])
+    with pytest.raises(ValueError, match="no rod belongs to this top"):
+        kr.rod(path)
 
 
-def test_start_number_i_depends_on_seed_and_i_alone():
-    words = {"energy": 2.0, "vertical": 1.0}
-    many = kr.starts(ASYMMETRIC, n=20, seed=3, **words)
-    assert kr.starts(ASYMMETRIC, n=5, seed=3, **words) == many[:5]
-    assert not set(kr.starts(ASYMMETRIC, n=20, seed=4, **words)) & set(many)
-    assert kr.starts(ASYMMETRIC, n=0, **words).shape == (0,)
-
-
-def test_a_seed_gives_the_same_starts_for_ever():
-    tops = kr.starts(ASYMMETRIC, energy=2.0, vertical=1.0, n=2, seed=7)
-    first = [0.9115183727699853, 0.1931344077567047, -0.3630886346929978, 0.0]
-    assert tops.attitude[0] == pytest.approx(first, abs=1e-12)
-    second = [-3.7700409266300934, 5.73886832164318, 1.0]
-    assert tops.momentum[1] == pytest.approx(second, abs=1e-12)
-
-
-def test_random_starts_are_even_in_the_volume_of_the_surface():
-    """Of a Lagrange top the density of its height z is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
-    body = kr.Body.symmetric(1, 1, 0.1, 0.2)
-    found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
-    heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])
-    z = np.linspace(-1, 1, 20001)
-    density = 1 / np.sqrt((1 - z * z) + 0.1 * z * z)
-    below = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
-    expected = np.interp(heights, z, below / below[-1])
-    apart = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
-    assert 0.005 < apart < 1.63 / math.sqrt(2000)  # Kolmogorov and Smirnov at 1 %
-
-
-def test_the_grid_has_all_that_can_be_and_no_more():
-    words = {"energy": 0.6, "vertical": 0.8}
-    found = kr.starts(TURNED, grid=(8, 10, 4), **words)
-    z = -1 + (2 * np.arange(8) + 1) / 8
-    angle = 2 * np.pi * (np.arange(10) + 0.5) / 10
-    P = np.array(
-        [
-            (np.sqrt(1 - h * h) * np.cos(a), np.sqrt(1 - h * h) * np.sin(a), h)
-            for h in z
-            for a in angle
-        ]
-    )
-    can_be = amended(TURNED, 1.0, 0.8, P) <= 0.6
-    assert 0 < can_be.sum() < 80 and len(found) == 4 * can_be.sum()
-    seen = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
-    np.testing.assert_allclose(seen, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
-
-
-def least_energy(body, **words):
-    with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as caught:
-        kr.starts(body, energy=-100, n=3, **words)
-    return float(re.search(r"there is ([-+.\de]+)$", str(caught.value))[1])
-
-
-@pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
-@pytest.mark.parametrize("vertical, gravity", [(0.0, 1.0), (1.5, 0.7), (7.2, 1.0), (30.0, -1.3)])
-def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity):
-    words = {"vertical": vertical, "gravity": gravity}
-    least = least_energy(body, **words)
-    rng = np.random.default_rng(8)
-    P = rng.normal(size=(200000, 3))
-    P /= np.linalg.norm(P, axis=1)[:, None]
-    sampled = amended(body, gravity, vertical, P).min()
-    size = max(abs(sampled), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
-    assert least <= sampled + 1e-14 * size and sampled - least < 1e-3 * size
-    assert len(kr.starts(body, energy=least + 0.01 * size, n=3, **words)) == 3
-
-
-def test_the_least_energy_is_the_same_in_any_unit_of_length():
-    for vertical in (0.5, 1.5, 6.0):
-        least = least_energy(TURNED, vertical=vertical, gravity=0.7)
-        for unit in (1e-3, 1e3):
-            inertia, com = np.array(TURNED.inertia) * unit**2, np.array(TURNED.com) * unit
-            other = kr.Body(TURNED.mass, inertia.tolist(), com.tolist())
-            told = least_energy(other, vertical=vertical * unit, gravity=0.7 / unit)
-            assert told == pytest.approx(least, rel=1e-13)
-
-
-@pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE])
-def test_starts_are_found_however_near_the_least_energy(body):
-    least = -body.mass * np.linalg.norm(body.com)
-    for above in (1e-3, 1e-6, 1e-9, 1e-12):
-        tops = kr.starts(body, energy=least * (1.0 - above), vertical=0.0, n=50)
-        energy = kr.solve(tops, [0.0]).energy[:, 0]
-        assert np.abs(energy - least * (1.0 - above)).max() < 2e-15 * abs(least)
-        hanging = 1.0 + kr.solve(tops, [0.0]).apex[:, 0, 2]
-        assert hanging.max() < 1.001 * above + 1e-15 and hanging.min() < 0.5 * above
-
-
-@pytest.mark.parametrize("energy, vertical", [(3.0, 1.0), (-0.6, 0.1), (20.0, -2.0)])
-def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
-    tops = kr.starts(TURNED, energy=energy, vertical=vertical, grid=(7, 9))
-    start = kr.solve(tops, [0.0])
-    rate = np.cross(start.velocity[:, 0], start.apex[:, 0])[:, 2]
-    assert len(tops) >= 8 and np.abs(rate).max() < 1e-14 * np.abs(start.velocity).max()
-    heights = np.unique(start.apex[:, 0, 2].round(12))
-    assert set(heights) <= {round((2 * k + 1) / 7 - 1, 12) for k in range(7)}
-    apart = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
-    assert apart.min() > 1e-6  # the two momenta at each place
-
-
-@pytest.mark.parametrize(
-    "words, exception, message",
-    [
-        ({}, ValueError, "exactly one of n and grid, not none"),
-        ({"n": 3, "grid": (1, 1, 1)}, ValueError, "exactly one of n and grid, not both"),
-        ({"n": -1}, ValueError, "n must be at least 0"),
-        ({"n": 3, "seed": -1}, ValueError, "seed must be at least 0"),
-        ({"n": 2.5}, TypeError, "n must be a whole number"),
-        ({"grid": (3, 3, 3, 3)}, ValueError, "grid must be 2 or 3 whole numbers"),
-        ({"grid": (3, 3, 0)}, ValueError, "grid must be at least 1"),
-        ({"grid": (3, 3, 1.5)}, TypeError, "grid must be a whole number"),
-        ({"n": 3, "energy": np.nan}, ValueError, "energy must be finite"),
-        ({"n": 3, "vertical": "1"}, TypeError, "vertical must be a number"),
-        ({"n": 3, "body": kr.scenes.thesis}, TypeError, "body must be a kreisel.Body"),
-        ({"n": 3, "gravity": (0, 0, 1)}, TypeError, "gravity must be a number"),
-        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make it finer"),
-        ({"n": 30, "body": NEEDLE}, ValueError, "or the body is nearly a line"),
-    ],
-)
-def test_starts_refuse(words, exception, message):
-    with pytest.raises(exception, match=message):
-        kr.starts(**{"body": ASYMMETRIC, "energy": 2.0, "vertical": 0.1, **words})
+def test_bodies_alike_about_their_axes_precess_steadily_one_by_one():
+    bodies = [kr.Body(1.0, (4.0, 4.0, c), (0, 0, z)) for c, z in ((3.0, 1.0), (2.0, -0.5))]
+    many = kr.Ensemble.of([THESIS.replace(body=body) for body in bodies]).body
+    made = kr.Ensemble.spinning(many, tilt=0.5, spin=10.0, steady=True)
+    for i, body in enumerate(bodies):
+        one = kr.Scene.spinning(body, tilt=0.5, spin=10.0, steady=True)
+        np.testing.assert_allclose(made[i].momentum, one.momentum, rtol=1e-14, atol=1e-14)

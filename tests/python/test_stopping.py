@@ -9,6 +9,7 @@ import weakref
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._verbs import run, tangents
 from toolbox import python
 from tops import GENERAL
 
@@ -234,3 +235,30 @@ def test_other_signals_raise_what_their_handler_raises():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+
+
+# Boundary values
+
+
+@pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
+def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
+    for verb in run, tangents:
+        monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
+    with pytest.raises(kr.Error) as told:
+        kr.solve(TOP, [1.0], **words)
+    assert tuple(told.value.path.stats) == (0, 0, 0, 0) and len(told.value.path) == 1
+
+
+def test_ctrl_c_while_quantities_are_computed_loses_nothing(monkeypatch):
+    real, pressed = kr.Path.only, []
+
+    def only(path, want):
+        if not pressed:
+            pressed.append(path)
+            raise KeyboardInterrupt
+        return real(path, want)
+
+    monkeypatch.setattr(kr.Path, "only", only)
+    with pytest.raises(kr.Interrupted) as stopped:
+        list(kr.stream(TOP, [1.0, 2.0], want=["energy"]))
+    assert len(stopped.value.path.energy) == 2 and stopped.value.status == "ERR_INTERRUPTED"

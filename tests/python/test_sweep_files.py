@@ -1,8 +1,10 @@
 """The parts of a sweep, as others read them and as kreisel does; and whence their tops come."""
 
 import copy
+import math
 import pickle
 import sys
+from types import SimpleNamespace
 
 import duckdb
 import kreisel as kr
@@ -13,6 +15,8 @@ import pyarrow.csv as text
 import pyarrow.parquet as parquet
 import pytest
 from kreisel._sweeping import folder as folder_of
+from kreisel._sweeping import planned, seal
+from kreisel._sweeping.planned import canonical
 from many import MIXED, scattered
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
 from words import ENSEMBLES
@@ -335,3 +339,30 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
 def test_dampings_of_one_number_are_those_along_all_axes():
     source = kr.Source.grid(TOP, damping=[[0.1], [0.2]])
     assert source[1] == TOP.replace(damping=0.2) and source.shape == (2,)
+
+
+# Boundary values
+
+
+def test_a_seal_may_be_all_that_a_file_has():
+    whole = seal.sealed(bytearray(seal.OPEN.encode()))
+    assert seal.is_whole(bytes(whole))
+    assert not seal.is_whole(b"") and not seal.is_whole(bytes(whole[1:]))
+    assert not seal.is_whole(bytes(whole[:-1] + b"?"))
+
+
+def test_words_of_a_plan_stand_in_it_up_to_a_size():
+    most = planned._INLINE
+    ((name, shape, inside),) = planned._words(
+        {"spin": SimpleNamespace(value=(), values=np.arange(float(most)))}
+    )
+    assert (name, shape, len(inside)) == ("spin", [], most)
+    ((*_, beside),) = planned._words(
+        {"spin": SimpleNamespace(value=(3,), values=np.arange(float(most + 1)))}
+    )
+    assert isinstance(beside, str)
+
+
+def test_a_plan_tells_no_number_that_json_lacks():
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        canonical({"step": math.nan})

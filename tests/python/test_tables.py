@@ -14,6 +14,9 @@ from inside import QUANTITIES, WANTED
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 
+THESIS = kr.scenes.thesis
+MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+
 TOP = kr.scenes.asymmetric
 TIMES = np.linspace(0.0, 20.0, 201)
 STATE = ["q_w", "q_x", "q_y", "q_z", "m_x", "m_y", "m_z"]
@@ -231,3 +234,23 @@ def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
     with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
         use(path)
     assert path.energy_error < 1e-10  # and all else is there
+
+
+# Boundary values
+
+
+def test_kept_vectors_name_their_components():
+    pytest.importorskip("xarray")
+    kept = kr.solve(MANY, 1.0, reduce={"apex": "mean", "energy": "max"}).to_xarray()
+    (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
+    inner = kept[name].dims[-1]
+    assert kept[inner].values.tolist() == ["x", "y", "z"]
+
+
+def test_tables_of_tops_in_a_row_have_the_times_of_each():
+    pytest.importorskip("xarray")
+    tops = THESIS.vary(spin=[1.0, 2.0, 3.0])
+    own = np.arange(6.0).reshape(3, 2)
+    data = kr.solve(tops, own).to_xarray("energy")
+    assert data["t"].dims == ("spin", "time") and np.array_equal(data["t"], own)
+    assert kr.solve(tops, [1.0, 2.0]).to_xarray("energy")["time"].values.tolist() == [1.0, 2.0]

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from tops import CORNER, TILT
 
+THESIS = kr.scenes.thesis
+
 GOOD = "[body]\nmass = 1\ninertia = [2, 2, 1]\ncom = [0, 0, 1]\n"
 
 
@@ -232,3 +234,20 @@ def test_a_text_that_is_wrong_is_refused(text, exception, message):
 def test_a_line_is_the_name_of_a_file():
     with pytest.raises(FileNotFoundError):
         kr.Scene.from_toml("momentum = [0, 0, 1]")
+
+
+# Boundary values
+
+
+def test_a_scene_may_be_so_long(tmp_path):
+    text = THESIS.to_toml()
+    for over in (0, 1):
+        file = tmp_path / "scene.toml"
+        file.write_text(text + "#" + " " * ((1 << 20) - len(text) - 2 + over) + "\n")
+        assert file.stat().st_size == (1 << 20) + over
+        for read in (kr.Scene.from_toml, kr.load):
+            if over:
+                with pytest.raises(ValueError, match=r"more than 1048576 bytes|would be shorter"):
+                    read(file)
+            else:
+                assert read(file) == THESIS

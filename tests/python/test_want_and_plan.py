@@ -8,10 +8,14 @@ import kreisel as kr
 import numpy as np
 import pytest
 from inside import PIECE, TURNING, WANTED
+from kreisel._verbs import plans
 from tops import FREE, WILD, scene_for, words_for
+
+THESIS = kr.scenes.thesis
 
 TOP = kr.scenes.asymmetric
 MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
+TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
 # What is wanted
@@ -203,3 +207,55 @@ def test_plan_says_what_a_drift_leaves_out(name):
     assert what in left_out(kr.scenes.thesis, method=name, step=0.1)
     if kr.methods[name].suits(asymmetric):
         assert what not in left_out(asymmetric, method=name, step=0.1)
+
+
+# Boundary values
+
+
+def test_a_plan_tells_its_bytes_in_all():
+    plan = kr.plan(TOPS, [1.0, 2.0, 3.0], threads=2)
+    assert f"3 states each: {1e-6 * plan.bytes:.3g} MB in all" in str(plan)
+    assert f"about {plan.seconds:.2g} s, as 6 of the tops tell" in str(plan)
+
+
+def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
+    seen = []
+    fill = plans.fill
+
+    def filled(rows, few, some, begin, end, times, work):
+        seen.append(np.array(times))
+        return fill(rows, few, some, begin, end, times, work)
+
+    monkeypatch.setattr(plans, "fill", filled)
+    own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
+    kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
+    at = np.linspace(0, 99, 16).astype(int)
+    np.testing.assert_array_equal(seen[0], own[at])
+
+
+def test_up_to_sixteen_digits_nothing_is_left_out_of_what_is_wanted():
+    assert kr.solve(TOP, [1.0], digits=16, want=["q"]).q_low.tolist() == [[0.0] * 4]
+    with pytest.raises(AttributeError, match="q_low"):
+        _ = kr.solve(TOP, [1.0], digits=17, want=["q"]).q_low
+
+
+def test_the_plan_keeps_an_attitude_only_where_a_method_computes_it_anyway():
+    def kept(method, want, **words):
+        return dict(kr.plan(TOP, method=method, want=want, **words).kept)
+
+    assert "strang computes it" in kept("strang", ("energy",), step=0.01)["attitude"]
+    assert "attitude" not in kept("strang", ("apex",), step=0.01)
+    assert "attitude" not in kept("strang", None, step=0.01)
+    assert "attitude" not in kept("taylor", ("energy",))
+    assert "no form without it" in kept("taylor", ("energy",), digits=30)["attitude"]
+    symmetric = kr.plan(kr.scenes.thesis, method="exact", want=("energy",))
+    assert "attitude" not in dict(symmetric.kept)
+
+
+def test_the_plan_keeps_what_two_equal_moments_or_no_torque_would_save():
+    def kept(scene, **words):
+        return set(dict(kr.plan(scene, method="taylor", **words).kept))
+
+    assert kept(TOP) == set() and kept(kr.scenes.thesis) == {"general form"}
+    assert kept(TOP.replace(gravity=0.0)) == {"torque"}
+    assert "general form" not in dict(kr.plan(kr.scenes.thesis, method="strang", step=0.1).kept)

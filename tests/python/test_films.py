@@ -1,0 +1,84 @@
+"""Films of paths: GIF and HTML files, their frames, sizes and colours."""
+
+import errno
+import os
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib")
+from kreisel._drawing import film as made
+from PIL import Image
+
+TOP = kr.scenes.thesis
+PATH = kr.solve(TOP, [0.0, 255.0])
+
+
+def raising(error):
+    def fails(*_, **__):
+        raise error
+
+    return fails
+
+
+def test_a_film_is_saved_once_it_is_made(tmp_path):
+    film = kr.solve(kr.scenes.asymmetric, 0.5).animate(speed=0.5, fps=2, size=32)
+    film.save(tmp_path / "top.gif")
+    assert (tmp_path / "top.gif").read_bytes().startswith(b"GIF89a")
+    with pytest.raises(ValueError, match="file must end in one of"):
+        film.save(tmp_path / "top.txt")
+
+
+def test_a_place_that_takes_no_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
+    film = kr.solve(kr.scenes.asymmetric, 0.5).animate(speed=0.5, fps=2, size=32)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", raising(PermissionError(errno.EACCES, "Permission denied")))
+        with pytest.raises(PermissionError, match=r"top\.gif cannot be written: Permission denied"):
+            film.save(tmp_path / "top.gif")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_film_has_at_most_so_many_points():
+    assert len(PATH.animate(speed=1, fps=1, size=1024)) == 256
+    with pytest.raises(ValueError, match=r"^257 frames of 1024 x 1024 .*: 256 are .* = 1\.25,"):
+        kr.solve(TOP, [0.0, 320.0]).animate(speed=1.25, fps=1, size=1024)
+    with pytest.raises(ValueError, match=r"^512 frames .*: 256 are possible, with speed = 2,"):
+        kr.solve(TOP, [0.0, 510.0]).animate(speed=2 * 510 / 1022, fps=1, size=1024)
+    with pytest.raises(ValueError, match=r": 2 are possible, with speed = 765, "):
+        PATH.animate(speed=100, fps=3, size=20000)
+
+
+@pytest.mark.parametrize(("fps", "pause"), [(100, 20), (30, 30), (7, 140), (1, 1000)])
+def test_a_gif_pauses_in_hundredths_of_a_second(tmp_path, fps, pause):
+    PATH.animate(tmp_path / "top.gif", speed=255 * fps / 2, fps=fps, size=16)
+    with Image.open(tmp_path / "top.gif") as image:
+        assert image.n_frames == 3 and image.info["duration"] == pause
+
+
+def test_a_gif_has_at_most_128_colours(tmp_path):
+    PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
+    with Image.open(tmp_path / "top.gif") as image:
+        first = image.convert("RGB").getcolors()
+        assert 100 < len(first) <= 128
+
+
+def test_a_gif_shows_the_colours_of_its_film(tmp_path):
+    film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
+    drawn = np.asarray(next(made._images(film)).convert("RGB")).astype(int)
+    with Image.open(tmp_path / "top.gif") as image:
+        shown = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5
+
+
+def test_a_page_of_a_film_plays_as_many_frames_a_second():
+    assert "new Animation(frames, img_id, slider_id, 250," in (
+        PATH.animate(speed=255, fps=4, size=16)._repr_html_()
+    )
+
+
+@pytest.mark.parametrize("endings", [("TOP.GIF", b"GIF"), ("Top.Html", b"<!doctype html>\n<html>")])
+def test_endings_of_films_may_be_in_capitals(tmp_path, endings):
+    name, begin = endings
+    PATH.animate(tmp_path / name, speed=255, fps=1, size=16)
+    assert (tmp_path / name).read_bytes().startswith(begin)

@@ -1,0 +1,20 @@
+"""The Markdown table of methods and their measured costs."""
+
+import kreisel as kr
+from kreisel._analysis import costs
+
+
+def test_costs_are_told_by_three_figures():
+    told = [costs._short(x) for x in (0.994, 1.0, 9.94, 10.0, 10.4, 123.4)]
+    assert told == ["0.99", "1.0", "9.9", "10", "10", "123"]
+
+
+def test_the_table_of_costs_has_a_row_for_each_method():
+    given = {name: [2e-9, 3e-9, 0.0] for name in kr.methods} | {"rk4": [1e-9, 1e-9, 1e-9]}
+    rows = costs._rows(kr.methods, given).splitlines()
+    assert len(rows) == 2 + len(kr.methods)
+    assert {row.count("|") for row in rows} == {9}
+    (strang,) = (row for row in rows if row.startswith("| strang "))
+    assert [cell.strip() for cell in strang.split("|")[2:6]] == ["2", "2.0", "3.0", ""]
+    (taylor,) = (row for row in rows if row.startswith("| taylor "))
+    assert taylor.split("|")[2].strip() == "varies"

@@ -1,0 +1,157 @@
+"""Times of a run: lists, grids and iterators, their order, number and memory."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+import pytest
+from kreisel._request import many, times
+
+TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
+MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
+
+
+def test_steps_can_be_counted_up_to_an_edge():
+    edge = 2.0**53
+    assert times._steps(edge - 2.0, 1.0) == 2**53 - 2
+    for end in (edge, -edge):
+        with pytest.raises(ValueError, match=r"takes more steps of 1\.0 than double precision"):
+            times._steps(end, 1.0)
+        with pytest.raises(ValueError, match="takes more steps"):
+            times.refuse_endless(TOP, end, 1.0)
+    far = np.full((2, 3, 1), 0.01 * edge)
+    with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
+        many.times_of(MANY, far, many.order(MANY, "strang", 0.01), None)
+    assert times._steps(0.0, 0.1) == 0
+    assert [times._steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [3, 3, 3, 3, 2]
+
+
+def test_a_top_turns_up_to_an_edge():
+    end = 2.0**53 / TOP._fastest
+    times.refuse_endless(TOP, 0.999999 * end, None)
+    for far in (1.000001 * end, -1.000001 * end):
+        with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
+            times.refuse_endless(TOP, far, None)
+
+
+def test_a_grid_has_what_fits():
+    def grid(end, every=1, step=0.1):
+        return times.listed(end, step, every).round(12).tolist()
+
+    assert grid(0.0) == [0.0] and grid(0.05) == [0.0] and grid(-0.3) == [0.0, -0.1, -0.2, -0.3]
+    assert grid(0.5, 2) == [0.0, 0.2, 0.4] and grid(0.5, 5) == [0.0, 0.5] and grid(0.5, 6) == [0.0]
+    assert times.listed(0.5, None, 3).tolist() == times.listed(0.5, 0.1, None).tolist() == [0, 0.5]
+
+
+def test_memory_on_the_edge(monkeypatch):
+    for module in (times, many):
+        monkeypatch.setattr(module, "memory", lambda: 7200)
+    times.refuse_too_many(100, 72)
+    with pytest.raises(MemoryError, match=r"101 states need 7\.27e-06 GB"):
+        times.refuse_too_many(101, 72)
+    assert len(times.listed(9.9, 0.1, 1)) == 100
+    with pytest.raises(MemoryError, match="101 states"):
+        times.listed(10.0, 0.1, 1)
+    order = many.order(MANY, "auto")
+    many.refuse_too_large(MANY, np.ones(18), order)
+    with pytest.raises(MemoryError, match=r"6 tops with 19 states each need 7\.3e-06 GB"):
+        many.refuse_too_large(MANY, np.ones(19), order)
+    many.refuse_too_large(MANY, np.ones(1900), many.order(MANY, "auto", reduce={"energy": "min"}))
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        ([-1.0, 2.0], r"t\[1\] = 2\.0 goes back from t\[0\] = -1\.0|t\[0\] = -1\.0 goes back"),
+        ([1.0, 2.0, 1.5], r"t\[2\] = 1\.5 goes back from t\[1\] = 2\.0"),
+        ([-1.0, -2.0, -1.5], r"t\[2\] = -1\.5 goes back from t\[1\] = -2\.0"),
+    ],
+)
+def test_times_that_go_back_are_named(given, said):
+    with pytest.raises(ValueError, match=said):
+        times.listed(given, None, None)
+
+
+def test_times_that_go_back_from_where_a_run_stands_are_named():
+    for sign in (1, -1):
+        run = kr.start(TOP, back=sign < 0)
+        run.to([sign * 1.0])
+        with pytest.raises(ValueError, match=rf"t\[0\] = {sign * 0.5} goes back from the run's"):
+            run.to([sign * 0.5])
+        assert run.to([sign * 1.0]).t.tolist() == [sign * 1.0]
+    assert times.listed([1.0, 1.0], None, None).tolist() == [1.0, 1.0]
+    assert times.listed([-1.0, -1.0], None, None).tolist() == [-1.0, -1.0]
+    assert times.listed([0.0, 0.0], None, None).tolist() == [0.0, 0.0]
+
+
+def test_own_times_of_a_top_that_go_back_are_named(monkeypatch):
+    monkeypatch.setattr(many, "_ROWS", 4)
+    own = np.array([[[1.0, 2.0]] * 3] * 2)
+    own[1, 2] = 2.0, 1.0
+    with pytest.raises(ValueError, match=r"t\[1, 2, 1\] = 1\.0 goes back from t\[1, 2, 0\] = 2\.0"):
+        kr.solve(MANY, own)
+    own[1, 2], own[1, 1] = (1.0, 1.0), (-1.0, 2.0)
+    with pytest.raises(ValueError, match=r"t\[1, 1, 0\] = -1\.0 goes back from the start at 0"):
+        kr.solve(MANY, own)
+    own[1, 1] = -1.0, -1.0
+    assert np.array_equal(kr.solve(MANY, own).t, own)
+
+
+def test_pieces_are_of_the_size_that_is_asked_for():
+    def sizes(t, size, **more):
+        words = {"step": 0.1, "every": 1, "after": None, **more}
+        return [piece.round(12).tolist() for piece in times.pieces(t, size=size, **words)]
+
+    assert sizes(0.3, 2) == [[0.0, 0.1], [0.2, 0.3]] and sizes(-0.2, 2) == [[0.0, -0.1], [-0.2]]
+    assert sizes(0.7, 2, every=3) == [[0.0, 0.3], [0.6]]
+    assert sizes(0.7, 2, every=3, after=3 * 0.1) == [[0.6]]
+    assert sizes(0.7, 2, every=3, after=0.2) == [[0.3, 0.6]]
+    assert sizes(-0.7, 2, every=3, after=-0.2) == [[-0.3, -0.6]]
+    assert sizes(0.3, 2, after=3 * 0.1) == []
+    for t in ([1.0, 2.0, 3.0], iter([1.0, 2.0, 3.0])):
+        assert sizes(t, 2, every=None) == [[1.0, 2.0], [3.0]]
+    run = kr.start(TOP)
+    assert [len(path) for path in run.stream([1.0, 2.0], chunk=1)] == [1, 1]
+    endless = times.pieces(-math.inf, 0.5, 2, 3, None)
+    assert [next(endless).tolist() for _ in range(2)] == [[0.0, -1.0, -2.0], [-3.0, -4.0, -5.0]]
+
+
+def test_the_way_back_is_told_by_the_first_time_that_is_not_the_start():
+    for t, back in (
+        (0.0, False),
+        (-1.0, True),
+        ([0.0, -1.0], True),
+        ([], False),
+        (np.array([-1.0, -2.0]), True),
+        ((0.0, 1.0), False),
+        (np.float64(-2.0), True),
+        (-math.inf, True),
+    ):
+        assert times.direction(t)[0] is back
+    for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
+        told, t = times.direction(iter(given))
+        assert told is back and list(t) == given
+
+
+def test_rows_of_times_from_an_iterator_that_begin_with_the_start_lead_on():
+    told, _ = times.direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    assert told is False
+    assert times.direction(iter([np.array([0.0, -1.0])]))[0] is True
+
+
+def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):
+    def silent(name):
+        raise ValueError(name)
+
+    monkeypatch.setattr(times.os, "sysconf", silent)
+    assert times.memory() == 2**63
+    monkeypatch.setattr(times.os, "sysconf", {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 3}.__getitem__)
+    assert times.memory() == 12288
+
+
+def test_a_top_may_be_as_fast_as_it_likes_where_no_time_is_asked_for():
+    fast = THESIS.replace(momentum=(0, 0, 1e18))
+    for more in ({}, {"tangents": "start"}):
+        assert len(kr.solve(fast, [], **more)) == 0
+        with pytest.raises(ValueError, match=r"by t = 1\.0 this top turns by"):
+            kr.solve(fast, [1.0], **more)
