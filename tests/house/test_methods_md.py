@@ -1,7 +1,7 @@
 """METHODS.md is the table of the methods that are built."""
 
 import kreisel as kr
-from inside import page_of_methods, table_of_costs
+from internals import page_of_methods, table_of_costs
 from toolbox import ROOT
 
 

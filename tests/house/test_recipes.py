@@ -68,7 +68,7 @@ def test_a_ball_is_alike_about_all_axes_through_its_centre():
 """
 
 
-OF_THREADS = "many_laws", "many_results", "sections", "stopping", "exact"
+OF_THREADS = "ensemble_laws", "ensemble_results", "sections", "interruption", "exact"
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import json
 
 import kreisel as kr
 import numpy as np
-from inside import view
+from internals import view
 from kreisel import _core
 from toolbox import ROOT
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from browser import advance, drag, record, scene, states, visit, wait_for
 from click.testing import CliRunner
-from inside import cli, view
+from internals import cli, view
 
 
 def test_a_scene_from_python(browser, tmp_path):

@@ -6,7 +6,7 @@ import pickle
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import core
+from internals import core
 
 TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
 

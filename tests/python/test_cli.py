@@ -12,9 +12,9 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import call, said
 from click.testing import CliRunner
-from inside import WANTED, cli
-from shell import call, said
+from internals import WANTED, cli
 from tops import GENERAL
 
 SCENE = GENERAL.replace(gravity=1 / 3)

@@ -6,7 +6,7 @@ import random
 import kreisel as kr
 import pytest
 from click.testing import CliRunner
-from inside import WANTED, cli, view
+from internals import WANTED, cli, view
 
 # In each list what may do comes first, and is drawn more often.
 NUMBERS = [

@@ -7,8 +7,8 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import cli, view
-from shell import call, said
+from cli_helpers import call, said
+from internals import cli, view
 
 KREISEL = [sys.executable, "-m", "kreisel"]
 ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that no test waits for

@@ -10,10 +10,10 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import call, said
 from click.testing import CliRunner
-from inside import cli
+from internals import cli
 from kreisel._showing.cli import outputs
-from shell import call, said
 from toolbox import HEEDING, python
 
 COMPARED = "compare asymmetric --t 1 --methods rk4 --steps 0.1 --repeats 1"

@@ -11,8 +11,8 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import call, said
 from distributed import LocalCluster
-from shell import call, said
 from sweeps import SOCKETS_LEFT, rows_hash
 from toolbox import HEEDING
 

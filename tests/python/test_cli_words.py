@@ -11,10 +11,10 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
+from cli_helpers import call, said
 from click.testing import CliRunner
-from inside import cli
+from internals import cli
 from kreisel._showing.cli import times as shell_times
-from shell import call, said
 
 THESIS = kr.scenes.thesis
 

@@ -9,7 +9,7 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import core
+from internals import core
 from scipy.spatial.transform import Rotation
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 

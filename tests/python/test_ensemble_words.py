@@ -6,7 +6,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import core
+from internals import core
 from kreisel._model import varied
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 

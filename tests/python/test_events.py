@@ -7,7 +7,7 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import QUANTITIES
+from internals import QUANTITIES
 from kreisel import events
 from toolbox import python
 from tops import CORNER, GENERAL, LAGRANGE

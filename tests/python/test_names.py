@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import core
+from internals import core
 from kreisel import quaternion
 from toolbox import ROOT, python
 from tops import CORNER, unit

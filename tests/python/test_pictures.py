@@ -9,7 +9,7 @@ import tempfile
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import solid_of
+from internals import solid_of
 from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")

@@ -9,7 +9,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import QUANTITIES, states
+from internals import QUANTITIES, states
 from tops import CORNER, FIXED, GENERAL, matrix, scene_for
 
 TOP = kr.scenes.asymmetric

@@ -6,7 +6,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import rows
+from internals import rows
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}

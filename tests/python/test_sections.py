@@ -5,7 +5,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from many import SCENES
+from ensembles import SCENES
 from tops import CORNER, FREE, LAGRANGE
 
 TOP = kr.scenes.asymmetric

@@ -14,12 +14,12 @@ import pyarrow as pa
 import pyarrow.csv as text
 import pyarrow.parquet as parquet
 import pytest
+from argument_values import ENSEMBLES
+from ensembles import MIXED, scattered
 from kreisel._sweeping import folder as folder_of
 from kreisel._sweeping import planned, seal
 from kreisel._sweeping.planned import canonical
-from many import MIXED, scattered
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
-from words import ENSEMBLES
 
 SHAPE = SOURCE.shape
 TIMES = [0.5, 4.0]

@@ -6,9 +6,9 @@ import os
 import kreisel as kr
 import numpy as np
 import pytest
+from ensembles import MIXED
 from kreisel._sweeping import folder as folder_of
 from kreisel._sweeping import planned
-from many import MIXED
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"

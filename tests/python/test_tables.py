@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from inside import QUANTITIES, WANTED
+from internals import QUANTITIES, WANTED
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 

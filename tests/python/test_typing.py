@@ -11,7 +11,7 @@ from typing import get_args
 
 import kreisel as kr
 import pytest
-from inside import WANTED
+from internals import WANTED
 from toolbox import ROOT, run
 
 SCRIPTS = ROOT / "tests/python/typed"

@@ -7,7 +7,7 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import PIECE, TURNING, WANTED
+from internals import PIECE, TURNING, WANTED
 from kreisel._verbs import plans
 from tops import FREE, WILD, scene_for, words_for
 

@@ -27,7 +27,7 @@ GOLDEN = "golden", "kernels", "snapshot"  # programs whose output is expected in
 LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # times what the test takes of a processor when nothing is changed
 # What tells the time or asks a signal for it may fail on a busy machine without being wrong.
-UNSURE = ("tests/python/test_stopping.py",)
+UNSURE = ("tests/python/test_interruption.py",)
 
 
 def sources(root):

@@ -3,7 +3,7 @@
 import re
 
 from click.testing import CliRunner
-from inside import cli
+from internals import cli
 
 
 def call(line, *more, code=0, given=None):

@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from many import MIXED, SCENES, TIMES, UNDAMPED, same, scattered
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, same, scattered
 
 SPIN = {"spin": "max"}
 SHAPE = (len(MIXED), len(TIMES), 8)

@@ -4,7 +4,7 @@ import pydoc
 
 import kreisel as kr
 import pytest
-from inside import WANTED
+from internals import WANTED
 
 TOP = kr.scenes.asymmetric
 

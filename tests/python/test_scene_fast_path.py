@@ -4,7 +4,7 @@ bits."""
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import QUANTITIES, core
+from internals import QUANTITIES, core
 from kreisel import quaternion
 from tops import CORNER, GENERAL, MOMENTUM, TILT, scene_for, words_for
 

@@ -10,8 +10,8 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 import kreisel as kr
 import numpy as np
 import pytest
+from crashing_worker import killed_once
 from distributed import Client, LocalCluster
-from killed import killed_once
 from kreisel._sweeping import folder as folder_of
 from kreisel._sweeping import making
 from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, rows_hash, swept

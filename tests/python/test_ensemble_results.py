@@ -7,7 +7,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from many import MIXED, SCENES, TIMES, UNDAMPED, same, same_path, scattered
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, same, same_path, scattered
 
 THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])

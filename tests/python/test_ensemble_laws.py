@@ -5,7 +5,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from many import SCENES, TIMES, UNDAMPED, same, same_path, scattered
+from ensembles import SCENES, TIMES, UNDAMPED, same, same_path, scattered
 
 N = 300
 TOPS = scattered(N)

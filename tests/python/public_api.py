@@ -3,10 +3,10 @@
 import dataclasses
 import inspect
 
+import argument_values
 import kreisel as kr
-import words
+from argument_values import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 from kreisel import quaternion
-from words import DAMPED, FREE, LAGRANGE, LOW, MOST, PATHS, RIGHT, TOP
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
 FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.SweepInterrupted
@@ -34,25 +34,28 @@ def run(scene, method="auto", **more):
 
 SELVES = {  # things of each class that has methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
-    kr.Bodies: [always(bodies) for bodies in words.BODIES],
+    kr.Bodies: [always(bodies) for bodies in argument_values.BODIES],
     kr.Body: [always(body) for body in RIGHT["body"]],
     kr.Choice: [always(kr.solve(LAGRANGE, 1, "geometric", error=1e-3).plan.choice)],
-    kr.Ensemble: [always(tops) for tops in words.ENSEMBLES],
+    kr.Ensemble: [always(tops) for tops in argument_values.ENSEMBLES],
     kr.Event: [always(LOW), always(kr.events.loop(most=2, terminal=True))],
     kr.Events: [always(PATHS[2].events)],
-    kr.Frequencies: [always(kr.frequencies(words.SWAY))],
+    kr.Frequencies: [always(kr.frequencies(argument_values.SWAY))],
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
     kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
     kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
-    kr.Indicator: [always(kr.lyapunov(TOP, 2.0)), always(kr.megno(words.ENSEMBLES[0], [1.0]))],
-    kr.ManyEvents: [always(words.MANY[2].events)],
-    kr.ManyPlan: [always(kr.plan(words.ENSEMBLES[0], 1))],
+    kr.Indicator: [
+        always(kr.lyapunov(TOP, 2.0)),
+        always(kr.megno(argument_values.ENSEMBLES[0], [1.0])),
+    ],
+    kr.ManyEvents: [always(argument_values.MANY[2].events)],
+    kr.ManyPlan: [always(kr.plan(argument_values.ENSEMBLES[0], 1))],
     kr.Method: [always(method) for method in kr.methods.values()],
     kr.Nutation: [always(kr.Nutation(0.1, 0.2, 3.0, 4.0))],
     kr.Path: [always(path) for path in PATHS],
-    kr.Paths: [always(paths) for paths in words.MANY],
+    kr.Paths: [always(paths) for paths in argument_values.MANY],
     kr.Plan: [always(path.plan) for path in PATHS],
-    kr.Reduced: [always(reduced) for reduced in words.REDUCED],
+    kr.Reduced: [always(reduced) for reduced in argument_values.REDUCED],
     kr.Rod: [always(kr.rod(kr.exact(LAGRANGE)([0, 1, 2])))],
     kr.Row: [always(table()[0])],
     kr.Run: [
@@ -61,9 +64,9 @@ SELVES = {  # things of each class that has methods
         run(LAGRANGE, "strang", step=0.125, back=True),
         run(TOP, digits=20, events=[LOW], want=["q"]),
     ],
-    kr.Scene: [always(scene) for scene in words.SCENES],
-    kr.Section: [always(section) for section in words.SECTIONS],
-    kr.Source: [always(source) for source in words.SOURCES],
+    kr.Scene: [always(scene) for scene in argument_values.SCENES],
+    kr.Section: [always(section) for section in argument_values.SECTIONS],
+    kr.Source: [always(source) for source in argument_values.SOURCES],
     kr.Swept: [swept("swept"), swept("half")],
     kr.Stats: [always(PATHS[0].stats)],
     kr.Table: [always(table())],

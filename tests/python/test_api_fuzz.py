@@ -17,10 +17,10 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from argument_values import HOSTILE, MOST, PARTICULAR, RIGHT, SOURCES, WORDS
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
-from public import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
-from words import HOSTILE, MOST, PARTICULAR, RIGHT, SOURCES, WORDS
+from public_api import FAILURES, NAMESPACES, RECORDS, SELVES, calls, of_class
 
 ASKED = os.environ.get("KREISEL_CALLS")
 EXAMPLES = settings(

@@ -14,7 +14,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 import pytest
-from inside import view
+from internals import view
 
 TOP = kr.scenes.thesis
 

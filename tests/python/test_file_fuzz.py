@@ -1,7 +1,7 @@
 """Any file ends as one: what it holds, which can be used, or a line that refuses it.
 
 Valid ones are bent: letters flipped, cut out and doubled, words replaced, and where a sum guards
-them the sum is made anew. KREISEL_CALLS as in test_any_call.
+them the sum is made anew. KREISEL_CALLS as in test_api_fuzz.
 """
 
 import io
@@ -13,10 +13,10 @@ import zlib
 import kreisel as kr
 import numpy as np
 import pytest
+from argument_values import LOW, MOST, TOP
 from hypothesis import given
 from hypothesis import strategies as st
-from test_any_call import EXAMPLES, LETTERS
-from words import LOW, MOST, TOP
+from test_api_fuzz import EXAMPLES, LETTERS
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:no body has this inertia", "ignore:.*made up", "ignore:.*to rounding only"
