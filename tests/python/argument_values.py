@@ -1,5 +1,4 @@
-"""For each word that a public function takes, values that are right; and values that are right
-nowhere, or in few places."""
+"""Valid values for each parameter of the public API, and values that are never valid."""
 
 import fractions
 import itertools

@@ -1,4 +1,7 @@
-"""A worker that is killed in the midst of a part; in a file that workers import quickly."""
+"""Workers of a sweep that are killed while they compute a part.
+
+Kept apart from the tests so that worker processes import it quickly.
+"""
 
 import os
 import signal

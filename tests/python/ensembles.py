@@ -1,4 +1,4 @@
-"""Ensembles that the tests of many tops share, and what they compare."""
+"""Ensembles that several test files share, and comparisons of their results."""
 
 import kreisel as kr
 import numpy as np

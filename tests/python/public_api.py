@@ -1,4 +1,4 @@
-"""All that is public of kreisel: what to call, by name, and the words that it takes."""
+"""The public API: every callable by name, with the parameters that it takes."""
 
 import dataclasses
 import inspect

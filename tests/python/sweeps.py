@@ -1,4 +1,4 @@
-"""What the tests of sweeps share: plans of a few parts, and the hash of all their rows."""
+"""Helpers of the sweep tests: plans of a few parts, and a hash of all rows."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Rods, traces and scaled units: what the analogies of the thesis promise, and what they refuse."""
+"""Rods, traces of the apex and scaled units."""
 
 import kreisel as kr
 import numpy as np

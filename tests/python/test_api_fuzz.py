@@ -1,7 +1,6 @@
-"""Any call of all that is public ends: with a result, or in a line that refuses it as the words of
-its kind do.
+"""Random calls of the whole public API: each returns, or raises an error of the documented kind.
 
-By default few examples of a fixed seed; KREISEL_CALLS=1000 tries so many of each call, at random.
+A fixed seed gives a few examples by default. KREISEL_CALLS=1000 tries 1000 random ones per call.
 """
 
 import contextlib

@@ -1,4 +1,4 @@
-"""Bad input: only TypeError, ValueError, MemoryError and kreisel.Error, in a line."""
+"""Invalid input raises only TypeError, ValueError, MemoryError or kreisel.Error."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""The Bobenko-Suris maps: what they keep, how near they are to the top, where order 4 ends."""
+"""The Bobenko-Suris maps: invariants, accuracy, and the limit of order 4."""
 
 import kreisel as kr
 import numpy as np

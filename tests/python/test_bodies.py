@@ -1,5 +1,4 @@
-"""kr.Bodies: each member has the bits of Body's own maker, whatever broadcasts; the first that is
-refused is named."""
+"""kreisel.Bodies: members equal bodies made one by one, in any broadcast shape."""
 
 import pickle
 

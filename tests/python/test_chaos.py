@@ -1,4 +1,4 @@
-"""Exponents against those that formulas give, order told from chaos, and what is refused."""
+"""Lyapunov exponents and other indicators of chaos, against formulas."""
 
 import kreisel as kr
 import numpy as np

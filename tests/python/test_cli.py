@@ -1,4 +1,4 @@
-"""The command line, which speaks the words of the package."""
+"""Commands of the command line and their output."""
 
 import csv
 import importlib

@@ -1,5 +1,4 @@
-"""Random command lines, of a fixed seed: each ends with a word of the shell's own, none with a
-traceback."""
+"""Random command lines with a fixed seed: none ends with a traceback."""
 
 import random
 

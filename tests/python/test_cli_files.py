@@ -1,4 +1,4 @@
-"""What the command line writes: places that are looked at first, disks and pipes that fail."""
+"""Output files of the command line: early checks, full disks and closed pipes."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Runs of the command line that are stopped, saved, and resumed."""
+"""Runs of the command line that are interrupted, saved and resumed."""
 
 import errno
 import os

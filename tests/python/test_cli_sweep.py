@@ -1,4 +1,4 @@
-"""kreisel sweep in a shell: a plan in a file, parts by jobs and processes, and how they stand."""
+"""The command kreisel sweep: plans in files, jobs, processes and progress."""
 
 import os
 import pty

@@ -1,5 +1,4 @@
-"""The words of the command line: times, events, completion, and what is said of those that are
-wrong."""
+"""Options of the command line: times, events, completion and usage errors."""
 
 import csv
 import json

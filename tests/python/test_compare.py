@@ -1,4 +1,4 @@
-"""kreisel.compare: errors against run time, of methods that fail too."""
+"""kreisel.compare: errors against run time, including methods that fail."""
 
 import kreisel as kr
 import numpy as np

@@ -1,5 +1,4 @@
-"""A process that is ended in the midst of writing, and a disk that takes no more: what stood there
-stays whole, and what is left beside it cannot be mistaken for it."""
+"""Processes that are killed while they write, and full disks: existing files stay whole."""
 
 import inspect
 import itertools

@@ -1,5 +1,7 @@
-"""Damped tops: what a user says and gets. The C tests hold the numbers to closed forms; here they
-are held to an integrator of another house, and every other word is tried beside damping."""
+"""Damped tops against an independent integrator, with every other option.
+
+The C tests compare them with closed forms.
+"""
 
 import math
 import pickle

@@ -1,5 +1,4 @@
-"""kr.Ensemble: columns that broadcast; each member is the scene of its words, to the bit; places
-are taken as of arrays."""
+"""kreisel.Ensemble: broadcasting, members that equal single scenes, and indexing."""
 
 import copy
 import dataclasses

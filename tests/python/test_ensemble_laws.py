@@ -1,4 +1,4 @@
-"""The laws of many tops: a top's numbers are its own to the last bit, and failures lose nothing."""
+"""Independence of ensemble members: bits do not depend on neighbours, failures lose nothing."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

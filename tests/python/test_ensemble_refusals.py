@@ -1,5 +1,4 @@
-"""Bad input of many tops is refused in clear words before anything runs; Ctrl-C keeps what is
-done."""
+"""Invalid arguments of ensembles; interruption keeps finished members."""
 
 import contextlib
 import signal

@@ -1,4 +1,4 @@
-"""What kreisel.solve gives of an ensemble: arrays, paths, tables, what is kept of each top."""
+"""Results of kreisel.solve for ensembles: arrays, paths, tables and reductions."""
 
 import itertools
 import pickle

@@ -1,5 +1,4 @@
-"""The words of many tops: which names their dimensions, what varies of a scene, random starts; and
-what is refused, by its index and value."""
+"""Arguments of ensembles: axis names, vary, scatter, random starts, and refusals by index."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Events: none is missed and none found twice; ready ones; what ends a path; what is refused."""
+"""Events: detection, terminal events, failures and refusals."""
 
 import os
 import pickle

@@ -1,5 +1,4 @@
-"""Events of streams and of runs that are led on, saved and resumed: those of one kreisel.solve, to
-the last bit."""
+"""Events of streams and resumed runs have the bits of one kreisel.solve."""
 
 import itertools
 import json

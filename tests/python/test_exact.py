@@ -1,4 +1,4 @@
-"""kreisel.exact: what it gives, what it refuses, what auto makes of it."""
+"""kreisel.exact: results, refusals, and its use by method="auto"."""
 
 import copy
 import dataclasses

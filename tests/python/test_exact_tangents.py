@@ -1,4 +1,4 @@
-"""The derivative of the closed form beside tangents of a series with 20 digits, at any time."""
+"""Tangents of the closed form against those of a series with 20 digits."""
 
 import kreisel as kr
 import numpy as np

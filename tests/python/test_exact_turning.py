@@ -1,4 +1,4 @@
-"""Turning points, course and potential of closed forms, against the roots in 60 digits."""
+"""Turning points, type of motion and potential of closed forms, against roots with 60 digits."""
 
 import copy
 import doctest

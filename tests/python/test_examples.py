@@ -1,4 +1,4 @@
-"""The examples in the docstrings of the package say what they give."""
+"""Examples in the docstrings of the package."""
 
 import doctest
 import importlib

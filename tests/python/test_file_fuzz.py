@@ -1,7 +1,7 @@
-"""Any file ends as one: what it holds, which can be used, or a line that refuses it.
+"""Random files: each is read as what it holds, or refused with a message.
 
-Valid ones are bent: letters flipped, cut out and doubled, words replaced, and where a sum guards
-them the sum is made anew. KREISEL_CALLS as in test_api_fuzz.
+Valid files are mutated: bytes flipped, cut and doubled, words replaced. Where a checksum guards
+them, it is recomputed. KREISEL_CALLS as in test_api_fuzz.
 """
 
 import io

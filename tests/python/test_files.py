@@ -1,4 +1,4 @@
-"""Files: whole or not at all, whoever writes at once; checkpoints and texts that want to harm."""
+"""Atomic writing of files; malicious checkpoints and texts."""
 
 import json
 import os

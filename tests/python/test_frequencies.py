@@ -1,4 +1,4 @@
-"""Frequencies of paths, beside those of the closed form and beside lines that were put in."""
+"""Frequencies of paths, against the closed form and against known spectra."""
 
 import math
 

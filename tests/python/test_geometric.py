@@ -1,4 +1,4 @@
-"""method="geometric" meets the error asked for, says what it chose, refuses what cannot be met."""
+"""method="geometric": the requested error is met or refused."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""A comparison that is stopped keeps the rows that it has; it tells how far it is."""
+"""kreisel.compare under interruption: finished rows are kept, progress is reported."""
 
 import pickle
 

@@ -1,4 +1,4 @@
-"""What ends a run early: a failure, a progress that raises, Ctrl-C; what was reached is kept."""
+"""Runs that end early: failures, exceptions of a progress callback, Ctrl-C."""
 
 import gc
 import pickle

@@ -1,5 +1,4 @@
-"""Bodies that are nearly of a kind: roundings in a description leave a body of its kind, and what
-is more than roundings is never left out."""
+"""Bodies near a special kind: rounding keeps the kind, larger differences do not."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Steps that are too large for a method are refused; up to the limit they are only crude."""
+"""Step sizes near and beyond the limit of each method."""
 
 import re
 

@@ -1,5 +1,4 @@
-"""Messages: a refusal names the word, shows a line of the value at most, and says what would be
-right."""
+"""Error messages name the argument, show at most a line of the value, and suggest a fix."""
 
 from types import SimpleNamespace
 

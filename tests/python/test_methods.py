@@ -1,6 +1,6 @@
-"""Every method keeps what its row in the table promises: order, integrals, reversibility, bodies.
+"""Every method has the properties in its table row: order, invariants, reversibility, bodies.
 
-The starts are tilted: over an upright start no torque acts, which hides errors of first order.
+Starts are tilted. Over an upright start no torque acts, which hides errors of first order.
 """
 
 import kreisel as kr

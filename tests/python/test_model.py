@@ -1,4 +1,4 @@
-"""Bodies and scenes are values, in any frame and words; the named scenes show what they say."""
+"""Bodies and scenes as values; the named scenes."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""Names and conventions: what is public, what a method and the core say they are, attitudes."""
+"""Public names, the description of methods, conventions of attitudes."""
 
 import kreisel as kr
 import numpy as np

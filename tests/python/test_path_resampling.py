@@ -1,4 +1,4 @@
-"""The states of a path's run at other times, and some of its states."""
+"""States of a path at other times than those of the run, and parts of a path."""
 
 import copy
 import pickle

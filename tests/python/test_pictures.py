@@ -1,4 +1,4 @@
-"""Pictures and films of paths: what is drawn is what the path says, and nothing stays behind."""
+"""Plots and films of paths show the data of the path."""
 
 import doctest
 import itertools

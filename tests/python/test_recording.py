@@ -1,4 +1,4 @@
-"""Recording: the times asked for, and paths, which compute their quantities when asked."""
+"""Paths: requested times, quantities computed on first access, errors."""
 
 import copy
 import os

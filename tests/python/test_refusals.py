@@ -1,4 +1,4 @@
-"""Bad input raises before anything runs, and says which value is wrong and what would be right."""
+"""Invalid arguments raise before anything runs, with a message that names the value."""
 
 import dataclasses
 import re

@@ -1,4 +1,4 @@
-"""What is shown of paths, traces, methods and scenes to somebody who looks around."""
+"""repr, dir and help of the public objects."""
 
 import pydoc
 

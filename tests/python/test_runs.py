@@ -1,4 +1,4 @@
-"""Runs: streams, and tops under way that are led on, saved and resumed with the same bits."""
+"""Streams and runs that are continued, saved and resumed with the same bits."""
 
 import copy
 import itertools

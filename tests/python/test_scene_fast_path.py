@@ -1,5 +1,4 @@
-"""Plain numbers, which the core takes as they came, and others, which Python looks at, give equal
-bits."""
+"""Scenes of plain numbers and of other types have equal bits."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Sections of many tops: what is in them, truths that they must meet, their laws and refusals."""
+"""Sections of ensembles, against known sections."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

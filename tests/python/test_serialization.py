@@ -1,5 +1,4 @@
-"""Saved paths come back bit for bit, and kreisel.load knows a file by what is in it; what wants to
-harm is refused."""
+"""Saved paths and files: bitwise round trips, recognition by content, malicious files."""
 
 import dataclasses
 import io

@@ -1,5 +1,4 @@
-"""Bodies by name have the inertia of the integrals, wherever the fixed point is; they add, shift
-and turn as rigid bodies do."""
+"""Bodies of named shapes against integrals; sums, shifts and rotations of bodies."""
 
 import pickle
 

@@ -1,4 +1,4 @@
-"""Who makes the parts of a sweep does not show in them: threads, processes, a cluster, jobs."""
+"""Executors of sweeps: threads, processes, clusters and jobs give the same parts."""
 
 import logging
 import multiprocessing

@@ -1,4 +1,4 @@
-"""The parts of a sweep, as others read them and as kreisel does; and whence their tops come."""
+"""Files of a sweep, read by kreisel and by other tools, and sources of its tops."""
 
 import copy
 import math

@@ -1,4 +1,4 @@
-"""What cannot be swept is told before anything runs, and what is not ours stays as it is."""
+"""Invalid sweeps are refused before anything runs, and foreign files stay untouched."""
 
 import json
 import os

@@ -1,5 +1,4 @@
-"""A sweep that is ended in its midst, files that are damaged, a disk that is full: the same call
-goes on, to the same rows."""
+"""Interrupted sweeps, damaged files and full disks: the same call resumes to the same rows."""
 
 import os
 import random

@@ -1,4 +1,4 @@
-"""Indicators of chaos and sections as results of sweeps: those of the verbs, whoever makes them."""
+"""Indicators of chaos and sections in sweeps equal those of the functions."""
 
 import json
 import multiprocessing

@@ -1,4 +1,4 @@
-"""Which methods keep the symplectic form of the phase space, by differences."""
+"""Symplecticity of methods, by finite differences."""
 
 import kreisel as kr
 import numpy as np

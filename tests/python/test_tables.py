@@ -1,5 +1,4 @@
-"""What a path tells, as tables with units; Euler's angles; rotations of SciPy's; what is missed
-where a library is not installed."""
+"""Tables of paths with units, Euler angles, SciPy rotations, and missing optional libraries."""
 
 import copy
 import pickle

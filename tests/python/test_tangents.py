@@ -1,5 +1,4 @@
-"""Tangents of paths: those of every scene are the differences of runs with 30 digits; what goes
-along with a path, and what is refused."""
+"""Tangents of paths against differences of runs with 30 digits."""
 
 import pickle
 

@@ -1,4 +1,4 @@
-"""The Taylor method from Python: digits, low words, the error of a path, dense output."""
+"""The Taylor method: digits, low words, error estimate, dense output."""
 
 from fractions import Fraction
 

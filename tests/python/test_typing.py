@@ -1,5 +1,4 @@
-"""Types: a script in which names are misspelt is caught by type checkers, a right one is not; and
-the names that they know are those of the core."""
+"""Static types: type checkers accept a correct script and reject misspelt names."""
 
 import json
 import os

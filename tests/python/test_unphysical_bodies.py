@@ -1,5 +1,4 @@
-"""Bodies that no mass can make are told of once, unless they are said to be made up; moments of the
-literature that are rounded are taken as they are, where that is said."""
+"""Bodies that no mass distribution can have, and rounded moments from the literature."""
 
 import copy
 import dataclasses

@@ -1,4 +1,4 @@
-"""kreisel.view without a browser: what it refuses, where it shows itself, which steps it takes."""
+"""kreisel.view without a browser: arguments, time steps and files."""
 
 import base64
 import hashlib

@@ -1,4 +1,4 @@
-"""What is wanted of a path and nothing else; plans that say so."""
+"""The argument want= and the plans of kreisel.plan."""
 
 import math
 import pickle

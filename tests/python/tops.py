@@ -1,4 +1,4 @@
-"""Tops that the tests of several rooms try, and the words with which each method runs them."""
+"""Tops that several test files share, and the arguments with which each method runs them."""
 
 import kreisel as kr
 import numpy as np
