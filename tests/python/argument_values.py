@@ -201,7 +201,7 @@ class Unit:
 
 
 class Array:
-    """What numpy takes for an array, and cannot."""
+    """An object whose conversion to a numpy array fails."""
 
     def __array__(self, dtype=None, copy=None):
         raise ValueError("no array today")

@@ -7,12 +7,12 @@ from internals import cli
 
 
 def call(line, *more, code=0, given=None):
-    """What the command line says to the words of a line, and to more that may have spaces."""
+    """Return the output of the command line for the words of `line` and the arguments `more`."""
     done = CliRunner().invoke(cli.main, [*line.split(), *map(str, more)], input=given)
     assert done.exit_code == code and (code == 0 or done.exc_info[0] is SystemExit), done.output
     return done.output
 
 
 def said(text):
-    """A text as one line."""
+    """Return `text` as one line."""
     return re.sub(r"\s+", " ", text)

@@ -12,8 +12,7 @@ from kreisel._sweeping.folder import Folder
 
 
 def killed_once(flag, moment):
-    """Has the worker of part 2 be killed as it moves the tops, or before it puts the part in its
-    place; the next one is not."""
+    """Kill the worker of part 2 once, while it computes the part or before it stores it."""
 
     def end(*_):
         if not os.path.exists(flag):

@@ -13,19 +13,19 @@ FIELDS = "states", "status", "done", "reached", "steps", "evaluations", "rejecte
 
 
 def scattered(n, seed=1):
-    """Tops of two bodies with momenta of their own, every third one with a closed form."""
+    """Return `n` tops of two bodies with random momenta; every third one has a closed form."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
     return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])
 
 
 def same(one, other):
-    """Whether two results have the same bits."""
+    """Return whether two results have the same bits."""
     return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
 
 
 def same_path(one, other, events=False):
-    """Whether two paths are one: to the bits of their numbers, and in their words."""
+    """Return whether two paths have the same bits and the same options."""
     words = "method", "step", "tol", "digits", "want"
     alike = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)

@@ -23,12 +23,12 @@ def table():
 
 
 def swept(folder):
-    """The sweep of two parts that stands in a folder."""
+    """Return a function that reads the sweep of two parts in `folder`."""
     return lambda: kr.read_sweep(folder, partial=folder == "half")
 
 
 def run(scene, method="auto", **more):
-    """What starts a run anew for each call, for it goes on."""
+    """Return a function that starts a new run, because calls advance it."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 
@@ -85,7 +85,7 @@ RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in
 
 
 def calls():
-    """By name: what makes the things to call, and their parameters."""
+    """Return, by name, the factories of the callables and their parameters."""
     found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
@@ -98,7 +98,7 @@ def calls():
 
 
 def functions(space):
-    """The functions and classes of a module that are public, and its own."""
+    """Yield the public functions and classes that a module defines."""
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__
@@ -112,7 +112,7 @@ def of_class(cls):
 
 
 def members(cls):
-    """What is public of a class, and of ours."""
+    """Yield the public members of a class that kreisel defines."""
     for name in dir(cls):
         found = inspect.getattr_static(cls, name)
         inner = getattr(found, "__func__", getattr(found, "fget", getattr(found, "func", found)))
@@ -122,7 +122,7 @@ def members(cls):
 
 
 def member(cls, name, found):
-    """A method, bound, and its parameters; of a property what reads it."""
+    """Return a factory of a bound method and its parameters; of a property, its getter."""
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):

@@ -26,12 +26,12 @@ SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExce
 
 
 def swept(to, words=REDUCED, source=SOURCE, **more):
-    """A sweep of all parts, or of some."""
+    """Run a sweep of all parts, or of some."""
     return kr.sweep(source, to=to, **words, **more)
 
 
 def rows_hash(folder):
-    """The hash of all rows, sorted by the tops, whatever files they are in."""
+    """Return the hash of all rows sorted by top, independent of the files that hold them."""
     files = sorted(Path(folder).glob("*.parquet"), reverse=True)
     tables = [parquet.read_table(file, partitioning=None) for file in files]
     rows = sorted(tuple(map(exact, row.values())) for table in tables for row in table.to_pylist())
@@ -39,14 +39,14 @@ def rows_hash(folder):
 
 
 def exact(value):
-    """The value, doubles with all their bits."""
+    """Return `value` with all bits of its doubles."""
     if isinstance(value, list):
         return tuple(map(exact, value))
     return value.hex() if isinstance(value, float) else value
 
 
 def child(code, *words, **more):
-    """A Python of its own that runs this, with the tests' modules at hand."""
+    """Start a Python process that runs `code` and can import the modules of the tests."""
     house = str(HERE.parent / "house")
     path = os.pathsep.join([str(HERE), house, os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(

@@ -33,7 +33,7 @@ def test_the_rod_has_the_lagrangian_of_the_top(path):
 
 
 def slope(values, t):
-    """By central differences of fourth order, inside."""
+    """Return fourth-order central differences at the inner points."""
     h = t[1] - t[0]
     return (8 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12 * h)
 
@@ -89,10 +89,10 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
 
 
 def closed_form(scene, n=400):
-    """Lowest and highest height, period and precession, by quadrature of the height's equation
-    I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2, without its singular ends.
+    """Return lowest and highest height, period and precession, by quadrature.
 
-    v and c are the vertical and the axial momentum, h the energy without that of the spin.
+    The equation of the height is I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v
+    and c are the vertical and the axial momentum, and h is the energy without that of the spin.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
@@ -181,7 +181,7 @@ def test_nutation_of_a_damped_top_is_measured_too():
 
 
 def test_nutation_near_a_pole_loses_no_digits():
-    """Of a height 1 - 1e-12 a cosine alone would tell no more than four."""
+    """At a height of 1 - 1e-12 the arc cosine alone would have four digits."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, made_up=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()
@@ -206,7 +206,7 @@ def test_scaled_units_are_those_of_the_cuboid():
 
 
 def test_scaled_units_leave_time_and_attitudes():
-    """Time is not scaled: the same attitudes at the same times."""
+    """Time is not scaled: attitudes are the same at the same times."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
     scaled = kr.scaled_units(body).into(scene)

@@ -53,7 +53,7 @@ class Endless(BaseException):
 
 @pytest.fixture(scope="module", autouse=True)
 def place(tmp_path_factory):
-    """Files go where they may, pages to no browser, and what does not end is ended."""
+    """Redirect files to a temporary folder, suppress the browser, and limit the time of a call."""
 
     def end(*_):
         raise Endless
@@ -76,12 +76,12 @@ def place(tmp_path_factory):
 
 
 def right(name, word):
-    """Values that are right for a word of a call."""
+    """Return valid values for a parameter of a call."""
     return PARTICULAR.get(f"{name}.{word}") or RIGHT[word]
 
 
 def is_tame(name, word, value):
-    """Whether a value, however wrong, asks for no more than moments."""
+    """Return whether a call with `value` ends within moments."""
     limit = LIMITED.get(word, 10.0 if word in SLOW.get(name, ()) else None)
     if limit is None:
         return True
@@ -95,7 +95,7 @@ def is_tame(name, word, value):
 
 @st.composite
 def given_words(draw, name, parameters):
-    """Words of a call: up to two with any value, the others right or left out."""
+    """Draw the arguments of a call: up to two of any value, the others valid or left out."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(st.sets(st.sampled_from(names), max_size=2))
@@ -119,7 +119,7 @@ def value(name, word, any_value):
 
 
 def allowed(name, parameters):
-    """The exceptions in which a call may end."""
+    """Return the exceptions that a call may raise."""
     member = name.rpartition(".")[2]
     idiom = (IDIOMS[member],) if member in IDIOMS else ()
     files = bool(PLACES & {p.name for p in parameters}) or name.startswith("View.")
@@ -127,7 +127,7 @@ def allowed(name, parameters):
 
 
 def used(result):
-    """What a caller does with a result: reads the first of its pieces, or looks at it."""
+    """Use a result as a caller would: read its first parts, or its repr."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
     assert isinstance(repr(result), str)
@@ -179,7 +179,7 @@ def test_each_word_has_values_that_are_right(name):
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
 def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
-    """What kreisel makes is as it made it; who puts something else in gets some exception."""
+    """A record with an invalid field may raise any exception, but does not crash."""
 
     @EXAMPLES
     @given(st.data())

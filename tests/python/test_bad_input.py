@@ -9,7 +9,7 @@ TOP = kr.scenes.asymmetric
 
 
 class Metres(np.ndarray):
-    """Numbers of which an array drops the unit."""
+    """An array with a unit that numpy drops."""
 
     unit = "m"
 

@@ -9,7 +9,7 @@ from validation.truth.orders import tilted as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """The path of a million steps, on which the momenta stay, the axial one within a bound."""
+    """Return the path of a million steps, and check that its momenta stay within bounds."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
@@ -76,7 +76,7 @@ def test_bobenko_suris4_is_right_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """The axes of bobenko_suris, begun half a kick early, are those of bobenko_suris2."""
+    """Axes of bobenko_suris, started half a kick early, equal those of bobenko_suris2."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])

@@ -52,7 +52,7 @@ MAKERS = {  # of all, and of the one at i, j with its pivot
 
 
 def assert_same(bodies, index, body):
-    """To the bit, as a member and as columns."""
+    """Assert that a member and its columns have the bits of `body`."""
     assert bodies[index] == body and bodies[index]._block == body._block
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com

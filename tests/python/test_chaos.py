@@ -11,8 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """The rate at which the tangent grows, once what grows less has gone, from one whole number of
-    periods to another."""
+    """Return the growth rate of the tangent over a whole number of periods, after transients."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)

@@ -76,12 +76,12 @@ OF = {"solve": list(OPTIONS)[:15], "compare": list(OPTIONS)[15:20], "resume": li
 
 
 def drawn(dice, words):
-    """One of the words, four times in five of the first half."""
+    """Return one of the words, with a probability of 4/5 one of the first half."""
     return dice.choice(words[: (len(words) + 1) // 2] if dice.random() < 0.8 else words)
 
 
 def line(dice):
-    """A command line; short, where it runs at all."""
+    """Return a random command line whose run is short."""
     command = dice.choice(
         ["solve"] * 6 + ["compare", "resume", "view", "methods", "scenes", "look"]
     )

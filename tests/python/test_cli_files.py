@@ -15,7 +15,7 @@ ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that no test waits fo
 
 
 def shell(words, **how):
-    """A command in a process of its own; no traceback is ever shown."""
+    """Run a command in a process of its own, and assert that it prints no traceback."""
     done = subprocess.run(
         [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **how
     )

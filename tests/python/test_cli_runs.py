@@ -222,7 +222,7 @@ def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
 
 
 def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
-    """What a run meets before and after it was saved is what one run meets."""
+    """Events before and after the save are those of one run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()

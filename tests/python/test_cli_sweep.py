@@ -122,7 +122,7 @@ def test_who_watches_sees_how_far_it_is_and_the_time_left(plan):
 
 
 def read(screen):
-    """What was written since, b"" when nobody writes any more."""
+    """Return the bytes written since the last call, or b"" at the end of the stream."""
     try:
         return screen.read(4096)
     except OSError:

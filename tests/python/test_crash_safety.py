@@ -72,7 +72,7 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def written(moment, folder):
-    """Has every writer write; gives how each ended, and all that was said."""
+    """Run every writer in `folder`; return how each ended and its output."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
@@ -135,7 +135,7 @@ def test_a_link_to_a_file_stays_a_link(tmp_path):
 
 
 def example():
-    """The last piece of code in the docstring, on a shorter way."""
+    """Return the last example of the docstring of kreisel.start, on a shorter run."""
     told = inspect.getdoc(kr.start)
     code = textwrap.dedent(told[told.index('    file, begun = pathlib.Path("run.kreisel")') :])
     assert "1e6, every=100" in code
@@ -143,8 +143,10 @@ def example():
 
 
 def lives(folder, kill):
-    """How often it takes to reach the end where the call of this name kills each run the third time
-    it is called, whatever is in the file then."""
+    """Return how many processes it takes to reach the end.
+
+    Each process is killed at the third call of the function `kill`, and leaves half a row behind.
+    """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np
 scene = kr.scenes.asymmetric

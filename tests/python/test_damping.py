@@ -26,7 +26,7 @@ TIMES = [0.5, 2.0, 7.0]
 
 
 def rates(t, y):
-    """The equations in the body, of a general tensor, written down again."""
+    """Return the right-hand side in the body frame, for a general tensor."""
     q, w = y[:4], y[4:]
     x = kr.quaternion
     inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)
@@ -53,7 +53,7 @@ def test_against_scipy():
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
 def test_digits_of_a_decaying_spin(digits, tolerance):
-    """About a principal axis the momentum decays as exp(-D t / I), to as many digits as asked."""
+    """About a principal axis the momentum decays as exp(-D t / I)."""
     mp = pytest.importorskip("mpmath")
     with mp.workdps(40):
         scene = kr.Scene(
@@ -67,7 +67,7 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_none_is_none():
-    """Damping of zero is the scene without it, with the same bits and the closed form."""
+    """Damping of zero equals no damping: same bits, same closed form."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -107,7 +107,7 @@ def test_what_is_no_damping(bad):
 
 
 def test_methods():
-    """All that do not know damping refuse, and say which does."""
+    """Methods without damping refuse, and name one that has it."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -143,7 +143,7 @@ def test_units():
 
 
 def test_verbs():
-    """Streams, runs and wanted quantities go the way of solve; events are met; the end begins."""
+    """Streams, runs and want= agree with solve, and events are found."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)

@@ -22,8 +22,10 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), made_up=True)
 
 
 def amended(body, gravity, vertical, P):
-    """What is left of the energy where nothing moves but about the vertical P, seen from the frame
-    of description (n, 3)."""
+    """Return the energy of a body that only turns about the vertical `P` (n, 3).
+
+    `P` is given in the frame of description.
+    """
     inertia = np.array(body.inertia)
     inertia = np.diag(inertia) if inertia.ndim == 1 else inertia
     about = np.einsum("ni,ij,nj->n", P, inertia, P)
@@ -60,7 +62,7 @@ def test_a_seed_gives_the_same_starts_for_ever():
 
 
 def test_random_starts_are_even_in_the_volume_of_the_surface():
-    """Of a Lagrange top the density of its height z is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
+    """The height z of a Lagrange top has the density 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
     found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
     heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])

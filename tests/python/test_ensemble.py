@@ -25,12 +25,12 @@ FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
 
 
 def block(tops, index):
-    """What the core is given of a member."""
+    """Return the block of a member for the core."""
     return tops._tops.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
 
 
 def assert_same(tops, scene_at):
-    """Each member is the scene, to the bit, in Python and for the core."""
+    """Assert that each member has the bits of its scene, in Python and in the core."""
     assert tops._tops.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)

@@ -133,7 +133,7 @@ LONG = np.linspace(0.0, 1e6, 101)  # would take an hour
 
 @contextlib.contextmanager
 def interrupted(after):
-    """Ctrl-C after some seconds."""
+    """Send SIGINT to this process after `seconds`."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)
     try:
@@ -144,7 +144,7 @@ def interrupted(after):
 
 
 def mixed_times(n):
-    """Times of which some are short and most would take an hour."""
+    """Return times of which some are short and most would take an hour."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times

@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Whether the events of paths in a row are those of one path, bit for bit."""
+    """Return whether the events of consecutive paths have the bits of those of one path."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name
@@ -54,7 +54,7 @@ def test_a_stream_meets_the_events_of_solve(words, chunk, sign):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 def test_a_run_that_is_saved_meets_the_events_of_solve(words, sign):
-    """Borders lie between events, at events, and close before and after them."""
+    """Saves lie between events, at events, and close before and after them."""
     met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
     near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
     times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
@@ -124,7 +124,7 @@ def test_a_terminal_event_ends_what_is_wanted():
 
 
 def test_a_stopped_run_loses_no_event():
-    """The events before Ctrl-C are in its path, those behind it in the next."""
+    """Events before Ctrl-C are in the first path, later ones in the next."""
     whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
     run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
     with pytest.raises(kr.Error, match="largest number of steps") as stopped:
@@ -137,7 +137,7 @@ def test_a_stopped_run_loses_no_event():
 
 
 def test_many_times_heed_ctrl_c():
-    """Also where they are so near to one another that no step is made between them."""
+    """Also where the times are so close that no step lies between them."""
     code = """
 import numpy as np, kreisel as kr
 def stop(t):
@@ -172,7 +172,7 @@ def test_a_run_says_what_it_looks_for():
 
 
 def forged(run, **changes):
-    """A checkpoint with a right sum and other words in its head."""
+    """Return a checkpoint with a modified header and a correct checksum."""
     line, _, memory = run.checkpoint[21:].partition(b"\n")
     body = json.dumps(json.loads(line) | changes).encode() + b"\n" + memory
     return b"kreisel run\n%08x\n" % zlib.crc32(body) + body

@@ -73,7 +73,7 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
 def test_rates_are_those_of_the_axis(name):
-    """After a period the axis is as high as before, and further by the mean precession."""
+    """After a period the axis has the same height, and has moved by the mean precession."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex
@@ -208,7 +208,7 @@ def test_wrong_words_are_refused(call, error, match):
 
 
 def test_of_many_tops_the_same_times_are_refused_as_of_one():
-    """By t = 2^54 this one has turned by 2^53 rad, and just that a double cannot tell."""
+    """At t = 2^54 this top has turned by 2^53 rad, beyond the resolution of a double."""
     slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
     for top in kr.exact(slow), kr.exact([slow]):
         top(math.nextafter(2.0**54, 0.0))

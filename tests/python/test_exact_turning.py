@@ -17,7 +17,7 @@ STEADY = kr.scenes.steady_precession
 
 
 def exact_start(scene):
-    """The height of the apex, <m, e3> and <m, apex>."""
+    """Return the height of the apex, <m, e3> and <m, apex>."""
     w, x, y, z = (mp.mpf(c) for c in scene.attitude)
     norm = w * w + x * x + y * y + z * z
     apex = [2 * (x * z + w * y) / norm, 2 * (y * z - w * x) / norm]
@@ -27,7 +27,7 @@ def exact_start(scene):
 
 
 def roots_of(a, b, c, d):
-    """The real roots of a cubic that has three, smallest first."""
+    """Return the real roots of a cubic that has three, in ascending order."""
     shift, p = b / (3 * a), c / a - (b / a) ** 2 / 3
     q = 2 * shift**3 - shift * c / a + d / a
     size = 2 * mp.sqrt(max(-p / 3, 0))
@@ -36,7 +36,7 @@ def roots_of(a, b, c, d):
 
 
 def true_turning(scene):
-    """Least and greatest nutation of a top with moments (I1, I1, I3) and com (0, 0, h)."""
+    """Return least and greatest nutation of a top with moments (I1, I1, I3), com (0, 0, h)."""
     with mp.workdps(250):
         u, vertical, axial = exact_start(scene)
         pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """A random top near a motion of this kind."""
+    """Return random tops near a motion of this type."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), made_up=True

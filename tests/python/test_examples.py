@@ -16,7 +16,7 @@ MODULES = sorted(
 
 
 def examples(name):
-    """The docstrings of a module that have examples, private ones too."""
+    """Return the docstrings of a module with examples, including private ones."""
     module = importlib.import_module(name)
     found = doctest.DocTestFinder().find(module, globs={"kr": kr, "np": np})
     return [test for test in found if test.examples]

@@ -70,7 +70,7 @@ def file(tmp_path_factory):
 
 @st.composite
 def bent(draw, data):
-    """Bytes with up to four changes."""
+    """Return `data` with up to four random changes."""
     for _ in range(draw(st.integers(1, 4))):
         at = draw(st.integers(0, len(data)))
         end = min(len(data), at + draw(st.integers(0, 40)))
@@ -82,7 +82,7 @@ def bent(draw, data):
 
 @st.composite
 def bent_text(draw, text):
-    """TOML with up to three words replaced, or letters changed."""
+    """Return TOML with up to three replaced words, or changed letters."""
     if draw(st.booleans()):
         return draw(bent(text.encode())).decode("utf-8", "surrogateescape")
     for _ in range(draw(st.integers(1, 3))):
@@ -94,7 +94,7 @@ def bent_text(draw, text):
 
 @st.composite
 def bent_head(draw, head):
-    """A table in JSON of which one word is gone, or has another value, or a part of one has."""
+    """Return a JSON table with one key removed or its value changed."""
     head = json.loads(json.dumps(head))
     table = draw(st.sampled_from([head, *(v for v in head.values() if v and type(v) is dict)]))
     word = draw(st.sampled_from(sorted(table)))
@@ -109,7 +109,7 @@ def bent_head(draw, head):
 
 
 def tried(read, use):
-    """Reads; what was read is used."""
+    """Read a file, and use what was read."""
     try:
         found = read()
         use(found)
@@ -165,14 +165,14 @@ def test_any_checkpoint_of_a_right_sum_is_a_run_or_refused(data):
 
 
 def members(path, file):
-    """What is in the archive of a path, name by name."""
+    """Return the members of the archive of a path, by name."""
     path.save(file)
     with zipfile.ZipFile(file) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
 def array(text):
-    """A text as numpy keeps it."""
+    """Return a text as a numpy array file."""
     out = io.BytesIO()
     np.save(out, np.array(text))
     return out.getvalue()
@@ -181,7 +181,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_refused(data, file):
-    """Zips of right sums, whose members are bent."""
+    """Archives have correct checksums and mutated members."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""

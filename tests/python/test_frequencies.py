@@ -18,7 +18,7 @@ def sampled(scene, periods=60, states=4096, method="taylor"):
 
 
 def off(found, exact):
-    """How far frequencies are from those of the closed form, relatively."""
+    """Return the relative difference of frequencies from those of the closed form."""
     pairs = [(found.precession, exact.precession), (found.spin, exact.spin)]
     pairs.append((found.nutation, math.tau / exact.period))
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
@@ -96,7 +96,7 @@ def test_a_chaotic_path_leaves_a_rest():
 
 
 def test_rates_that_cannot_be_told_are_none():
-    """Back and again it comes near the pole, past which side is chance; the lines are there."""
+    """The axis passes near the pole on either side by chance, but the lines exist."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

@@ -42,8 +42,7 @@ def tilted(angle):
 
 
 def lingering(rng):
-    """A top that begins near its unstable upright, at rest or almost, or about a free body's middle
-    axis."""
+    """Return a top that starts near an unstable equilibrium, at rest or almost."""
     small = rng.normal(size=3) * 10 ** rng.uniform(-9, -4)
     if rng.random() < 0.4:
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
@@ -78,12 +77,12 @@ def test_whichever_run_is_ended_leaves_a_state(most, end):
 
 
 def turning_over():
-    """A free body about its middle axis: the errors of a path are largest where it turns over."""
+    """Return a free body near its middle axis; its error is largest where it turns over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
 def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """Of one path or of many, of a part of it, loaded again, or of the attitude alone."""
+    """For one path and for many, a part of a path, a loaded path, and the attitude alone."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -224,7 +223,7 @@ def test_published_figures_are_met(capsys):
 
 
 def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
-    """Its energy above the lowest may be less than nothing by a rounding."""
+    """Its energy above the lowest may be negative by a rounding."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)
@@ -240,8 +239,7 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
 
 
 def test_a_step_too_large_on_the_way_is_tried_smaller():
-    """The first try of the search ends at a time between two steps, from where takahashi_imada4
-    cannot step: that is no failure of the request."""
+    """The first trial ends between two steps, from where takahashi_imada4 cannot step."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
         (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),
@@ -288,7 +286,7 @@ def test_an_error_is_at_most_a_tenth_of_a_radian():
 
 
 class Search:
-    """A search whose runs err as it is told."""
+    """A step search with prescribed errors."""
 
     conditioning, first, budget = 1e-9, 10, 1000
     method, order, end, target = "strang", 2, 8.0, 1e-9

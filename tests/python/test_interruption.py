@@ -52,7 +52,7 @@ def test_a_tolerance_out_of_reach_ends_a_run():
 
 
 def told_thrice(run):
-    """What a run tells of its progress until that raises, which ends it."""
+    """Return a progress callback that raises at its third call."""
     told = []
 
     def tell(t):
@@ -139,7 +139,7 @@ def test_progress_is_told_the_end(run):
 
 
 def test_a_call_that_is_refused_leaves_the_time_alone():
-    """While another thread leads the run, its time is not read from the moving top."""
+    """While another thread advances the run, its time is not read from the moving top."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):
@@ -159,7 +159,7 @@ def test_a_call_that_is_refused_leaves_the_time_alone():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
-    """Where Ctrl-C arrives while Python is at work, in place of the core."""
+    """The signal arrives while Python code runs, not the core."""
     record, done = kr.start(TOP)._record.__func__, []
 
     def interrupted(self, times, progress):
@@ -214,7 +214,7 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    """Else it has no end. How soon, validation/bench/running.py measures."""
+    """Without the signal the call has no end. validation/bench/running.py measures the delay."""
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
     states, reached = map(float, done.stdout.split())

@@ -10,7 +10,7 @@ STEPS = 10
 
 
 def thrown(number, kinds, seed):
-    """Bodies thrown at random, each with a step."""
+    """Yield random bodies, each with a step."""
     rng = np.random.default_rng(seed)
     for _ in range(number):
         half = np.exp(rng.normal(0.0, 0.3, 3))
@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """After ten steps [rad]; None where the step is refused."""
+    """Return the error after ten steps [rad], or None where the step is refused."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
@@ -89,7 +89,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Its drift is exact: what errs is the torque alone, and that is small here."""
+    """Its drift is exact; only the small torque causes errors."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
@@ -97,7 +97,7 @@ def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
 
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
-    """Nonsense, but of unit length: turns of any angle are turns."""
+    """The result is inaccurate, but attitudes have unit length."""
     for scene, step in thrown(100, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14

@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """As in astropy: an array with a unit, of one number too."""
+    """An array with a unit, also of one number, as in astropy."""
 
     unit = "min"
 
 
 class Stripped:
-    """As in pint: numpy can take it, and drops its units."""
+    """A number whose unit numpy drops, as in pint."""
 
     units = "minute"
 

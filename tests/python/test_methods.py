@@ -12,7 +12,7 @@ from validation.truth.orders import tilted as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Methods of these flags, each with every wanted body that it applies to."""
+    """Return methods with these flags, each with every body that it applies to."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -23,20 +23,20 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def leads(name, body):
-    """Goryachev's and Chaplygin's top is so heavy that rounding comes before a high order leads."""
+    """Return whether the leading order dominates; for a heavy top rounding comes first."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 
 @pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
 def test_order_is_that_of_the_table(name, body):
-    """It is measured in q and in m; each comes within 0.2 of the table's, from both sides."""
+    """The order is measured in q and in m, and is within 0.2 of the table."""
     order = kr.methods[name].order
     slopes = measured(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 
 def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """The truth is by a composition of order 8 itself; extrapolation agrees with it."""
+    """The reference solution is a composition of order 8; extrapolation is independent of it."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -101,9 +101,9 @@ def is_compensated(name, body):
 
 @pytest.mark.parametrize("name, body", cases(is_compensated))
 def test_roundings_do_not_add_up(name, body):
-    """Sums are compensated: 1e6 kicks with 1e-16 each, at random, would move the energy by 1e-13.
+    """Compensated sums: 1e6 kicks with random errors of 1e-16 would move the energy by 1e-13.
 
-    The error of the method is smaller still at this step, so that what is left is rounding.
+    The error of the method is smaller at this step, so only rounding remains.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()

@@ -15,7 +15,7 @@ SOME = ("nutation", "frame")
 
 
 def solved(scene, times, *words, **more):
-    """The states of solve at times in any order."""
+    """Return the states of solve at times in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
     return path[np.argsort(order, kind="stable")]

@@ -85,7 +85,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """The globe is as tall as both charts, which have one time, beside it."""
+    """The globe is as tall as both charts beside it, which share one time axis."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -317,7 +317,7 @@ BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 @pytest.mark.parametrize("name", BODIES)
 def test_solids_are_closed_and_seen_from_outside(name):
-    """Of a solid the areas add up to nothing, and its volume is positive."""
+    """The areas of a closed solid sum to zero, and its volume is positive."""
     faces, _ = solid_of(BODIES[name])
     area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     size = np.abs(faces).max()

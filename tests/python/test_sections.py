@@ -129,7 +129,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """The size of a spin needs the apex, which a top has before it first watches for anything."""
+    """The size of a spin needs the apex, also before the top first watches for events."""
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
     assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9

@@ -67,13 +67,13 @@ PATHS = {
 
 
 def kept(value):
-    """What a path or its events are made of, without what was computed since."""
+    """Return the data of a path or of events, without computed quantities."""
     names = [field.name for field in dataclasses.fields(value)]
     return {name: vars(value)[name] for name in names if name in vars(value)}
 
 
 def same(a, b):
-    """Whether two values are equal, arrays to the bit and read-only."""
+    """Return whether two values are equal, arrays bit by bit and read-only."""
     if isinstance(a, np.ndarray):
         bits = (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
         return bits and not b.flags.writeable
@@ -157,7 +157,7 @@ def test_what_is_no_file_is_refused(tmp_path):
 
 @pytest.fixture
 def parts(tmp_path):
-    """The members of a saved path with events and 20 digits."""
+    """Return the members of a saved path with events and 20 digits."""
     kr.solve(TOP, 20.0, digits=20, events=[LOWEST]).save(tmp_path / "good")
     with zipfile.ZipFile(tmp_path / "good") as archive:
         return {info.filename: archive.read(info) for info in archive.infolist()}

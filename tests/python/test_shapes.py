@@ -13,12 +13,12 @@ PHI = np.arange(12) * np.pi / 6
 
 
 def between(a, b):
-    """Nodes and weights of Gauss' quadrature on an interval."""
+    """Return nodes and weights of Gauss quadrature on an interval."""
     return 0.5 * (a + b) + 0.5 * (b - a) * NODES, 0.5 * (b - a) * WEIGHTS
 
 
 def round_solid(inner, outer, bottom, top):
-    """Points and weights of a body of revolution, whose radii are functions of the height."""
+    """Return points and weights of a body of revolution with radii as functions of height."""
     points, weights = [], []
     for z, dz in zip(*between(bottom, top), strict=True):
         for r, dr in zip(*between(inner(z), outer(z)), strict=True):
@@ -93,7 +93,7 @@ def make(name, **words):
 
 
 def integrated(points, weights, mass, pivot):
-    """Inertia about the pivot, and the centre of mass seen from it, by their definitions."""
+    """Return inertia about the pivot and the centre of mass seen from it, by quadrature."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
     return np.eye(3) * products.trace() - products, portions @ seen / mass

@@ -23,7 +23,7 @@ SPAWN = multiprocessing.get_context("spawn")
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory):
-    """The hashes of the rows that one thread makes."""
+    """Return the hashes of the rows that one thread computes."""
     place = tmp_path_factory.mktemp("expected")
     for name, words in WORDS.items():
         done = swept(place / name, words, threads=1)
@@ -106,8 +106,7 @@ def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, expected, clust
 
 
 class Losing(Executor):
-    """Does what it is told, but for one part, which is called off, or said to be done; each so many
-    times."""
+    """An executor that cancels one part, or reports it as done, several times."""
 
     def __init__(self, times, result):
         self.left, self.result = times, result

@@ -37,7 +37,7 @@ def form(request, monkeypatch):
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    """Folders of reductions, and of states with events."""
+    """Return folders with reductions and with states and events."""
     place = tmp_path_factory.mktemp("runs")
     swept(place / "reduced")
     swept(place / "watched", WATCHED)

@@ -52,7 +52,7 @@ def test_a_plan_that_was_changed_is_not_believed(tmp_path):
 
 
 def test_a_plan_in_other_words_is_of_another_version(tmp_path):
-    """It has the hash that it says, but this version would not tell it so."""
+    """The hash of the plan is correct, but this version would write the plan otherwise."""
     swept(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())

@@ -119,7 +119,7 @@ def test_a_full_disk_is_told_and_leaves_nothing_half(tmp_path, expected):
 
 
 def damaged(data, at):
-    """The bytes with one bit turned."""
+    """Return `data` with one bit flipped."""
     return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
 
 

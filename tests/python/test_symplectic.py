@@ -23,7 +23,7 @@ CASES = [
 
 
 def moved(scene, name, step, turned, pushed):
-    """The end of a step from a start that is turned by a small vector in space, and pushed."""
+    """Return the state after a step from a start turned by a small vector and pushed."""
     angle = np.linalg.norm(turned)
     small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
     attitude = quaternion.multiply(small, scene.attitude)
@@ -33,13 +33,13 @@ def moved(scene, name, step, turned, pushed):
 
 
 def form(m):
-    """<dm, turn'> - <dm', turn> + <m, turn x turn'> of (turn, dm), both seen from space."""
+    """Return <dm, turn'> - <dm', turn> + <m, turn x turn'> of (turn, dm), all in space."""
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
 
 
 def defect(scene, name, step):
-    """By how much a step changes the form, in units of the moments and the step."""
+    """Return by how much a step changes the form, in units of the moments and the step."""
     q, m = moved(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
@@ -66,7 +66,7 @@ def test_a_symplectic_method_keeps_the_form(name, body):
 
 
 def test_bobenko_suris4_keeps_the_form_along_orbits_only():
-    """Its step goes by the orbit: up to the seventh order."""
+    """Its step depends on the orbit, up to order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

@@ -13,14 +13,14 @@ T = 10.0
 
 
 def change(one, other):
-    """The rotation vector in the body and the change of momentum between the ends of two paths."""
+    """Return the rotation vector in the body and the change of momentum between path ends."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
 
 
 def neighbours(scene, word, value, axis):
-    """The derivative by a datum, from runs with 30 digits: Richardson's, of fourth order."""
+    """Return a derivative from runs with 30 digits, by Richardson extrapolation."""
     step = 2.0 ** (np.ceil(np.log2(max(1.0, abs(value)))) - 26.0)
 
     def at(k):
@@ -57,7 +57,7 @@ def matrix(q):
 
 
 def form(path, i):
-    """The symplectic form at a state, for rotation vectors in the body and momenta in space."""
+    """Return the symplectic form, for rotation vectors in the body and momenta in space."""
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]
     return np.block(

@@ -9,7 +9,7 @@ from tops import GENERAL
 
 
 def angle(a, b):
-    """Between the last attitudes of two paths, without losing a digit."""
+    """Return the angle between the last attitudes of two paths, to full precision."""
     p, q = (
         [
             Fraction(float(x)) + Fraction(float(y))

@@ -37,7 +37,7 @@ def test_the_attitude_is_that_of_scipy():
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turned(TILT), CONE.turned((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_begin_with_these_angles(body, angles):
-    """An apex below the third axis, and one beside it, are no exception."""
+    """Also for an apex below the third axis, or beside it."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 
@@ -120,7 +120,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
 
 
 def rate_of(scene):
-    """The precession of a tilted top: its velocity across the axis over the sine of the tilt."""
+    """Return the precession: velocity across the axis over the sine of the tilt."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
     across = velocity - (velocity @ apex) * apex

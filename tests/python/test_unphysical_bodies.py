@@ -22,7 +22,7 @@ TOLD = "no body has this inertia about the fixed point"
 
 
 def told(make):
-    """What is made, and the one warning with which it was."""
+    """Return the result of a call, and its only warning."""
     with pytest.warns(UserWarning, match=TOLD) as caught:
         made = make()
     assert len(caught) == 1
@@ -150,7 +150,7 @@ def test_what_is_said_to_be_made_up_is_not_told_of():
 
 
 def test_the_word_is_kept_where_it_was_not_needed():
-    """So a family of bodies, some of which can be, is silent as a whole."""
+    """A family of bodies, some of them physical, warns of none."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), made_up=True)
     assert one.made_up and dataclasses.replace(one, com=(0, 0, 5)).made_up
     assert pickle.loads(pickle.dumps(one)).made_up
@@ -218,7 +218,7 @@ ROUNDED = [
 @pytest.mark.parametrize("name", kr.methods)
 @pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
 def test_every_method_moves_rounded_bodies_or_refuses(name, body):
-    """The energy is the one that the equations keep, and the attitude that of 20 digits."""
+    """The energy is that of the equations, the attitude that of a run with 20 digits."""
     scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
     if not kr.methods[name].suits(scene):
         with pytest.raises(ValueError, match="does not apply to this body"):
@@ -233,7 +233,7 @@ def test_every_method_moves_rounded_bodies_or_refuses(name, body):
 
 
 def test_a_rounded_body_has_the_equations_of_its_moments():
-    """Euler's equations with these moments, integrated apart."""
+    """The reference integrates Euler's equations with these moments independently."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     i1, i2, i3 = WATER
 

@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """By its content policy, whatever a scene's text or a link may say."""
+    """The content policy holds whatever a scene's text or a link contains."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -90,7 +90,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 @pytest.fixture
 def opened(monkeypatch):
-    """The addresses that were shown in a browser, instead of the browser."""
+    """Replace the browser, and return the addresses opened in it."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found
@@ -124,7 +124,7 @@ def test_a_notebook_shows_the_page_itself(opened, monkeypatch, shell, pages):
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """A home of its own, a page, and no browser."""
+    """Provide an empty home directory and a small page, without a browser."""
     monkeypatch.setattr(view, "_PAGE", tmp_path / "viewer.html")
     (tmp_path / "viewer.html").write_text(
         2 * '<script type="application/json" id="scene">null</script>', encoding="utf-8"

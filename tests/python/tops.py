@@ -12,7 +12,7 @@ def unit(q):
 
 
 def matrix(q):
-    """The rotation of a quaternion as a 3x3 matrix, which takes a body's vectors to space."""
+    """Return the rotation matrix of a quaternion, from body to space."""
     return np.array([quaternion.turn(q, e) for e in np.eye(3).tolist()]).T
 
 
