@@ -61,7 +61,7 @@ kr_status kr_steps_recover(kr_top *top)
     int64_t good = top->kept_steps;
     go_back(top);
     while (top->steps < failed && status == KR_OK) {
-        status = one_step(top, 0.0);
+        status = one_step(top, 0.0); /* methods of fixed steps ignore the limit */
         if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }

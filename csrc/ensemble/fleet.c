@@ -262,7 +262,8 @@ static int aim(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Whether a lane's piece is a good one. */
+/* Whether a lane's piece is a good one. The sign guards against steps without length; no top before
+ * its horizon is known to make one. */
 static int is_well(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];

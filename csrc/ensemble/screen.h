@@ -1,6 +1,7 @@
 /* Whether what lanes watch may have changed its sign in a piece. It is a polynomial there, enclosed
  * by its coefficients in Bernstein's basis: where these all have the sign that it had, it kept
- * that. Any other lane is searched by itself (section.c). This is source, as heading.h is. */
+ * that. The test may miss this, never the reverse, and any other lane is searched by itself
+ * (section.c). This is source, as heading.h is. */
 #include "heading.h"
 
 /* Gives g at P and W, less what does not change. */

@@ -223,7 +223,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 2; i++) { /* a second pass settles the side; a third would repeat it */
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
