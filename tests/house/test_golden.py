@@ -1,4 +1,4 @@
-"""Results of the C library against files in tests/core.
+"""Results of the C library against files in tests/c.
 
 golden.txt has the bits of the algebraic methods, kernels.txt those of each instruction set, and
 snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snapshot.txt.
@@ -7,13 +7,13 @@ snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snap
 import pytest
 from toolbox import CSRC, ROOT, compiled, core_sources, installed, need, run
 
-PROGRAM = ROOT / "tests/core/golden.c"
+PROGRAM = ROOT / "tests/c/golden.c"
 FLAGS = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
 
 
 @pytest.fixture
 def golden():
-    return (ROOT / "tests/core/golden.txt").read_text()
+    return (ROOT / "tests/c/golden.txt").read_text()
 
 
 @pytest.mark.parametrize(("compiler", "optimization"), [("gcc", "-O0"), ("clang", "-O3")])
@@ -36,15 +36,15 @@ def test_the_library_as_it_is_installed_gives_the_golden_bits(golden, tmp_path):
 
 
 def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
-    found = of_the_library(ROOT / "tests/core/snapshot.c", tmp_path / "snapshot")
-    assert found.splitlines() == (ROOT / "tests/core/snapshot.txt").read_text().splitlines()
+    found = of_the_library(ROOT / "tests/c/snapshot.c", tmp_path / "snapshot")
+    assert found.splitlines() == (ROOT / "tests/c/snapshot.txt").read_text().splitlines()
 
 
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
-    """tests/core/kernels.txt is what tests/core/kernels.c printed, without the names of instruction
+    """tests/c/kernels.txt is what tests/c/kernels.c printed, without the names of instruction
     sets, for one with fused products and for one without. Other processors: .ci/processors."""
-    golden = (ROOT / "tests/core/kernels.txt").read_text().splitlines()
-    told = of_the_library(ROOT / "tests/core/kernels.c", tmp_path / "kernels")
+    golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
+    told = of_the_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
     lines = [line.split(maxsplit=1) for line in told.splitlines()]
     for name in {isa for isa, _ in lines}:
         own = [line for isa, line in lines if isa == name]

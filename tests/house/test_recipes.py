@@ -146,8 +146,8 @@ def at(house, names):
 @pytest.mark.parametrize(("program", "count"), [("golden", 4), ("snapshot", 1)])
 def test_a_method_touches_two_files_and_adds_its_golden_lines(house, program, count, tmp_path):
     assert len(house.touched["method"]) == 2
-    house.compile(ROOT / f"tests/core/{program}.c", to=tmp_path / program)
-    expected = (ROOT / f"tests/core/{program}.txt").read_text().splitlines()
+    house.compile(ROOT / f"tests/c/{program}.c", to=tmp_path / program)
+    expected = (ROOT / f"tests/c/{program}.txt").read_text().splitlines()
     more = [line for line in run(tmp_path / program).splitlines() if line not in expected]
     assert len(more) == count and all("kick_drift" in line.split() for line in more)
 

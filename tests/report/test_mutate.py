@@ -134,7 +134,7 @@ def tree(tmp_path):
     texts = {
         "csrc/sums.h": HEADER,
         "csrc/sums.c": SOURCE,
-        "tests/core/test_sums.c": TEST,
+        "tests/c/test_sums.c": TEST,
         "python/sums/__init__.py": PACKAGE,
         "tests/python/test_sums.py": PACKAGE_TEST,
     }
@@ -177,6 +177,6 @@ def test_the_package_of_a_small_tree(tree, capsys):
 
 def test_a_tree_whose_tests_fail_is_refused(tree, capsys):
     need("gcc")
-    (tree / "tests/core/test_sums.c").write_text("int main(void) { return 1; }\n")
+    (tree / "tests/c/test_sums.c").write_text("int main(void) { return 1; }\n")
     with pytest.raises(SystemExit, match="test_sums fails with nothing changed"):
         table_of("core", tree, capsys)

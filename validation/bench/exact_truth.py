@@ -178,7 +178,7 @@ def random_maps(quad, tops):
 
 
 def header():
-    """Prints tests/core/exact_truth.h."""
+    """Prints tests/c/exact_truth.h."""
 
     def row(numbers):
         return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
@@ -230,7 +230,7 @@ def command_line(argv):
         "--full", action="store_true", help="20,000 tops, the map to k = 1e6; minutes"
     )
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--header", action="store_true", help="print tests/core/exact_truth.h")
+    parser.add_argument("--header", action="store_true", help="print tests/c/exact_truth.h")
     return parser.parse_args(argv)
 
 

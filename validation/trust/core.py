@@ -104,7 +104,7 @@ class Trial:
         return replace(done, status=1) if is_wrong else done
 
     def is_golden(self, name, said):
-        golden = (self.root / f"tests/core/{name}.txt").read_text().splitlines()
+        golden = (self.root / f"tests/c/{name}.txt").read_text().splitlines()
         if name == "kernels":  # it says first which instruction set, then how that rounds
             lines = [line.split(maxsplit=1)[1] for line in said.splitlines()]
             return lines == [line for line in golden if line.split()[0] == lines[0].split()[0]]
@@ -160,10 +160,10 @@ class Trial:
 
 def programs(root):
     """For each program of the C tests its sources."""
-    tests = {file.stem: [file] for file in sorted((root / "tests/core").glob("test_*.c"))}
+    tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
     for name in GOLDEN:
-        if (root / f"tests/core/{name}.txt").exists():
-            tests[name] = [root / f"tests/core/{name}.c"]
+        if (root / f"tests/c/{name}.txt").exists():
+            tests[name] = [root / f"tests/c/{name}.c"]
     if fuzz := sorted((root / "tests/fuzz").glob("*.c")):
         tests["fuzz"] = fuzz
     return {
