@@ -47,8 +47,8 @@ def exact(value):
 
 def child(code, *words, **more):
     """Start a Python process that runs `code` and can import the modules of the tests."""
-    house = str(HERE.parent / "house")
-    path = os.pathsep.join([str(HERE), house, os.environ.get("PYTHONPATH", "")])
+    repo = str(HERE.parent / "repo")
+    path = os.pathsep.join([str(HERE), repo, os.environ.get("PYTHONPATH", "")])
     return subprocess.Popen(
         [sys.executable, "-W", "error", "-c", HEEDING + code, *map(str, words)],
         stdout=subprocess.PIPE,

@@ -9,7 +9,7 @@ from . import of_python
 from .tree import Verdict, copied, pytest
 from .used import all_used
 
-FOLDERS = ("python", "report", "house")  # of tests; those of the page want a browser
+FOLDERS = ("python", "report", "repo")  # of tests; those of the page want a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
 ELSEWHERE = (
     "test_style.py",

@@ -5,7 +5,7 @@ import shutil
 import pytest
 from toolbox import ROOT, VERSION, compile_and_run, installed, need, need_gsl, run
 
-HERE = ROOT / "tests/house/install"
+HERE = ROOT / "tests/repo/install"
 
 
 @pytest.fixture(params=["OFF", "ON"], ids=["without_gsl", "with_gsl"])
