@@ -84,7 +84,7 @@ def package(file, node):
     return [*here, *words]
 
 
-TOPS = (ROOT / "tests/repo", ROOT / "tests/page", ROOT / "tests/python", ROOT / "python", ROOT)
+TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT / "python", ROOT)
 
 
 def module(words):

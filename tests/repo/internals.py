@@ -1,4 +1,4 @@
-"""What the tests use of the package's private rooms: each name is imported here alone."""
+"""Private names of the package that tests use. They are imported here alone."""
 
 import numpy as np
 from kreisel import _core as core
@@ -26,7 +26,7 @@ __all__ = [
 
 
 def solid_of(body):
-    """What is drawn of a body along its principal axes; needs matplotlib."""
+    """Return the solid that plots draw for a body. Needs matplotlib."""
     from kreisel._drawing.solids import solid_of
 
     return solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))

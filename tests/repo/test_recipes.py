@@ -1,6 +1,6 @@
 """The recipes of ARCHITECTURE.md, each followed in a copy of the tree: all else follows unasked.
 
-Those of the page are in tests/page/test_page_recipes.py, that of a part of the report in
+Those of the page are in tests/viewer/test_page_recipes.py, that of a part of the report in
 tests/report/test_parts.py."""
 
 import json

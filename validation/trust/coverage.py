@@ -102,7 +102,7 @@ def package(tests):
         "pytest",
         "-q",
         "--tb=short",
-        *(tests or ("tests/python", "tests/report", "tests/page")),
+        *(tests or ("tests/python", "tests/report", "tests/viewer")),
     )
     tell(*run, "run", "-m", *words, **how)
     tell(*run, "combine", "-q", **how)
