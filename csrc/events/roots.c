@@ -108,7 +108,7 @@ static outcome search_terms(kr_search *r)
     return search(r, b, 0.0, 1.0);
 }
 /* Leaves out the last terms, as many as do not matter at first. Their sum bounds the error. Where
- * that decides nothing the search is repeated with all terms, so a wrong choice costs time alone. */
+ * that decides nothing the search is repeated with all terms: a wrong choice costs time alone. */
 static void cut(kr_search *r)
 {
     double slopes = 0.0;

@@ -1,5 +1,4 @@
-/* Checkpoints: every method resumes with the bits of an uninterrupted run, and invalid bytes are
- * refused. */
+/* Checkpoints: every method resumes with the bits of an uninterrupted run; damage is refused. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
