@@ -1,4 +1,4 @@
-"""kreisel: the motion of spinning tops.
+"""The motion of spinning tops: rigid bodies that turn about a fixed point under gravity.
 
     import kreisel as kr
     body = kr.Body.cuboid(half=(.8, .8, 1), pivot=(0, 0, -1))
@@ -6,9 +6,9 @@
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 
-Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space; vectors are
-seen from space; any consistent units do, given as [M L T]. See kreisel.conventions(),
-kreisel.methods, kreisel.scenes.
+Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space. Vectors are
+seen from space. Units are any consistent set, given as [M L T]. See kreisel.conventions(),
+kreisel.methods and kreisel.scenes.
 """
 
 from . import events, quaternion, scenes

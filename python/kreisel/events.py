@@ -1,4 +1,4 @@
-"""Events: where, on its way, a function of the state passes zero or is largest or smallest.
+"""Events: the times at which a function of the state crosses zero or has an extremum.
 
     events = [kr.events.nutation(), kr.events.plane((0, 1, 0), direction=1)]
     path = kr.solve(scene, t=300, events=events)
@@ -8,22 +8,21 @@
     half = kr.solve(scene, t=300, events=[first_low]).t[-1]
 
 A function is a sum of terms, factor * component or factor * component * component, in the scene's
-units; kreisel.events.components names them all, "1" stands for a constant, and the quantities that
-they belong to are told by help(kreisel.Path):
+units. kreisel.events.components names all components, "1" stands for a constant, and
+help(kreisel.Path) describes the quantities that they belong to:
 
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-A function of Python's own cannot be one: a polynomial cannot be taken through it. Where it passes
-zero shows in a path of close states, where(diff(sign(f(path)))) in numpy's words, without the
-promise that none is missed.
+Python functions are not supported, because events are roots of a polynomial. For those, search a
+path with close states for sign changes, where(diff(sign(f(path)))) in NumPy, without a guarantee.
 
-Events are found on the polynomial that each step of method='taylor' is, none missed inside a step,
-without any effect on the path. A place counts where the sign changes, for an extremum that of the
-derivative; the start is none. A function nearer to zero than 2^-50 of its terms' sizes cannot be
-told from zero: places between which it stays there are a touching, which is none. Times are as
-exact as the path, and doubles, also of paths with more digits, whose states at these times have all
-their digits. Growing and falling are meant in time, also where the path runs back.
+Events are the sign changes of the polynomial of each step of method='taylor'; for an extremum,
+those of its derivative. No event inside a step is missed, and the path does not change. The start
+is not an event. Below 2^-50 of the sizes of its terms a function counts as zero: it touches zero
+there, and a touch is not an event. Times are as accurate as the path and are doubles, also for
+paths with more digits, whose states at these times have all their digits. Rising and falling refer
+to time, also where the path runs backwards.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """What a user looks for here."""
+    """List the public names."""
     return sorted(__all__)
 
 
@@ -67,7 +66,7 @@ Terms = tuple[tuple[float, int, int], ...]
 
 
 class _Count(TypedDict, total=False):
-    """The words of crossing and extremum but for `where`."""
+    """Keyword arguments of crossing and extremum except `where`."""
 
     direction: int
     most: int | None
@@ -75,7 +74,7 @@ class _Count(TypedDict, total=False):
 
 
 class _More(_Count, total=False):
-    """The words of crossing and extremum."""
+    """Keyword arguments of crossing and extremum."""
 
     where: Function | None
 
@@ -87,15 +86,14 @@ _SPEED = {f"body_velocity_{i}*body_velocity_{i}": 1.0 for i in "xyz"}
 
 @dataclass(frozen=True)
 class Event:
-    """What to look for; made by the functions of this module.
+    """A description of events, built by the functions of this module.
 
-    terms      of the function g, as (factor, number, number) by the numbers of the components
-    where      of a function that must be positive for the event to count; none: it counts
-               everywhere
-    extremum   False: where g passes zero; True: where g is largest or smallest
-    direction  1: g grows with time, or is smallest; -1: g falls, or is largest; 0: either
-    most       how many are recorded, the first ones; None: all
-    terminal   whether the path ends at the event, or where `most` is given, at the last of these
+    terms      terms of the function g: (factor, index, index) by the indices of the components
+    where      terms of a function that must be positive at the event; empty: no condition
+    extremum   False: g crosses zero; True: g has an extremum
+    direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
+    most       number of events to record, the first ones; None: all
+    terminal   True: the path ends at the event, or at the last one if `most` is given
     """
 
     terms: Terms
@@ -106,7 +104,7 @@ class Event:
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
-        """(n,) g at each state of a path."""
+        """Return (n,) values of g at the states of a path."""
         instance("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
@@ -120,11 +118,10 @@ def crossing(
     most: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Where a function passes a value, in its own units: the function's sign less the value
-    changes.
+    """Find where a function crosses a value, given in its own units.
 
-    direction, most and terminal are as in Event; where is a function that must be positive there.
-    Raises TypeError and ValueError for functions that are none, and for one that is constant.
+    direction, most and terminal are as in Event; where is a function that must be positive at the
+    event. Raises TypeError and ValueError for invalid functions and for a constant.
     """
     level = number("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -139,16 +136,17 @@ def extremum(
     most: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Where a function is smallest (direction 1) or largest (-1) for the time being; the rest as in
-    crossing."""
+    """Find local minima (direction 1) or maxima (-1) of a function; the rest as in crossing."""
     terms = _terms("function", function)
     return _event(terms, _condition(where), True, direction, most, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
-    """A Poincare section: where <normal, v> passes the offset, v being 'apex', 'm',
-    'body_vertical', 'body_velocity' or 'body_momentum'; the offset in units of v, the rest as in
-    crossing."""
+    """Find crossings of a plane, a Poincaré section: <normal, v> = offset.
+
+    of is the name of v: 'apex', 'm', 'body_vertical', 'body_velocity' or 'body_momentum'. The
+    offset has the units of v; the rest is as in crossing.
+    """
     if of not in _VECTORS:
         raise ValueError(unknown("vector", str(of), _VECTORS))
     along = zip("xyz", vector("normal", normal), strict=True)
@@ -156,23 +154,27 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
 
 
 def nutation(**more: Unpack[_More]) -> Event:
-    """Where the apex is lowest (direction 1) or highest (-1); the rest as in extremum."""
+    """Find the lowest (direction 1) or highest (-1) points of the apex; the rest as in extremum."""
     return extremum({"apex_z": 1.0}, **more)
 
 
 def loop(**more: Unpack[_More]) -> Event:
-    """Where the apex turns back on its way round the vertical: its precession changes its sense.
+    """Find where the apex reverses its precession about the vertical.
 
-    There are two to each loop of a trace with loops, none for a wavy one; at a cusp the precession
-    touches zero, which within the path's error may look like a small loop or like none. The rest as
-    in crossing."""
+    A trace with loops has two such points for each loop, a wavy trace none. At a cusp the
+    precession touches zero, which within the path's error may look like a small loop or like none.
+    The rest is as in crossing.
+    """
     return crossing(_PRECESSION, **more)
 
 
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
-    """Where the apex stands still and turns back: a highest or lowest point at which it moves at
-    less than `within` of the body's angular speed, at least 1e-7, below which rounding decides; the
-    rest as in extremum, without `where`."""
+    """Find where the apex stands still and turns back.
+
+    A cusp is a highest or lowest point at which the apex moves at less than `within` of the body's
+    angular speed; `within` is at least 1e-7, below which rounding decides. The rest is as in
+    extremum, without `where`.
+    """
     if number("within", within) < 1e-7:
         raise ValueError(
             f"within must be at least 1e-7, not {shown(within)}: nearer to rest rounding decides"
@@ -182,20 +184,19 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
 
 
 def kinetic(value: float, **more: Unpack[_More]) -> Event:
-    """Where the kinetic energy passes a value [M L^2 T^-2]; the rest as in crossing."""
+    """Find where the kinetic energy crosses a value [M L^2 T^-2]; the rest as in crossing."""
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
     return crossing(twice, value, **more)
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
-    """Where a scene is nearest to its unstable equilibrium, near which motions on both sides of the
-    separatrix linger.
+    """Find where a scene is nearest to its unstable equilibrium.
 
-    Under gravity these are the points at which the centre of mass is highest; without torque those
-    at which the angular velocity turns back near the axis of the middle moment, on either side. How
-    near they come is for the states to tell. The rest as in extremum, without `direction` under
-    gravity. ValueError for a body without torque and with two equal moments, which has no
-    separatrix.
+    Motions on both sides of the separatrix linger there. Under gravity these are the points at
+    which the centre of mass is highest. Without torque they are those at which the angular velocity
+    turns back near the axis of the middle moment, on either side. The states tell how near they
+    come. The rest is as in extremum, without `direction` under gravity. Raises ValueError for a
+    body without torque and with two equal moments, which has no separatrix.
     """
     instance("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
@@ -249,7 +250,7 @@ _INSTEAD = {
 
 
 def _component(word: str) -> int:
-    """The number of a component; ValueError where there is none, or no series of it."""
+    """Return the index of a component; raise ValueError if it is unknown or has no series."""
     if word in components:
         return components[word]
     rows = (row for row in quantities if word in (row["name"], *row["components"]))
@@ -302,7 +303,7 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by the names that a shell and fil
 
 
 def checked_events(method: str, events: object) -> tuple[Event, ...]:
-    """What to look for, where the method can; TypeError or ValueError for what it cannot."""
+    """Validate the events of a call; raise TypeError or ValueError if the method has none."""
     if method != ELSE:
         raise ValueError(f"events need the polynomials of method={ELSE!r}, and {method!r} has none")
     listed = [events] if isinstance(events, Event) else events
@@ -320,7 +321,7 @@ LookedFor = list[
 
 
 def looked_for(events: Iterable[Event]) -> LookedFor:
-    """Events as the core takes them."""
+    """Convert events to the tuples that the core takes."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.most or 0, e.terminal)
         for e in events
@@ -331,7 +332,7 @@ _NAMES = {component: name for name, component in components.items()}
 
 
 class Written(TypedDict):
-    """An event as a checkpoint keeps it: components by name, for their numbers are of one build."""
+    """An event in a checkpoint, with components by name: their indices depend on the build."""
 
     terms: list[tuple[float, str, str]]
     where: list[tuple[float, str, str]]
@@ -342,7 +343,7 @@ class Written(TypedDict):
 
 
 def written(event: Event) -> Written:
-    """An event for a checkpoint."""
+    """Convert an event for a checkpoint."""
     return {
         "terms": _named(event.terms),
         "where": _named(event.where),
@@ -358,7 +359,9 @@ def _named(terms: Terms) -> list[tuple[float, str, str]]:
 
 
 def read(row: Written) -> Event:
-    """The event that was written; KeyError, TypeError or ValueError for what is none."""
+    """Restore an event of a checkpoint.
+
+    Raises KeyError, TypeError or ValueError if it is invalid."""
     return _event(
         _numbered(row["terms"]),
         _numbered(row["where"]),

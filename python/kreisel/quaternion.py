@@ -1,5 +1,7 @@
-"""Unit quaternions (w, x, y, z), scalar first, that turn vectors of the body into space: v_space =
-q v q*."""
+"""Unit quaternions (w, x, y, z), scalar first, that turn the body's vectors into space.
+
+A vector v of the body is v_space = q v q*.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """The product a b: first the turn b, then the turn a."""
+    """Return the product a b: the rotation b followed by the rotation a."""
     aw, ax, ay, az = a
     bw, bx, by, bz = b
     return (
@@ -30,7 +32,7 @@ def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
 
 
 def conjugate(q: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """The opposite turn."""
+    """Return the inverse rotation."""
     w, x, y, z = q
     return w, -x, -y, -z
 
@@ -40,7 +42,7 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """q v q*: what the body sees as v, seen from space."""
+    """Return q v q*: the vector `v` of the body, seen from space."""
     w, ux, uy, uz = q
     x, y, z = v
     c = _cross((ux, uy, uz), (x, y, z))
@@ -53,20 +55,20 @@ def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """q* v q: what is v in space, seen from the body."""
+    """Return q* v q: the vector `v` of space, seen from the body."""
     return turn(conjugate(q), v)
 
 
 def from_xyzw(name: str, value: object) -> Quaternion:
-    """Four numbers with the scalar last."""
+    """Parse four numbers with the scalar last."""
     x, y, z, w = row(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
 
 def from_rotation(rotation: Rotation) -> Quaternion:
-    """The attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
+    """Return the attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
 
-    TypeError for what has no as_quat, ValueError for several rotations.
+    Raises TypeError for an object without as_quat, and ValueError for several rotations.
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
@@ -77,10 +79,10 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 
 
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
-    """A unit quaternion (w, x, y, z), of one (with the scalar `last`) or of a single Rotation.
+    """Parse a unit quaternion (w, x, y, z), with the scalar `last`, or from a single Rotation.
 
-    Its squared norm may be off by 1e-12; one in single precision by the rounding of that, and is
-    then made unit in double. Raises TypeError, ValueError for anything else.
+    The squared norm may be off by 1e-12. A quaternion in single precision may be off by its own
+    rounding and is normalized in double precision. Raises TypeError or ValueError otherwise.
     """
     if hasattr(given, "as_quat") and not last:
         return from_rotation(given)
@@ -102,7 +104,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
 
 
 def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
-    """The angle of the rotation between attitudes, 0 .. pi [rad].
+    """Return the angle of the rotation between attitudes, 0 .. pi [rad].
 
     `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape
     without the 4. It is 2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q
@@ -121,7 +123,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conventions() -> str:
-    """In which order and which frame everything is given, with a turn to try other software on."""
+    """Return a description of orders, frames and units, with an example rotation for comparison."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (

@@ -1,7 +1,7 @@
-"""Scenes with names, and in `about` what to look at in each.
+"""Named scenes; the mapping `about` describes each.
 
 thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so
-that the centre of mass is the lever mass * gravity * com; their numbers are those of
+that the centre of mass is the lever mass * gravity * com. Their numbers equal those of
 validation/truth/problems.json to the last bit.
 """
 
@@ -81,7 +81,7 @@ dzhanibekov = Scene(
 
 
 def named(name: str) -> Scene:
-    """The scene of this name; KeyError if there is none, TypeError for what is no name."""
+    """Return the scene called `name`; raise KeyError if unknown, TypeError if not a text."""
     if not isinstance(name, str):
         raise TypeError(f"name must be a text, not {shown(name)}")
     if name not in about:
@@ -91,10 +91,10 @@ def named(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """The name of a scene that is one of these; else ''."""
+    """Return the name of a scene of this module; '' for any other scene."""
     return next((name for name in about if named(name) == scene), "")
 
 
 def __dir__() -> list[str]:
-    """The scenes, and what tells of them."""
+    """List the scenes and the functions of this module."""
     return sorted([*about, "about", "name_of", "named"])

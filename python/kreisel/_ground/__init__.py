@@ -1,1 +1,1 @@
-"""What all rooms stand on: arguments, refusals, and axes to draw in."""
+"""Utilities that every other package uses: validation, errors, files and optional imports."""

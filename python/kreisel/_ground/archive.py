@@ -1,7 +1,7 @@
-"""Archives: texts and arrays by their names in one file, which numpy.load reads as well.
+"""Archives: named texts and arrays in one file that numpy.load can also read.
 
-It is a zip of .npy members, none of them compressed, so that what a file claims to hold is never
-more than what it is; nothing in it is ever run.
+An archive is a zip of .npy members without compression. Its declared sizes therefore never exceed
+the size of the file, and reading it never executes anything.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ _HEADER = re.compile(
     rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
     re.DOTALL,
 )
-_TOLD = 100  # letters of what is wrong with a zip, which may come from the file
+_TOLD = 100  # largest length of zipfile's error text, which may quote the file
 
 
 def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
-    """The bytes of an archive."""
-    from zipfile import ZipFile  # here, since who saves nothing need not wait for it
+    """Return the bytes of an archive of `texts` and `arrays`."""
+    from zipfile import ZipFile  # imported here to keep `import kreisel` fast
 
     out = io.BytesIO()
     with ZipFile(out, "w") as archive:
@@ -52,8 +52,10 @@ def _add(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
 
 
 class Archive:
-    """What packed has packed, in a file of so many bytes; ValueError for one that is damaged or of
-    another making."""
+    """An archive that is open for reading.
+
+    Raises ValueError if the file is damaged or was not written by `pack`.
+    """
 
     def __init__(self, file: BinaryIO, size: int) -> None:
         from zipfile import BadZipFile, ZipFile
@@ -62,30 +64,30 @@ class Archive:
             with ZipFile(file) as archive:
                 self._members = _members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
-            raise ValueError(f"it is damaged: {str(error)[:_TOLD]}") from None
+            raise ValueError(f"the archive is damaged: {str(error)[:_TOLD]}") from None
 
     def text(self, name: str) -> str:
-        """The text of this name."""
+        """Return the text called `name`."""
         return str(self._data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """The doubles (n, *shape) of this name; where n is None, of any n."""
+        """Return the array `name` of shape (n, *shape); with `n` None, of any length."""
         data = self._data(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def integers(self, name: str, n: int) -> Integers:
-        """The integers (n,) of this name."""
+        """Return the array `name` of `n` integers."""
         return np.frombuffer(self._data(name, "i4", (n,)), "<i4").astype(np.intc)
 
     def _data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
-        """The bytes of a member that is of this kind and shape."""
+        """Return the raw bytes of the member `name` after checking its type and shape."""
         data = self._members.get(name)
         if data is None:
-            raise ValueError(f"it has no {name}")
+            raise ValueError(f"it has no member {name}")
         header = _HEADER.match(data)
         if header is None or not header[1].decode().startswith(kind):
-            raise ValueError(f"its {name} is damaged, or of another kind")
+            raise ValueError(f"its {name} is damaged, or of another type")
         found = [int(word) for word in header[2].decode().split(",") if word.strip()]
         alike = len(found) == len(shape) and all(
             n in (None, size) for n, size in zip(shape, found, strict=True)
@@ -93,17 +95,17 @@ class Archive:
         size = 4 * int(header[1][1:]) if kind == "U" else int(header[1][1:])
         rest = memoryview(data)[header.end() :]
         if not alike or math.prod(found) * size != len(rest):
-            raise ValueError(f"its {name} is of the shape {tuple(found)}, or not as long")
+            raise ValueError(f"its {name} has the wrong size: its shape is {tuple(found)}")
         return rest
 
 
 def _members(archive: ZipFile, size: int) -> dict[str, bytes]:
-    """What a zip of so many bytes holds, name by name."""
+    """Read all members of a zip file of `size` bytes."""
     from zipfile import ZIP_STORED
 
     members = archive.infolist()
     if any(each.compress_type != ZIP_STORED for each in members):
         raise ValueError("its members are compressed")
     if sum(each.file_size for each in members) > size:
-        raise ValueError("its members are larger than the whole")
+        raise ValueError("its members are larger than the file")
     return {each.filename.removesuffix(".npy"): archive.read(each) for each in members}

@@ -1,5 +1,4 @@
-"""Arguments: what is not a finite real number of the right shape is refused by name, with its
-value."""
+"""Validation of arguments: convert to numbers and arrays, or raise with the argument's name."""
 
 from __future__ import annotations
 
@@ -20,14 +19,16 @@ Quaternion = tuple[float, float, float, float]
 
 
 class Arrayed(Protocol):
-    """What numpy takes for an array."""
+    """An object that NumPy accepts as an array."""
 
     def __array__(self) -> npt.NDArray[np.generic]: ...
 
 
-Numbers = float | Arrayed | Sequence[float] | Sequence[Arrayed]  # one, or a list, and no text
+Numbers = (
+    float | Arrayed | Sequence[float] | Sequence[Arrayed]
+)  # a number or a sequence of numbers, not a str
 
-R = TypeVar("R", float, Array)  # a number, or one for each of many
+R = TypeVar("R", float, Array)  # a float, or an array of values
 
 _PLAIN = {float, int, np.float64}
 _T = TypeVar("_T")
@@ -36,17 +37,17 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
 
 def shown(value: object) -> str:
-    """The value as a refusal tells it: at most a line of it, and of an array its shape."""
+    """Return a repr of `value` that fits into an error message; for an array, its shape."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
     try:
         return " ".join(_SHORT.repr(value).split())
-    except ValueError:  # Python writes no number of more than some thousand digits
-        return f"{type(value).__name__} beyond all bounds"
+    except ValueError:  # Python limits the digits of an int in a str
+        return f"{type(value).__name__} of too many digits"
 
 
 def instance(name: str, value: object, wanted: type[_T]) -> _T:
-    """The value, where it is a kreisel.Scene, kreisel.Path and so on; TypeError where it is not."""
+    """Return `value` if it is an instance of `wanted`; raise TypeError otherwise."""
     if not isinstance(value, wanted):
         many = getattr(type(value), "_one", None) is wanted
         one = f" of many: take one by its index, as {name}s[0]" if many else ""
@@ -59,7 +60,7 @@ def _has_unit(value: object) -> bool:
 
 
 def number(name: str, value: object) -> float:
-    """A finite float."""
+    """Return `value` as a finite float."""
     if _has_unit(value):
         raise TypeError(f"{name} must be a number without a unit, not {shown(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
@@ -75,7 +76,7 @@ def number(name: str, value: object) -> float:
 
 
 def positive(name: str, value: object) -> float:
-    """A finite float above zero."""
+    """Return `value` as a finite float above zero."""
     real = number(name, value)
     if not real > 0.0:
         raise ValueError(f"{name} must be positive, not {shown(value)}")
@@ -83,7 +84,7 @@ def positive(name: str, value: object) -> float:
 
 
 def whole(name: str, value: object, least: int) -> int:
-    """An integer from `least` up, of at most 63 bits."""
+    """Return `value` as an integer of at most 63 bits that is not below `least`."""
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be a whole number, not {shown(value)}")
     n = int(value)
@@ -93,15 +94,15 @@ def whole(name: str, value: object, least: int) -> int:
 
 
 def boolean(name: str, value: object) -> bool:
-    """True or False, and nothing that only counts as such."""
+    """Return `value` if it is True or False; truthy objects of other types raise TypeError."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{name} must be True or False, not {shown(value)}")
     return bool(value)
 
 
 def doubles(name: str, value: object, what: str) -> Array:
-    """An array of doubles of its own, of any shape; `what` says what would be right."""
-    # Nothing is masked where numpy.ma has not been loaded, which would take long.
+    """Return a new array of doubles of any shape; `what` describes the expected form in errors."""
+    # Without numpy.ma loaded no array is masked; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what}, none of them masked")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
@@ -118,7 +119,7 @@ def doubles(name: str, value: object, what: str) -> Array:
 
 
 def array(name: str, value: object, what: str) -> Array:
-    """An array of finite doubles, of any shape; `what` says what would be right."""
+    """Return a new array of finite doubles of any shape; see `as_array` for `what`."""
     numbers = doubles(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
@@ -130,9 +131,9 @@ def array(name: str, value: object, what: str) -> Array:
 
 
 def row(name: str, value: object, n: int, what: str) -> list[float]:
-    """A list of n finite floats."""
+    """Return a list of `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
-        with contextlib.suppress(OverflowError):  # as most are, at a tenth of the cost
+        with contextlib.suppress(OverflowError):  # the common case, ten times as fast
             plain = [float(x) for x in value]
             if len(plain) == n and all(map(math.isfinite, plain)):
                 return plain
@@ -143,12 +144,12 @@ def row(name: str, value: object, n: int, what: str) -> list[float]:
 
 
 def vector(name: str, value: object) -> Vector:
-    """Three finite floats."""
+    """Return three finite floats."""
     x, y, z = row(name, value, 3, "3 numbers")
     return x, y, z
 
 
 def frozen(values: Array) -> Array:
-    """The array, read-only."""
+    """Make `values` read-only and return it."""
     values.flags.writeable = False
     return values

@@ -1,5 +1,7 @@
-"""Files: written beside their place and put there at once, so that a reader, a full disk or a crash
-never meets half a file."""
+"""Atomic file output: write a temporary file, then rename it into place.
+
+Neither a reader, nor a full disk, nor a crash ever leaves half a file under the final name.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +12,18 @@ from pathlib import Path
 
 
 class Growing:
-    """A file that is written piece by piece; its name is that of what could not be written."""
+    """A file that is written in blocks; errors carry the final file name."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing was written whole."""
+        """True if no block has been written completely."""
         return self._whole == 0
 
     def add(self, data: bytes) -> None:
-        """These bytes, or OSError and none of them where the file has a place beside it."""
+        """Append `data` completely, or raise OSError and leave a temporary file as it was."""
         left = memoryview(data)
         try:
             while left:
@@ -37,11 +39,13 @@ class Growing:
 
 @contextlib.contextmanager
 def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
-    """A file that is written beside its place, and put there, on the disk, at the end; whatever is
-    raised before that, and where nothing was written, what stood there stays and nothing else is
-    left behind."""
+    """Open a temporary file that replaces `path`, synced to disk, when the block ends.
+
+    If the block raises or writes nothing, the temporary file is removed and `path` stays untouched.
+    Devices and pipes are written directly.
+    """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
-    if file.exists() and not file.is_file():  # a device or a pipe, which has no place beside it
+    if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
         with open(file, "wb", buffering=0) as out:
             yield Growing(out.fileno(), name)
         return
@@ -62,14 +66,16 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
 
 
 def write(path: str | os.PathLike[str], data: bytes) -> None:
-    """The file of this name with these bytes, on the disk; whatever fails, what stood there
-    stays and nothing else is left behind. OSError where it cannot be written."""
+    """Write `data` to `path` atomically and sync it to disk.
+
+    Raises OSError if the file cannot be written; an existing file then stays untouched.
+    """
     with growing(path) as file:
         file.add(data)
 
 
 def sync(folder: Path) -> None:
-    """A name is on the disk once its folder is; not every system can open one."""
+    """Sync the directory entry of `folder` to disk, where the system can open a folder."""
     try:
         there = os.open(folder, os.O_RDONLY)
     except OSError:
@@ -83,7 +89,7 @@ def sync(folder: Path) -> None:
 
 
 def refuse_no_place(path: str | os.PathLike[str]) -> None:
-    """OSError where a file of this name could not be written, before anything is computed."""
+    """Raise OSError if a file called `path` could not be written."""
     file = Path(os.path.realpath(path))
     if file.is_dir():
         raise IsADirectoryError(f"{os.fspath(path)} is a folder")
@@ -106,7 +112,7 @@ def _beside(file: Path) -> Path:
 
 
 def _begun(new: Path, file: Path, name: str) -> int:
-    """The new file that becomes this one; what is refused is told of the name that was given."""
+    """Open the temporary file `new` that will replace `file`; errors carry `name`."""
     try:
         return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file))
     except OSError as error:

@@ -1,5 +1,7 @@
-"""The names of methods and quantities, as type checkers know them; made of the core's tables by
-`.ci/names > python/kreisel/_ground/names.py`."""
+"""Names of methods and quantities for type checkers.
+
+Generated from the core's tables by `.ci/names > python/kreisel/_ground/names.py`.
+"""
 
 from __future__ import annotations
 
@@ -59,8 +61,7 @@ QuantityName = Literal[
 
 
 class Quantities:
-    """What a path can be asked for, beside t, q and m; the attributes are made of the core's
-    table."""
+    """The quantities of a path besides t, q and m, generated from the core's table."""
 
     if TYPE_CHECKING:
 

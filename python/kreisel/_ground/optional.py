@@ -1,4 +1,4 @@
-"""What need not be installed: where it is missed, how to get it is said."""
+"""Imports of optional dependencies."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def installed(by: str) -> Iterator[None]:
-    """Around imports of what `pip install` with these words brings; ImportError that says so where
-    it is not there."""
+    """Turn a missing optional module into an ImportError that names the `pip install` command."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""The words of refusals: a name that is not known, and a status of the core where nothing ran."""
+"""Error messages for unknown names and for statuses of the core."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from .._core import statuses
 from .arguments import shown
 
 _T = TypeVar("_T")
-_PASSED = {__package__.partition(".")[0], "dataclasses"}  # what a user called lies above these
+_PASSED = {__package__.partition(".")[0], "dataclasses"}  # frames of these packages are skipped
 
 
 def refusal(status: str, detail: str) -> Exception:
-    """The exception that a status of the core stands for where nothing was run."""
+    """Return the exception for a core status that was reported before anything ran."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
-_LONGEST = 100  # letters of what may be a name misspelt
-_OTHER_WORDS = {  # that books have for the same
+_LONGEST = 100  # largest length of a name that is compared with the known ones
+_OTHER_WORDS = {  # synonyms from textbooks
     "attitude": "q",
     "omega": "velocity",
     "phi": "precession_angle",
@@ -32,13 +32,13 @@ _OTHER_WORDS = {  # that books have for the same
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> str:
-    """A message for a name that is not known, with the nearest that is."""
+    """Return an error message for an unknown name that suggests the nearest known one."""
     return f"unknown {what} {shown(name)}; {nearest(name, known)}"
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """The name that may have been meant, or all that there are."""
-    import difflib  # here, since most programs name what there is
+    """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
+    import difflib  # imported here because most programs never need it
 
     names = list(known)
     word, _, axis = name.lower().replace("-", "_").partition("_")
@@ -48,7 +48,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
-    """Makes a frozen dataclass say what to do in place of setting a field."""
+    """Return a decorator that gives a frozen dataclass a helpful message on assignment."""
 
     def of(made: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:
@@ -61,7 +61,7 @@ def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
 
 
 def warn(said: str) -> None:
-    """Warns where a user called the package, however deep inside it this is."""
+    """Issue a UserWarning that points at the user's own line, however deep the call."""
     level, frame = 2, sys._getframe(1)
     while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PASSED:
         level, frame = level + 1, frame.f_back

@@ -1,4 +1,4 @@
-"""Many bodies: the makers of Body with arrays, checked all at once."""
+"""Many bodies: the constructors of Body with arrays, checked together."""
 
 from __future__ import annotations
 
@@ -37,19 +37,18 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 @unchangeable("make other bodies with another {}")
 class Bodies(ShapedBodies, Many[Body]):
-    """Many bodies: each word of kr.Body a value or an array of them, which broadcast to one shape.
+    """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
     mass     [M], a number or an array
-    inertia  [M L^2] about the fixed point: (..., 3) moments, or (..., 3, 3) matrices: an array
-             whose last two dimensions are both 3 is one of matrices. (The moments of three bodies
-             are never the matrix of one, and are refused.) In its place inertia_about_com
+    inertia  [M L^2] about the fixed point: (..., 3) moments or (..., 3, 3) matrices. An array whose
+             last two dimensions are both 3 holds matrices. Three bodies of three moments each are
+             refused as ambiguous. Alternatively, inertia_about_com
     com      (..., 3), seen from the fixed point [L]
     rounded, made_up   as in Body, or arrays
 
-    The makers of Body are there too and take arrays in the same way. Each member has the bits that
-    Body gives it. `bodies[i]` is a Body; slices, arrays and masks of places give other Bodies.
-    Raises TypeError and ValueError as Body does, with the index of the first that is refused, and
-    warns as it does.
+    The constructors of Body take arrays in the same way. Each member has the bits that Body gives
+    it. `bodies[i]` is a Body; slices, index arrays and masks give other Bodies. Raises TypeError
+    and ValueError as Body does, with the index of the first invalid member, and warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -94,7 +93,7 @@ class Bodies(ShapedBodies, Many[Body]):
         rounded: ArrayLike = 0.0,
         made_up: ArrayLike = False,
     ) -> Self:
-        """Keeps the columns of what was given in words, of which `make` makes one."""
+        """Store the columns of the parameters; `make` constructs one member for error messages."""
         slacks, made = word("rounded", rounded), _flags("made_up", made_up)
         slacks.refused(~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: slack(x))
         given = [*words, *([slacks] if np.any(slacks.values) else [])]
@@ -116,7 +115,7 @@ class Bodies(ShapedBodies, Many[Body]):
         return self
 
     def _checked(self, make: Callable[..., Body], given: Sequence[Word], matrices: bool) -> Column:
-        """Whether there can be such bodies; of matrices the principal columns are kept too."""
+        """Raise if a member is not a body; store the principal columns of matrices."""
         columns = dict(self._columns)
         if matrices:
             flat = columns["inertia"]
@@ -132,10 +131,10 @@ class Bodies(ShapedBodies, Many[Body]):
         return can_be.reshape(self.shape)
 
     def _refusal(self, make: Callable[..., Body], given: Sequence[Word], at: Index) -> Exception:
-        """What the maker of one raises, of the words of the member at an index."""
+        """Return the error that constructing the member at an index alone would raise."""
         own = {each.name: plain(each.over(self.shape)[at]) for each in given}
         try:
-            make(**own)._block  # noqa: B018  what is no body has none, and says why
+            make(**own)._block  # noqa: B018  raises the error of an invalid body
         except (TypeError, ValueError) as error:
             return type(error)(f"body{list(at)}: {error}" if at else str(error))
         return ValueError(f"body{list(at)}: not a body")
@@ -164,8 +163,10 @@ class Bodies(ShapedBodies, Many[Body]):
         rounded: ArrayLike = 0.0,
         made_up: ArrayLike = False,
     ) -> Self:
-        """Lagrange tops, as Body.symmetric: moments i1, i1, i3 at the fixed point [M L^2], centre
-        of mass at (0, 0, height) [L].
+        """Build Lagrange tops, as Body.symmetric does.
+
+        The moments at the fixed point are i1, i1, i3 [M L^2]; the centre of mass is at (0, 0,
+        height) [L].
 
         >>> import kreisel as kr
         >>> kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)[0].kind
@@ -190,8 +191,10 @@ class Bodies(ShapedBodies, Many[Body]):
         rounded: ArrayLike = 0.0,
         made_up: ArrayLike = False,
     ) -> Self:
-        """Bodies whose inertia [M L^2] is known about their centres of mass, as Body.from_com:
-        inertia as in Bodies, com (..., 3) and pivot (..., 3) [L]."""
+        """Build bodies from the inertia about their centres of mass, as Body.from_com does.
+
+        The inertia [M L^2] is as in Bodies; com and pivot are (..., 3) [L].
+        """
         heavy, tensor = word("mass", mass), tensors("inertia_about_com", inertia_about_com)
         centre, at = word("com", com, (3,)), word("pivot", pivot, (3,))
         together(heavy, tensor, centre, at)
@@ -212,7 +215,7 @@ class Bodies(ShapedBodies, Many[Body]):
         height: Array,
         pivot: Word,
     ) -> Self:
-        """Bodies with these moments about a centre of mass at some height on the third axis."""
+        """Build bodies from moments about a centre of mass on the third axis."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = vectors(nothing, nothing, height) - pivot.values
@@ -221,47 +224,47 @@ class Bodies(ShapedBodies, Many[Body]):
 
     @property
     def mass(self) -> Array:
-        """(...,) [M]"""
+        """(...,) [M]."""
         return self._columns["mass"]
 
     @property
     def inertia(self) -> Array:
-        """(..., 3) or (..., 3, 3) about the fixed point, as it was given [M L^2]"""
+        """(..., 3) or (..., 3, 3) about the fixed point, as given [M L^2]."""
         return self._columns["inertia"]
 
     @property
     def com(self) -> Array:
-        """(..., 3) seen from the fixed point [L]"""
+        """(..., 3) seen from the fixed point [L]."""
         return self._columns["com"]
 
     @property
     def rounded(self) -> Array:
-        """(...,) as in Body"""
+        """(...,) as in Body."""
         return self._columns["rounded"]
 
     @property
     def made_up(self) -> Column:
-        """(...,) whether no body has such inertia, or was said to have made-up mass and com"""
+        """(...,) True if no distribution of mass has this inertia, or if the user said so."""
         return self._columns["made_up"]
 
     @property
     def moments(self) -> Array:
-        """(..., 3) the principal moments at the fixed point [M L^2], along N, B, T"""
+        """(..., 3) principal moments at the fixed point [M L^2], along N, B, T."""
         return self._columns.get("moments", self._columns["inertia"])
 
     @property
     def principal_com(self) -> Array:
-        """(..., 3) the centre of mass along N, B, T [L]"""
+        """(..., 3) centre of mass along N, B, T [L]."""
         return self._columns.get("principal_com", self._columns["com"])
 
     @property
     def axes(self) -> Array:
-        """(..., 4) the rotations from the principal axes to the frames of description"""
+        """(..., 4) rotations from the principal axes to the frames of description."""
         return self._columns.get("axes", spread(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
     def _of_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
-        """The bodies of a list; one where all are equal."""
+        """Build the bodies of a list, or return the one body if all are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
@@ -276,7 +279,7 @@ class Bodies(ShapedBodies, Many[Body]):
         return made._renamed()
 
     def _over(self, shape: Shape) -> Bodies:
-        """These bodies, broadcast to a shape."""
+        """Broadcast the bodies to `shape`."""
         front = len(shape) - len(self.shape)
         if not front and shape == self.shape:
             return self
@@ -286,7 +289,7 @@ class Bodies(ShapedBodies, Many[Body]):
 
 
 def tensors(name: str, given: object) -> Word:
-    """Moments, or matrices where the last two dimensions are both 3."""
+    """Parse moments, or matrices if the last two dimensions are both 3."""
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
     values = given if isinstance(given, np.ndarray) else doubles(name, given, what)
     if values.shape[-2:] != (3, 3):
@@ -307,7 +310,7 @@ def _symmetric(name: str, matrix: object) -> None:
 
 
 def with_points(tensor: Word, mass: Array, at: Array) -> Word:
-    """Tensors and those of points of mass, as with_a_point has it; moments where none has more."""
+    """Return tensors plus those of point masses, as moments if no tensor has products."""
     x, y, z = parts(at)
     with np.errstate(all="ignore"):
         xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)

@@ -1,5 +1,4 @@
-"""Bodies: mass, inertia and centre of mass as their user describes them; the principal axes
-follow."""
+"""Bodies: mass, inertia and centre of mass as described by the user, and their principal axes."""
 
 from __future__ import annotations
 
@@ -41,28 +40,27 @@ class Body(Shaped):
 
     mass     [M], positive
     inertia  about the fixed point, the origin [M L^2]: three moments along the axes of the frame,
-             or a symmetric 3x3 matrix. In its place inertia_about_com: the same about the centre of
-             mass
+             or a symmetric 3x3 matrix. Alternatively, inertia_about_com: about the centre of mass
     com      centre of mass, seen from the fixed point [L]
-    rounded  by how much, relatively, the largest principal moment may exceed the other two
-             together, 0 <= rounded < 1: for moments of the literature, which are rounded. They are
-             used as they are
-    made_up  True: mass and com are made up, as where only mass * gravity * |com| counts
+    rounded  relative amount by which the largest principal moment may exceed the sum of the other
+             two, 0 <= rounded < 1, for rounded values from the literature. The moments are used as
+             given
+    made_up  True for made-up mass and com, as in models where only mass * gravity * |com| matters
 
-    Its principal moments must be positive, none larger than the other two together (with a
-    relative slack of 1e-12: plates and rods are bodies). A matrix that is not diagonal must have a
-    least moment above 2e-10 of the largest, whose roundings would leave six digits of it or less.
+    The principal moments must be positive, and none may exceed the sum of the other two (with a
+    relative tolerance of 1e-12, so plates and rods are bodies). A matrix that is not diagonal needs
+    a least moment above 2e-10 of the largest; below that, rounding leaves six digits or fewer.
     Raises TypeError for what is not a number and ValueError for what is not a body. Warns
-    (UserWarning) where no body has this inertia about the fixed point, unless made_up; from then on
-    it counts as made up.
+    (UserWarning) if no distribution of mass has this inertia about the fixed point, unless made_up
+    is given; the body then counts as made up.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
     'lagrange'
     """
 
-    # The core has makers too, with the same bits; but it keeps principal axes alone, and a Body
-    # also keeps the inertia as its user described it, hence they are made here.
+    # The core has the same constructors with the same bits, but it stores principal axes only. A
+    # Body also stores the inertia as described, so its constructors are written here.
 
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]
@@ -111,10 +109,11 @@ class Body(Shaped):
         *,
         mass: float | None = None,
     ) -> Self:
-        """A homogeneous cuboid: half its edges, along the axes [L], and its density [M L^-3], 1
-        where nothing is given, or its mass [M].
+        """Build a homogeneous cuboid from half its edges [L] and its density or mass.
 
-        pivot  the fixed point, seen from the centre [L]; it may lie outside
+        half     half the edges, along the axes [L]
+        pivot    the fixed point, seen from the centre [L]; it may lie outside
+        density  [M L^-3], 1 by default; or mass [M]
         """
         a, b, c = (positive("half", x) for x in vector("half", half))
         if mass is not None and density is not None:
@@ -130,10 +129,10 @@ class Body(Shaped):
 
     @classmethod
     def rod(cls, length: float, pivot: ArrayLike, *, mass: float) -> Body:
-        """A thin straight rod along the third axis [L], of this mass [M].
+        """Build a thin straight rod along the third axis [L], of this mass [M].
 
-        pivot  the fixed point, seen from the middle [L]; where it lies on the rod's own line, the
-               rod has no moment about that, and is a part to be added to a body
+        pivot  the fixed point, seen from the middle [L]. A rod has no moment about its own line:
+               with a pivot on that line it can only be added to another body
 
         >>> import kreisel as kr
         >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
@@ -154,8 +153,10 @@ class Body(Shaped):
         rounded: float = 0.0,
         made_up: bool = False,
     ) -> Self:
-        """A Lagrange top: moments i1, i1, i3 at the fixed point [M L^2], centre of mass at
-        (0, 0, height) [L]; rounded, made_up as in Body."""
+        """Build a Lagrange top from its moments i1, i1, i3 at the fixed point [M L^2].
+
+        The centre of mass is at (0, 0, height) [L]; rounded and made_up are as in Body.
+        """
         one, three = number("i1", i1), number("i3", i3)
         com = (0.0, 0.0, number("height", height))
         return cls(mass, (one, one, three), com, rounded=rounded, made_up=made_up)
@@ -171,10 +172,11 @@ class Body(Shaped):
         rounded: float = 0.0,
         made_up: bool = False,
     ) -> Self:
-        """A body whose inertia [M L^2] is known about its centre of mass; com and pivot, the fixed
-        point, are seen from anywhere [L]; rounded, made_up as in Body.
+        """Build a body from its inertia about the centre of mass [M L^2].
 
-        Steiner's theorem (Bodack 2008, 2.14): J = J_com + mass (|a|^2 1 - a a^t), a = com - pivot.
+        com and pivot, the fixed point, are seen from any common origin [L]; rounded and made_up are
+        as in Body. Steiner's theorem (Bodack 2008, 2.14): J = J_com + mass (|a|^2 1 - a a^t), a =
+        com - pivot.
         """
         tensor = tensor_of("inertia_about_com", inertia_about_com)
         a = np.subtract(vector("com", com), vector("pivot", pivot))
@@ -182,7 +184,7 @@ class Body(Shaped):
         return cls(mass, moved, a, rounded=rounded, made_up=made_up)
 
     def __add__(self, other: Body) -> Body:
-        """Both as one rigid body; they are described in one frame, with one fixed point."""
+        """Join two bodies that are described in one frame with one fixed point."""
         if not isinstance(other, Body):
             return NotImplemented
         mass = self.mass + other.mass
@@ -191,7 +193,7 @@ class Body(Shaped):
         return _body_or_line(mass, tensor, com / mass, self, other)
 
     def shifted(self, by: ArrayLike) -> Body:
-        """The body moved along the axes of its frame [L], while the fixed point stays.
+        """Return the body moved along the axes of its frame [L], while the fixed point stays.
 
         >>> import kreisel as kr
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shifted((0, 0, 3)).moments
@@ -202,8 +204,9 @@ class Body(Shaped):
         return _body_or_line(self.mass, tensor, com + way, self)
 
     def turned(self, by: ArrayLike | Rotation) -> Body:
-        """The body turned about the fixed point in the frame of its description, by a unit
-        quaternion (w, x, y, z) or a single scipy Rotation.
+        """Return the body turned about the fixed point in its frame of description.
+
+        by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
         >>> import kreisel as kr
         >>> upright = kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, -3), mass=1)
@@ -228,11 +231,10 @@ class Body(Shaped):
 
     @property
     def axes(self) -> Quaternion:
-        """The rotation (w, x, y, z) from the principal axes N, B, T to the frame in which the body
-        was described.
+        """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        A diagonal inertia is its own principal frame; else the principal axes nearest the described
-        ones are taken, right-handed, T along the symmetry axis of a Lagrange top.
+        A diagonal inertia is its own principal frame. Otherwise the principal axes nearest the
+        described ones are taken, right-handed, with T along the symmetry axis of a Lagrange top.
         """
         *_, w, x, y, z, _ = unpack("12d", self._block)
         return w, x, y, z
@@ -245,14 +247,15 @@ class Body(Shaped):
 
     @property
     def kind(self) -> str:
-        """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general', up to 7e-15
-        relative: as far as roundings part moments and axes. What is further off is of no kind."""
+        """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
+
+        The kind holds up to 7e-15 relative, the effect of rounding in a description.
+        """
         return body_kind(self._block, KIND_RTOL)
 
     @property
     def _nearly(self) -> str:
-        """Which kind it is up to 1e-8 relative, and how nearly, in words; empty where it is that
-        kind, or none is so near."""
+        """The kind that the body has only up to 1e-8 relative, with that tolerance; else empty."""
         near = KIND_RTOL
         while near < 1e-8:
             near *= 2.0
@@ -263,13 +266,15 @@ class Body(Shaped):
 
     @property
     def is_symmetric(self) -> bool:
-        """Whether two of the principal moments are equal, up to 7e-15 relative."""
+        """True if two of the principal moments are equal, up to 7e-15 relative."""
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 
 class Line(Body):
-    """Thin rods on one line through the fixed point. They have no moment about it, and so they move
-    as parts of a body only."""
+    """Thin rods on one line through the fixed point, usable only as parts of other bodies.
+
+    Such rods have no moment about their line.
+    """
 
     def __init__(
         self,
@@ -294,7 +299,7 @@ class Line(Body):
 
 
 def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
-    """What was made of parts, or of a rod, where there are none."""
+    """Build the body of joined parts, or a Line if all parts are rods on one line."""
     made_up = any(part.made_up for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, Line) for part in parts):
         least, _, largest = sorted(moments_of(tensor))

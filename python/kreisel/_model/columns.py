@@ -1,7 +1,8 @@
-"""Words of many members: each an array that broadcasts, kept once and looked at as a whole.
+"""Broadcasting of parameters over the members of an ensemble.
 
-A column has the shape of the members and behind it that of one value, () or (3,) and so on. Where
-it does not vary its stride is zero, so that what many share is held once.
+A column is an array whose shape is that of the members, followed by the shape of one value, such as
+() or (3,). Along dimensions in which it does not vary its stride is zero, so shared values are
+stored once.
 """
 
 from __future__ import annotations
@@ -17,36 +18,36 @@ from .inertia import tensor_of
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
-Looked = Callable[[str, Any], object]  # at one value, by its name: refuses it, or lets it pass
+Looked = Callable[[str, Any], object]  # validates (name, value)
 Column = npt.NDArray[Any]
 Change = Callable[[Column], Column]
-_BLOCK = 4096  # members whose numbers stay in the cache from one operation to the next
+_BLOCK = 4096  # number of members in a block; their data fits into the cache
 
 
 class Word(NamedTuple):
-    """A word with its values."""
+    """A named parameter and its values."""
 
     name: str
     values: Array  # (*shape, *value)
-    value: Shape  # of one
+    value: Shape  # shape of one value
 
     @property
     def shape(self) -> Shape:
-        """That of the members of which it tells."""
+        """The shape of the members that the values describe."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def over(self, shape: Shape) -> Array:
-        """The values, broadcast to the shape of the members."""
+        """Broadcast the values to the members' shape."""
         return spread(self.values, shape + self.value)
 
     def refused(self, bad: Any, look: Looked) -> None:
-        """Raises what a look at the first bad value does, after its index and value."""
+        """Raise the error of the first value that is flagged in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.refusal(index, look)
 
     def refusal(self, index: Index, look: Looked) -> Exception:
-        """What a look at one value raises, after its index and value."""
+        """Return the error that the validator `look` raises for the value at `index`."""
         value = plain(self.values[index])
         try:
             look(self.name, value)
@@ -57,12 +58,12 @@ class Word(NamedTuple):
 
 
 def plain(value: Any) -> Any:
-    """The numbers of a value, as Python's own; vectors as tuples."""
+    """Convert a value to Python numbers, and vectors to tuples of them."""
     return tuple(map(plain, value)) if np.ndim(value) else value.item()
 
 
 def word(name: str, given: object, value: Shape = (), what: str = "") -> Word:
-    """A word of finite numbers, each value of this shape."""
+    """Build a parameter of finite numbers, each value of the shape `value`."""
     said = what or (f"{value[0]} numbers" if value else "a number")
     values = doubles(name, compact(given) if type(given) is np.ndarray else given, said)
     if isinstance(given, np.ndarray):
@@ -90,15 +91,14 @@ def _look(value: Shape) -> Looked:
 
 
 def above_zero(name: str, given: object) -> Word:
-    """A word of positive numbers."""
+    """Build a parameter of positive numbers."""
     made = word(name, given)
     made.refused(~(made.values > 0.0), positive)
     return made
 
 
 def compact(values: Column, lead: int | None = None) -> Column:
-    """The array with a single entry along dimensions in which it does not vary, of the first `lead`
-    or of all."""
+    """Reduce broadcast dimensions to a single entry, among the first `lead` dimensions or all."""
     if not values.size:
         return values
     strides = values.strides[:lead]
@@ -106,7 +106,7 @@ def compact(values: Column, lead: int | None = None) -> Column:
 
 
 def once(change: Change) -> Change:
-    """The change, made once of columns that are the same numbers in memory."""
+    """Memoize `change` so that columns which share one buffer are transformed once."""
     made: dict[tuple[object, ...], Column] = {}
 
     def changed(held: Column) -> Column:
@@ -120,12 +120,12 @@ def once(change: Change) -> Change:
 
 
 def spread(values: Column, shape: Shape) -> Column:
-    """The array broadcast to a shape, read-only."""
+    """Broadcast `values` to `shape` as a read-only view."""
     return np.broadcast_to(values, shape)
 
 
 def column(values: Column, shape: Shape, trailing: int) -> Column:
-    """The column of these members, of values that have some trailing dimensions."""
+    """Broadcast `values` over the members; its last `trailing` dimensions belong to one value."""
     lead = values.ndim - trailing
     kept = np.asarray(values).view()
     kept.flags.writeable = False
@@ -133,7 +133,7 @@ def column(values: Column, shape: Shape, trailing: int) -> Column:
 
 
 def common(words: Iterable[tuple[str, Shape]]) -> Shape:
-    """The shape to which those of all words broadcast."""
+    """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
     given = list(words)
     try:
         return np.broadcast_shapes(*(shape for _, shape in given))
@@ -143,13 +143,15 @@ def common(words: Iterable[tuple[str, Shape]]) -> Shape:
 
 
 def together(*words: Word) -> Shape:
-    """The shape of the members, of words that broadcast to one."""
+    """Return the shape of the members that the parameters `words` describe."""
     return common((each.name, each.shape) for each in words)
 
 
 def names_of(shape: Shape, words: Iterable[Word]) -> tuple[str | None, ...]:
-    """Of each dimension the word that alone varies along it, and along no other, where that is one
-    of single numbers."""
+    """Name each dimension by the only scalar parameter that varies along it, or None.
+
+    A parameter that varies along several dimensions names none of them.
+    """
     along: list[list[Word]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
@@ -164,17 +166,17 @@ def names_of(shape: Shape, words: Iterable[Word]) -> tuple[str | None, ...]:
 
 
 def vectors(*components: Array) -> Array:
-    """Vectors of these components."""
+    """Stack components into vectors along a new last dimension."""
     return np.stack(np.broadcast_arrays(*components), axis=-1)
 
 
 def parts(values: Array) -> tuple[Array, ...]:
-    """The components of vectors."""
+    """Split vectors into their components."""
     return tuple(np.moveaxis(values, -1, 0))
 
 
 def blocks(shape: Shape) -> Iterator[slice]:
-    """Pieces of the first dimension, of members whose numbers stay in the cache."""
+    """Yield slices of the first dimension whose numbers fit into the cache."""
     n = shape[0] if shape else 1
     each = max(1, int(np.prod(shape[1:], dtype=np.int64)))
     step = max(1, _BLOCK // each)
@@ -184,8 +186,10 @@ def blocks(shape: Shape) -> Iterator[slice]:
 def in_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
-    """What is computed of columns of vectors or numbers, component by component: a column of
-    vectors of this width. Each column is handed over as its components."""
+    """Apply `compute` to columns block by block and return a column of vectors of length `width`.
+
+    Each column is passed as its components.
+    """
     out = np.empty((*shape, width))
     wide = [spread(values, (*(shape or (1,)), values.shape[-1])) for values in given]
     to = out if shape else out[None]

@@ -1,4 +1,4 @@
-"""Inertia as a tensor about a point: as its user writes it, and moved to another point."""
+"""Tensors of inertia: parsing, validation, and the change of the reference point."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WHAT = "3 moments or a symmetric 3x3 matrix"
 
 
 def tensor_of(name: str, value: object) -> Array:
-    """The 3x3 matrix of what was given."""
+    """Return the 3x3 tensor of three moments or of a matrix."""
     given = array(name, value, _WHAT)
     if given.shape not in ((3,), (3, 3)):
         raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
@@ -28,7 +28,7 @@ def tensor_of(name: str, value: object) -> Array:
 
 
 def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
-    """Three moments where that is all, else three rows."""
+    """Return three moments if the tensor is diagonal, else its three rows."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
         i1, i2, i3 = diagonal.tolist()
@@ -38,14 +38,14 @@ def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
 
 
 def moments_of(tensor: Array) -> list[float]:
-    """The principal moments."""
+    """Return the principal moments."""
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
 
 
 def lost(tensor: Array) -> ValueError | None:
-    """The exception for a matrix whose roundings are as large as its least moment, or nearly."""
+    """Return the error for a matrix whose rounding errors reach its least moment, or None."""
     least, _, largest = sorted(moments_of(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -58,7 +58,7 @@ def lost(tensor: Array) -> ValueError | None:
 
 
 def violation(tensor: Array, rounded: float) -> str:
-    """Which of the principal moments is not what it must be."""
+    """Describe which condition the principal moments violate."""
     moments = moments_of(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
@@ -70,7 +70,7 @@ def violation(tensor: Array, rounded: float) -> str:
 
 
 def no_such_body(mass: float, tensor: Array, com: Vector) -> str:
-    """That no mass has this inertia about the fixed point, and what may have been meant."""
+    """Return the message that no distribution of mass has this inertia, with likely causes."""
     rest = with_a_point(tensor, -mass, np.array(com))
     left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
@@ -81,7 +81,7 @@ def no_such_body(mass: float, tensor: Array, com: Vector) -> str:
 
 
 def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
-    """The tensor and that of a point of mass, mass (|a|^2 1 - a a^t)."""
+    """Return the tensor plus that of a point mass at `at`: mass (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
         xx, yy, zz = products.diagonal()
@@ -91,7 +91,7 @@ def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
 
 
 def of_a_shift(mass: float, com: Array, by: Array) -> Array:
-    """What a shift of the body adds to its inertia about the origin."""
+    """Return the change of the inertia about the origin when the body is shifted by `by`."""
     with np.errstate(over="ignore", invalid="ignore"):
         mixed = np.outer(com, by)
         products = mass * (mixed + mixed.T + np.outer(by, by))
@@ -102,7 +102,7 @@ def of_a_shift(mass: float, com: Array, by: Array) -> Array:
 def about_fixed_point(
     mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
-    """The tensor at the fixed point, where it may not be given as that."""
+    """Return the tensor at the fixed point from either `inertia` or `about_com`."""
     if (inertia is None) == (about_com is None):
         both = "not none" if about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
@@ -113,7 +113,7 @@ def about_fixed_point(
 
 
 def slack(rounded: object) -> float:
-    """What `rounded` allows."""
+    """Validate the relative tolerance of the triangle inequality."""
     given = number("rounded", rounded)
     if not 0.0 <= given < 1.0:
         raise ValueError(f"rounded must be at least 0 and less than 1, not {shown(rounded)}")

@@ -1,4 +1,4 @@
-"""Many of a kind, as columns over one shape: what ensembles and bodies are indexed by."""
+"""Indexing of many members that are stored as columns, for ensembles and bodies."""
 
 from __future__ import annotations
 
@@ -15,17 +15,20 @@ from .columns import Change, Column, Index, Shape, Word, compact, once, spread
 
 _Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
-_NOTHING = np.False_  # stands for a member where only shapes count
+_NOTHING = np.False_  # placeholder for a member when only shapes matter
 
 
 class Many(Generic[_M]):
-    """Members over a shape. Each column has the shape of the members, and behind it that of one
-    value; where it does not vary its stride is zero."""
+    """Members of one shape, stored as columns.
+
+    Each column has the shape of the members, followed by the shape of one value. Along dimensions
+    in which it does not vary its stride is zero.
+    """
 
     shape: Shape
     _names: tuple[str | None, ...]
     _columns: Mapping[str, Column]
-    _varied: Mapping[str, Column]  # the words that vary, as they were given
+    _varied: Mapping[str, Column]  # the parameters that vary, as given
 
     def _keep(
         self,
@@ -40,7 +43,7 @@ class Many(Generic[_M]):
         raise NotImplementedError
 
     def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        """The members of which a change of each column leaves the columns."""
+        """Return the members that result from applying `change` to each column."""
         made, change = type(self).__new__(type(self)), once(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -49,29 +52,30 @@ class Many(Generic[_M]):
 
     @property
     def _axes(self) -> tuple[str, ...]:
-        """A name for each dimension: the word of single numbers that alone varies along it; else
-        'top', or in several dimensions 'dim_0' and so on."""
+        """A name for each dimension: its only scalar parameter, else 'top' or 'dim_0' and so on."""
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
 
     @property
     def coords(self) -> Mapping[str, Column]:
-        """The words that vary, as they were given: arrays that broadcast to the shape, those of
-        vectors with their components behind."""
+        """The parameters that vary, as arrays that broadcast to the shape.
+
+        Vector parameters keep their components as the last dimension.
+        """
         dims = len(self.shape)
         return MappingProxyType(
             {name: compact(column, dims) for name, column in self._varied.items()}
         )
 
     def _words(self) -> list[Word]:
-        """The words that vary."""
+        """Return the parameters that vary."""
         return [
             Word(name, values, values.shape[len(self.shape) :])
             for name, values in self.coords.items()
         ]
 
     def _renamed(self) -> Self:
-        """The same without words that vary, and names that they give."""
+        """Forget which parameters vary, and the names of dimensions with them."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
 
@@ -91,9 +95,9 @@ class Many(Generic[_M]):
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Any]:
-        """The members of one dimension; of several what stands along the first."""
+        """Iterate over the first dimension: members if it is the only one, else groups."""
         if not self.shape:
-            raise TypeError(f"{type(self).__name__} of shape () is no row to go along")
+            raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")
         return (self[i] for i in range(self.shape[0]))
 
     @overload
@@ -101,7 +105,7 @@ class Many(Generic[_M]):
     @overload
     def __getitem__(self, key: object) -> Any: ...
     def __getitem__(self, key: object) -> _M | Self:
-        """A member, or those at slices, arrays of places or masks, as of an array of numpy."""
+        """Return a member, or the members at slices, index arrays or masks, as NumPy does."""
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._member((key % len(self),))
         if not _is_basic(key):
@@ -120,7 +124,7 @@ class Many(Generic[_M]):
         return self._changed(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _gathered(self, key: object) -> _M | Self:
-        """The members at places that are given by arrays."""
+        """Index with arrays or masks."""
         order: Any = _indexed(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
@@ -140,7 +144,7 @@ class Many(Generic[_M]):
         return self._changed(take, order.shape, self._names)
 
     def _at(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
-        """The members of these numbers, in C order."""
+        """Return the members with these flat indices, in C order."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -156,7 +160,7 @@ class Many(Generic[_M]):
         return self._changed(gather, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """The same members, in C order, in another shape; its dimensions have no names.
+        """Return the same members in C order in another shape, without names of dimensions.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
@@ -167,7 +171,7 @@ class Many(Generic[_M]):
         return self._at(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
-        """The members in one dimension, in C order."""
+        """Return the members in one dimension, in C order."""
         return self if len(self.shape) == 1 else self.reshape(-1)
 
     def __eq__(self, other: object) -> bool:
@@ -188,7 +192,7 @@ class Many(Generic[_M]):
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all alike'}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is held, without what broadcasting makes of it."""
+        """Return the state for pickling, with broadcast dimensions reduced to one entry."""
         held = once(lambda column: compact(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
@@ -208,7 +212,7 @@ class Many(Generic[_M]):
 
 
 def _told(word: Word) -> str:
-    """A word that varies, and of single numbers from where to where."""
+    """Describe a parameter that varies; for scalars, with its first and last value."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
@@ -218,11 +222,11 @@ def _indexed(array: Column, key: Any) -> Any:
     try:
         return array[key]
     except OverflowError:
-        raise IndexError(f"{shown(key)} is beyond all places") from None
+        raise IndexError(f"{shown(key)} is out of range") from None
 
 
 def _is_basic(key: object) -> bool:
-    """Whether the key makes views: numbers, slices, Ellipsis and None."""
+    """Return True if indexing with `key` yields views: integers, slices, Ellipsis and None."""
     return all(
         part is None or part is ... or isinstance(part, slice) or _is_number(part)
         for part in (key if isinstance(key, tuple) else (key,))
@@ -234,7 +238,7 @@ def _is_number(part: object) -> bool:
 
 
 def _spelt(key: object, dims: int) -> tuple[Any, ...]:
-    """The key with a place for each dimension."""
+    """Expand an index key to one entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
     spent = sum(part is not None and part is not ... for part in parts)
     at = next((k for k, part in enumerate(parts) if part is ...), len(parts))
@@ -246,7 +250,7 @@ def _place(i: Any, n: int) -> int:
 
 
 def _with_one_row(key: object, dims: int) -> tuple[Any, ...] | None:
-    """The parts of a key of slices and of one array of one dimension; None for any other."""
+    """Expand a key of slices and one 1-D array; return None for any other key."""
     parts = _spelt(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

@@ -1,5 +1,7 @@
-"""The momentum in space, of the words in which it may be given; of one top, or of many by arrays
-of their components."""
+"""Angular momentum in space from any parameter that determines it.
+
+One top passes floats. An ensemble passes arrays of components.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,10 @@ def momentum_of(
     q: tuple[R, R, R, R],
     v: tuple[R, R, R],
 ) -> tuple[R, R, R]:
-    """Of a body with these moments along these principal axes, at the attitude q."""
+    """Compute the momentum from the parameter `name` with value `v`, at the attitude `q`.
+
+    The body has the principal moments `moments` along the principal axes `axes`.
+    """
     if name == "momentum":
         return v
     if name == "body_momentum":

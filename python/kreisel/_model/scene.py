@@ -36,28 +36,28 @@ from .words import gravity_of, looked_at, made_plainly
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-_COUNTABLE = 2.0**53  # whole radians are told apart up to here
+_COUNTABLE = 2.0**53  # radians up to which doubles resolve whole radians
 
 
 @unchangeable("scene.replace({}=...) makes another scene")
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A body, gravity, what damps it, and the state at t = 0.
+    """A body, gravity, damping, and the state at t = 0.
 
-    momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. In its place, exactly
+    momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
-              (seen from the frame in which the body was described)
+              (seen from the frame in which the body is described)
     attitude  unit quaternion (w, x, y, z), scalar first, from that frame into space, or a single
               scipy Rotation; or attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
-    damping   of a linear drag: the torque is -damping times the angular velocity, axis by axis
-              along the principal axes, or one number for all three [M L^2 T^-1]
+    damping   linear drag: the torque is -damping times the angular velocity, for each principal
+              axis, or one number for all three [M L^2 T^-1]
 
-    It keeps momentum and attitude, whatever it was made from, and rounds them: of a needle that is
-    given by its velocity about its own axis, by I1 / I3 roundings of that velocity. Raises
-    TypeError for what is not a number, ValueError for what is not finite, of the wrong shape, or no
-    unit quaternion (its squared norm may be off by 1e-12; numbers in single precision are made unit
-    in double).
+    A scene stores momentum and attitude, whatever the constructor was given. The momentum is
+    rounded: for a needle given by its velocity, the error is I1 / I3 roundings of the velocity
+    about its axis. Raises TypeError for what is not a number, and ValueError for values that are
+    not finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
+    be off by 1e-12; single precision is normalized in double precision.
     """
 
     body: Body
@@ -106,14 +106,14 @@ class Scene:
 
     @cached_property
     def _fastest(self) -> float:
-        """About how fast the top can turn: by its momentum, or as a pendulum [T^-1]."""
+        """A bound of the rate of turning: by the momentum, or as a pendulum [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @cached_property
     def _within(self) -> float:
-        """Before this time the top certainly turns less often than a double can tell [T]."""
+        """A time before which doubles certainly resolve the top's turns [T]."""
         return 0.5 * _COUNTABLE / self._fastest if self._fastest > 0.0 else math.inf
 
     @cached_property
@@ -128,7 +128,7 @@ class Scene:
         return x, y, z, w
 
     def replace(self, **changes: Unpack[Changes]) -> Self:
-        """This scene but for what is named, in the words of the constructor."""
+        """Return a copy of the scene with the given parameters of the constructor changed."""
         words: dict[str, object] = {
             "body": self.body,
             "momentum": self.momentum,
@@ -140,23 +140,23 @@ class Scene:
             del words["momentum"]
         if "attitude_xyzw" in changes:
             del words["attitude"]
-        make: Callable[..., Self] = type(self)  # which checks what the words are
+        make: Callable[..., Self] = type(self)  # which validates the parameters
         return make(**{**words, **changes})
 
     def vary(self, **words: Unpack[Varied]) -> Ensemble:
-        """An ensemble of this scene in which some words vary; all else is as it is here.
+        """Return an ensemble of this scene in which some parameters vary.
 
-        They are given as to kr.Ensemble, which broadcasts them, and are those of
+        Parameters are broadcast as in kr.Ensemble and are those of
         - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
-          momentum, velocity, body_momentum, body_velocity; the momentum in space stays where none
-          of these is given
-        - Body: mass, inertia, com, the others kept; momentum and attitude stay as well
-        - Scene.spinning: spin, tilt, precession, steady, fast, for any body unless steady; those
-          not given are the scene's own, as are Euler's other angles and the rate of its nutation
+          momentum, velocity, body_momentum, body_velocity; without any of these the momentum in
+          space stays the same
+        - Body: mass, inertia, com; momentum and attitude stay the same
+        - Scene.spinning: spin, tilt, precession, steady, fast, for any body unless steady; missing
+          values, the other Euler angles and the rate of the nutation are those of the scene
         - Scene.from_euler: angles, rates
 
-        degrees is for the last two. Each dimension of the ensemble is named by the word of single
-        numbers that alone varies along it: tops.axes, tops.coords.
+        degrees applies to the last two. Each dimension of the ensemble is named by the only scalar
+        parameter that varies along it: see tops.axes and tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -175,15 +175,15 @@ class Scene:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Ensemble:
-        """n uncertain starts: this scene with normal deviations of these widths.
+        """Return an ensemble of `n` uncertain starts: this scene with normal deviations.
 
-        momentum  of the momentum in space: one width for all components, or 3 [M L^2 T^-1]
-        attitude  of the rotation vector by which the body is turned first, seen from the body: one
-                  width, or 3 [rad]; the momentum stays in space
-        gravity   of gravity [L T^-2]
+        momentum  width of the momentum in space: one for all components, or 3 [M L^2 T^-1]
+        attitude  width of the rotation vector by which the body is turned first, seen from the
+                  body: one, or 3 [rad]; the momentum in space stays the same
+        gravity   width of gravity [L T^-2]
 
-        Top i depends on seed and i alone, whatever n is, and what is scattered in one word on that
-        word's width alone.
+        Top i depends on `seed` and i alone, whatever `n` is, and each scattered parameter depends
+        on its own width alone.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -203,15 +203,15 @@ class Scene:
         gravity: float = 1.0,
         damping: ArrayLike | None = None,
     ) -> Self:
-        """A scene by Euler's angles z-x-z and their rates: (precession, nutation, spin), those of
-        path.precession_angle, .nutation and .spin_angle, in radians and [T^-1].
+        """Build a scene from Euler's angles z-x-z (precession, nutation, spin) and their rates.
 
-        The turn by the precession is about e3, that by the nutation about the line of nodes, that
-        by the spin about the apex, the direction of the centre of mass. Where that is the third
-        axis of the frame in which the body was described, attitude = Rz(precession) Rx(nutation)
-        Rz(spin); another frame is first turned to the apex, as paths do.
+        The angles are those of path.precession_angle, .nutation and .spin_angle, in radians; the
+        rates are theirs [T^-1]. Precession turns about e3, nutation about the line of nodes, and
+        spin about the apex, the direction of the centre of mass. If the apex is the third axis of
+        the frame in which the body is described, attitude = Rz(precession) Rx(nutation) Rz(spin).
+        Any other frame is first turned to the apex, as paths do.
 
-        degrees  the angles and their rates are in degrees; gravity and damping as in Scene
+        degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -241,20 +241,20 @@ class Scene:
         gravity: float = 1.0,
         damping: ArrayLike | None = None,
     ) -> Self:
-        """A symmetric body that spins about its axis, tilted from the vertical.
+        """Build a symmetric top that spins about its axis, tilted from the vertical.
 
-        spin        the component of the angular velocity along the axis, from the fixed point
-                    towards the centre of mass: path.spin, constant without damping [T^-1]
-        tilt        the angle between the axis and the vertical, 0 .. pi; about e1
-        precession  the rate at which the axis begins to go round the vertical [T^-1]; left out: 0,
-                    the axis is let go
-        steady      True: the precession without nutation, the slow one or, with fast=True, the
-                    fast one; at a pole, where there is none, the top stands or hangs
-        degrees     tilt is in degrees, spin and precession in degrees in a unit of time; gravity
-                    and damping as in Scene
+        spin        component of the angular velocity along the axis, from the fixed point towards
+                    the centre of mass: path.spin, constant without damping [T^-1]
+        tilt        angle between the axis and the vertical, 0 .. pi; the tilt is about e1
+        precession  initial rate of the axis about the vertical [T^-1]; by default 0: the axis is
+                    released from rest
+        steady      True: the precession without nutation, the slow one or, with fast=True, the fast
+                    one; at a pole, where none exists, the top stands or hangs
+        degrees     True: tilt is in degrees, spin and precession in degrees per unit of time;
+                    gravity and damping are as in Scene
 
-        Raises ValueError for other bodies, and where no precession is steady, with the least spin
-        that has one.
+        Raises ValueError for other bodies, and if no precession is steady, with the least spin that
+        has one.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -278,22 +278,24 @@ class Scene:
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
-        """The scene in a TOML file, or in a text of TOML: a str of several lines, as no scene fits
-        on one, is a text, any other names a file.
+        """Read a scene from a TOML file, or from TOML text.
 
-        The keys are the words of the constructors; instead of those of Scene a table [from_euler]
-        or [spinning] has those of that maker, instead of those of Body [body.cuboid] and so on.
-        ValueError for other keys.
+        A str with several lines is TOML text; any other argument names a file. The keys are the
+        parameters of the constructors. A table [from_euler] or [spinning] replaces the keys of
+        Scene by those of that constructor; tables such as [body.cuboid] do the same for Body.
+        Raises ValueError for other keys.
 
         >>> import kreisel as kr
-        >>> text = "momentum = [0, 0, 3]\\n[body.cone]\\nradius = 1\\nheight = 2\\n"
-        >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\\nmass = 1").body.com
+        >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
+        >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
         return read(source, parse)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The scene as TOML, written to a file if one is named. Reading it gives equal doubles."""
+        """Return the scene as TOML, and write it to a file if one is named.
+
+        Reading it gives equal doubles."""
         body = self.body
         start: dict[str, object] = {
             "momentum": self.momentum,
@@ -313,10 +315,10 @@ class Scene:
 
 @unchangeable("kreisel.Ensemble(..., {}=...) makes another ensemble")
 class Ensemble(TextbookTops[Scene]):
-    """Many tops: a body or bodies, gravity, what damps them, and the states at t = 0.
+    """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 
-    Each word of kr.Scene is one value or an array of values, which broadcast to one shape: (n,),
-    (500, 500), () too.
+    Each parameter of kr.Scene is one value or an array of values, and all broadcast to one shape,
+    such as (n,), (500, 500) or ().
 
     body      a kr.Body for all, or kr.Bodies
     momentum  (..., 3) in space [M L^2 T^-1]; or velocity, body_momentum, body_velocity (..., 3)
@@ -326,13 +328,12 @@ class Ensemble(TextbookTops[Scene]):
     damping   one number for all, or (..., 3) along the principal axes, or (..., 1) for all three
               axes alike [M L^2 T^-1]
 
-    `tops[i, j]` is a kr.Scene; slices, arrays and masks of places give ensembles; iteration gives
-    scenes, of several dimensions ensembles along the first. Each member has the bits that Scene
-    gives it (of attitudes in single precision up to the last place). What does not vary is held
-    once. Two ensembles are equal where bodies and states are.
+    `tops[i, j]` is a kr.Scene; slices, index arrays and masks give ensembles. Iteration yields
+    scenes, or ensembles along the first of several dimensions. Each member has the bits that Scene
+    gives it; attitudes in single precision agree up to the last place. Values that do not vary are
+    stored once. Two ensembles are equal if their bodies and states are.
 
-    Raises TypeError and ValueError in the words of Scene, for the first value that is refused, with
-    its index.
+    Raises TypeError and ValueError as Scene does, for the first invalid value, with its index.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body
@@ -354,12 +355,12 @@ _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS
 
 
 def parse(text: str) -> Scene:
-    """The scene in a text of TOML."""
+    """Return the scene in a TOML text."""
     return parsed(tables(text))
 
 
 def parsed(table: dict[str, object]) -> Scene:
-    """The scene in a table of TOML, which this empties."""
+    """Return the scene in a TOML table; the table's keys are consumed."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_of(table.pop("body"), _ABOVE)

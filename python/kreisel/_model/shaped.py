@@ -1,4 +1,4 @@
-"""Makers of homogeneous bodies by their lengths, with the fixed point where their user puts it."""
+"""Constructors of homogeneous bodies from their lengths, with a fixed point anywhere."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from . import shapes
 
 
 class Shaped:
-    """What a body of any shape can be made by."""
+    """Constructors of homogeneous bodies."""
 
     @classmethod
     def from_com(
         cls, mass: float, inertia_about_com: ArrayLike, com: ArrayLike, pivot: ArrayLike
     ) -> Self:
-        """A body by its inertia about the centre of mass, as Body has it."""
+        """Build a body from its inertia about the centre of mass, as Body.from_com does."""
         raise NotImplementedError
 
     @classmethod
@@ -30,7 +30,9 @@ class Shaped:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """A solid cylinder, its axis along the third [L]; by mass [M] or density [M L^-3].
+        """Build a solid cylinder with its axis along the third axis [L].
+
+        Give either mass [M] or density [M L^-3].
 
         pivot  the fixed point, seen from the centre [L]
 
@@ -68,7 +70,7 @@ class Shaped:
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
-        """A thin round disk across the third axis [L], of this mass [M].
+        """Build a thin round disk across the third axis [L], of this mass [M].
 
         pivot  the fixed point, seen from the centre [L]
 
@@ -92,7 +94,7 @@ class Shaped:
         density: float | None = None,
         shell: bool = False,
     ) -> Self:
-        """A solid sphere [L], by mass [M] or density [M L^-3]; or a thin shell, by mass.
+        """Build a solid sphere from mass [M] or density [M L^-3], or a thin shell from its mass.
 
         pivot  the fixed point, seen from the centre [L]
         """
@@ -108,7 +110,7 @@ class Shaped:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """A solid ellipsoid: its half axes, along the axes [L]; by mass [M] or density [M L^-3].
+        """Build a solid ellipsoid from its half axes [L] and mass [M] or density [M L^-3].
 
         pivot  the fixed point, seen from the centre [L]
         """
@@ -125,11 +127,12 @@ class Shaped:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """A solid round cone that stands on its tip, its base above it at `height` along the third
-        axis [L]; by mass [M] or density [M L^-3].
+        """Build a solid round cone on its tip, with its base at `height` on the third axis [L].
 
-        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on it. The
-               centre of mass lies at three quarters of the height
+        Give either mass [M] or density [M L^-3].
+
+        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on its tip.
+               The centre of mass lies at three quarters of the height
 
         >>> import kreisel as kr
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com

@@ -1,4 +1,4 @@
-"""Many homogeneous bodies, by the makers of Body with arrays."""
+"""Constructors of many homogeneous bodies: those of Body, with arrays."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .columns import Word, above_zero, parts, together, vectors, word
 
 
 class ShapedBodies:
-    """What many bodies of one shape can be made by."""
+    """Constructors of many homogeneous bodies."""
 
     @classmethod
     def _about(
@@ -28,8 +28,10 @@ class ShapedBodies:
         height: Array,
         pivot: Word,
     ) -> Self:
-        """Bodies with these moments about a centre of mass at some height on the third axis, of
-        words of which `make` makes one."""
+        """Build bodies from moments about a centre of mass on the third axis.
+
+        `make` constructs one body from the same parameters and provides the error messages.
+        """
         raise NotImplementedError
 
     @classmethod
@@ -42,7 +44,7 @@ class ShapedBodies:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Homogeneous bodies of a shape that was made of words."""
+        """Build homogeneous bodies of one shape."""
         shapes.one_of(shape.name, mass, density)
         at = word("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
@@ -68,8 +70,9 @@ class ShapedBodies:
         *,
         mass: ArrayLike | None = None,
     ) -> Self:
-        """Homogeneous cuboids, as Body.cuboid: half (..., 3) and pivot (..., 3) [L], density
-        [M L^-3], 1 where nothing is given, or mass [M].
+        """Build homogeneous cuboids, as Body.cuboid does.
+
+        `half` and `pivot` are (..., 3) [L]; give density [M L^-3], by default 1, or mass [M].
 
         >>> import kreisel as kr
         >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
@@ -105,8 +108,11 @@ class ShapedBodies:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Solid cylinders, as Body.cylinder: radius, height [L], pivot (..., 3) [L]; by mass [M]
-        or density [M L^-3]."""
+        """Build solid cylinders, as Body.cylinder does.
+
+        `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
+        L^-3].
+        """
         r, h = above_zero("radius", radius), above_zero("height", height)
         together(r, h)
         with np.errstate(all="ignore"):
@@ -124,8 +130,11 @@ class ShapedBodies:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Hollow cylinders, as Body.tube: inner, outer, height [L], pivot (..., 3) [L]; by mass [M]
-        or density [M L^-3]."""
+        """Build hollow cylinders, as Body.tube does.
+
+        `inner`, `outer` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density
+        [M L^-3].
+        """
         hole, r, h = word("inner", inner), above_zero("outer", outer), above_zero("height", height)
         together(hole, r, h)
         both = Word("(inner, outer)", vectors(hole.values, r.values), (2,))
@@ -137,7 +146,7 @@ class ShapedBodies:
 
     @classmethod
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Thin disks, as Body.disk: radius [L], pivot (..., 3) [L], mass [M]."""
+        """Build thin disks, as Body.disk does: `radius` [L], `pivot` (..., 3) [L], `mass` [M]."""
         r = above_zero("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
@@ -145,8 +154,10 @@ class ShapedBodies:
 
     @classmethod
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Thin rods, as Body.rod: length [L], pivot (..., 3) [L], mass [M]; none with its pivot on
-        its own line, which has no moment about that."""
+        """Build thin rods, as Body.rod does: `length` [L], `pivot` (..., 3) [L], `mass` [M].
+
+        Raises ValueError for a pivot on a rod's own line, about which the rod has no moment.
+        """
         whole = above_zero("length", length)
         with np.errstate(all="ignore"):
             shape = shapes.rod(whole.values)
@@ -162,8 +173,10 @@ class ShapedBodies:
         density: ArrayLike | None = None,
         shell: bool = False,
     ) -> Self:
-        """Solid spheres, or thin shells all of them, as Body.sphere: radius [L], pivot (..., 3)
-        [L]; by mass [M] or density [M L^-3]."""
+        """Build solid spheres, or thin shells, as Body.sphere does.
+
+        `radius` is a length, `pivot` is (..., 3) [L]; give mass [M] or density [M L^-3].
+        """
         r, thin = above_zero("radius", radius), boolean("shell", shell)
         with np.errstate(all="ignore"):
             shape = shapes.sphere(r.values, thin)
@@ -179,8 +192,10 @@ class ShapedBodies:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Solid ellipsoids, as Body.ellipsoid: half (..., 3) and pivot (..., 3) [L]; by mass [M] or
-        density [M L^-3]."""
+        """Build solid ellipsoids, as Body.ellipsoid does.
+
+        `half` and `pivot` are (..., 3) [L]; give mass [M] or density [M L^-3].
+        """
         axes = word("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
         axes.refused(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
@@ -199,8 +214,11 @@ class ShapedBodies:
         mass: ArrayLike | None = None,
         density: ArrayLike | None = None,
     ) -> Self:
-        """Solid cones on their tips, as Body.cone: radius, height [L], pivot (..., 3) [L]; by mass
-        [M] or density [M L^-3]."""
+        """Build solid cones on their tips, as Body.cone does.
+
+        `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
+        L^-3].
+        """
         r, h = above_zero("radius", radius), above_zero("height", height)
         together(r, h)
         with np.errstate(all="ignore"):

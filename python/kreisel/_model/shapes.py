@@ -1,5 +1,4 @@
-"""Homogeneous shapes of the textbooks: volume, second moments, centre of mass; of one body, or of
-many by arrays.
+"""Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
 
 With s = <x^2>, <y^2>, <z^2> about the centre of mass, the moments of inertia are mass (s_y + s_z)
 and so on (Goldstein, Classical Mechanics, ch. 5).
@@ -16,23 +15,23 @@ from .._ground.arguments import Array, R, positive
 
 
 class Shape(NamedTuple, Generic[R]):
-    """A shape with its axis along the third."""
+    """A shape whose axis is the third axis."""
 
     name: str
-    volume: R  # [L^3]; 0 for what is thin
+    volume: R  # [L^3]; 0 for a thin shape
     squares: tuple[R, R, R]  # <x^2>, <y^2>, <z^2> about the centre of mass [L^2]
-    height: R  # of the centre of mass, above the point from which the pivot is seen [L]
+    height: R  # height of the centre of mass above the origin of the pivot [L]
 
 
 def moments_of(shape: Shape[R], mass: R) -> tuple[R, R, R]:
-    """The moments of inertia about the centre of mass."""
+    """Return the moments of inertia about the centre of mass."""
     x, y, z = shape.squares
     xx, yy, zz = mass * x, mass * y, mass * z
     return yy + zz, zz + xx, xx + yy
 
 
 def mass_of(shape: Shape[float], mass: float | None, density: float | None) -> float:
-    """The mass of a shape, of exactly one of mass and density."""
+    """Return the mass of a shape from exactly one of `mass` and `density`."""
     one_of(shape.name, mass, density)
     if density is None:
         return positive("mass", mass)
@@ -42,24 +41,24 @@ def mass_of(shape: Shape[float], mass: float | None, density: float | None) -> f
 
 
 def one_of(name: str, mass: object, density: object) -> None:
-    """Refuses both of mass and density, and neither."""
+    """Raise ValueError unless exactly one of `mass` and `density` is given."""
     if (mass is None) == (density is None):
         both = "not both" if mass is not None else "not none"
         raise ValueError(f"give exactly one of mass and density of the {name}, {both}")
 
 
 def thin(name: str) -> str:
-    """Why such a shape has no density."""
+    """Return the message that a thin shape has no volume."""
     return f"the {name} is thin and has no volume: give its mass"
 
 
 def inertia_of(shape: Shape[float], mass: float) -> Array:
-    """The tensor about the centre of mass."""
+    """Return the tensor about the centre of mass."""
     return np.diag(moments_of(shape, mass))
 
 
 def cylinder(radius: R, height: R) -> Shape[R]:
-    """Solid, round, its axis along the third."""
+    """Return a solid cylinder with its axis along the third axis."""
     r, h = radius, height
     side = r * r / 4.0
     return Shape("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0), 0.0 * h)
@@ -79,19 +78,19 @@ def tube_refusal(inner: float, outer: float) -> str:
 
 
 def disk(radius: R) -> Shape[R]:
-    """Round and thin, across the third axis."""
+    """Return a thin round disk across the third axis."""
     side = radius * radius / 4.0
     return Shape("disk", 0.0 * radius, (side, side, 0.0 * radius), 0.0 * radius)
 
 
 def rod(length: R) -> Shape[R]:
-    """Straight and thin, along the third axis."""
+    """Return a thin straight rod along the third axis."""
     nothing = 0.0 * length
     return Shape("rod", nothing, (nothing, nothing, length * length / 12.0), nothing)
 
 
 def sphere(radius: R, shell: bool) -> Shape[R]:
-    """A ball, or a thin shell."""
+    """Return a solid ball, or a thin shell."""
     r = radius
     side = r * r / (3.0 if shell else 5.0)
     volume = 0.0 * r if shell else 4.0 / 3.0 * math.pi * r * r * r
@@ -99,13 +98,13 @@ def sphere(radius: R, shell: bool) -> Shape[R]:
 
 
 def ellipsoid(a: R, b: R, c: R) -> Shape[R]:
-    """Solid, of these half axes."""
+    """Return a solid ellipsoid with these half axes."""
     volume = 4.0 / 3.0 * math.pi * a * b * c
     return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
 
 def cone(radius: R, height: R) -> Shape[R]:
-    """Solid, round, from its tip up to its base."""
+    """Return a solid round cone, from its tip up to its base."""
     r, h = radius, height
     side, along = 0.15 * r * r, 0.0375 * h * h
     return Shape("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)

@@ -1,11 +1,11 @@
-"""Starts with a given energy and vertical momentum, as sections of the phase space ask for.
+"""Starts with a given energy and vertical momentum, as needed for Poincaré sections.
 
 With the vertical P seen from the body, the momentum M = m_v J P / (P J P) + w, w across P, has the
 vertical part m_v and the energy U(P) + w J^-1 w / 2, where
     U(P) = mass gravity <com, P> + m_v^2 / (2 P J P)
 is the amended potential (Smale 1970). So a start exists for each P with U <= energy and for each
-direction of w, of which the length alone is sought, without cancellation. The volume of the energy
-surface is dP dalpha / sqrt(P J P), alpha the angle of J^-1/2 w: random starts are drawn from that.
+direction of w; only the length of w is solved for, without cancellation. The volume of the energy
+surface is dP dalpha / sqrt(P J P), alpha the angle of J^-1/2 w; random starts are drawn from it.
 The apex' height <apex, P> is at rest where w lies across J^-1 (apex x P): in two directions.
 """
 
@@ -32,7 +32,7 @@ _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class _Surface(NamedTuple):
-    """A body in principal axes, with lever = mass gravity com, and the two integrals."""
+    """The energy surface of a body in principal axes, with lever = mass gravity com."""
 
     moments: Array
     lever: Array
@@ -40,12 +40,12 @@ class _Surface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """U, of verticals (n, 3)."""
+        """Return U at the verticals (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """M at the angles alpha (n,), from the verticals P (n, 3)."""
+        """Return M at the angles alpha (n,) and the verticals P (n, 3)."""
         across, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._sides(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
@@ -55,20 +55,19 @@ class _Surface(NamedTuple):
         return made
 
     def _sides(self, P: Array) -> tuple[Array, Array]:
-        """In y = J^-1/2 w the energy is y^2 / 2, and w across P is y across J^1/2 P."""
+        """Return a basis of y = J^-1/2 w, which is across J^1/2 P; the energy of w is y^2 / 2."""
         normal = np.sqrt(self.moments) * P
         return _across(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def at_rest(self, P: Array, apex: Array) -> Array:
-        """One of the angles alpha at which the apex neither rises nor falls."""
+        """Return one of the angles alpha at which the apex neither rises nor falls."""
         first, second = self._sides(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
 
     def below(self, P: Array, reach: Array) -> Array:
-        """What U is not below within these angles from P, by its slope there and a bound of its
-        curvature."""
+        """Return a lower bound of U within these angles of P, from its slope and curvature."""
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
         slope = self.lever - k[:, None] * self.moments * P
@@ -81,14 +80,16 @@ class _Surface(NamedTuple):
         return made
 
     def least(self) -> float:
-        """The least of U: the best points of a grid, led downhill."""
+        """Return the least value of U: the best points of a grid, refined by Newton's method."""
         P = _verticals(*_middles((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._downhill(at) for at in best)
 
     def _downhill(self, P: Array) -> float:
-        """The least of U near P, by Newton's method on the sphere; where U is not convex it goes
-        the other way, and as far as U falls."""
+        """Return the least U near P by Newton's method on the sphere.
+
+        Where U is not convex the step is reversed, and shortened until U falls.
+        """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
             JP = self.moments * P
@@ -121,21 +122,21 @@ def starts(
     seed: int = 0,
     gravity: float = 1.0,
 ) -> Ensemble:
-    """Tops that all have this energy and this vertical momentum, for sections and for chaos.
+    """Return an ensemble of tops that share an energy and a vertical momentum.
 
-    energy    kinetic and potential, path.energy [M L^2 T^-2]
+    energy    kinetic plus potential, path.energy [M L^2 T^-2]
     vertical  <m, e3>, path.vertical_momentum [M L^2 T^-1]
-    n         how many at random, even in the volume of the energy surface (Liouville's); start
-              number i depends on seed and i alone
-    grid      in place of n: two whole numbers, how many heights of the apex and angles about it;
-              each top then begins at a highest or lowest point of its apex, where kreisel.section
-              cuts, once with each of the two momenta there are. Or three: how many heights of the
-              vertical in the body along its third axis, angles of it about that axis, and
-              directions of the momentum left. All are in the middle of cells of equal size; those
-              that no start has are left out
+    n         number of random starts, uniform in the (Liouville) volume of the energy surface;
+              start i depends on `seed` and i alone
+    grid      alternative to n. Two integers: numbers of heights of the apex and of angles about it;
+              each top begins at a highest or lowest point of its apex, where kreisel.section cuts,
+              once with each of the two possible momenta. Three integers: numbers of heights of the
+              vertical along the body's third axis, of angles about that axis, and of directions of
+              the momentum. Starts lie in the middle of cells of equal size; impossible cells are
+              left out
 
     The heading, which changes neither, is that of the shortest turn from upright. Raises ValueError
-    where no start exists, with the least energy that has one.
+    if no start exists, with the least energy that has one.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -171,7 +172,7 @@ def starts(
 def _on_grid(
     surface: _Surface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Verticals in principal axes, and angles of the momentum."""
+    """Return verticals in principal axes and angles of the momentum on a grid."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {shown(grid)}")
@@ -197,7 +198,7 @@ def _on_grid(
 
 
 def _at_random(surface: _Surface, n: int, seed: int, least: float) -> tuple[Array, Array]:
-    """Verticals in principal axes, and angles of the momentum."""
+    """Return random verticals in principal axes and random angles of the momentum."""
     cover = _cover(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
@@ -220,8 +221,10 @@ def _at_random(surface: _Surface, n: int, seed: int, least: float) -> tuple[Arra
 
 
 def _random(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Numbers from 0 to 1, of which row i is that of the start begin + i, whatever else is drawn:
-    Philox counts them, and has no other state."""
+    """Return uniform numbers in [0, 1); row i belongs to start begin + i alone.
+
+    The counter-based generator Philox has no other state.
+    """
     counter = [begin * _WORDS // 4, 0, trial + 1, 0]
     raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
     numbers: Array = (raw >> np.uint64(11)).astype(np.float64).reshape(-1, _WORDS) * 2.0**-53
@@ -229,8 +232,7 @@ def _random(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _Cover(NamedTuple):
-    """Cells on the sphere, each from a height and an angle on; and their parts of the whole, summed
-    up."""
+    """Cells on the sphere, each with its lowest height and angle, and their cumulative areas."""
 
     height: Array
     angle: Array
@@ -238,14 +240,14 @@ class _Cover(NamedTuple):
     wide: Array
 
     def verticals(self, drawn: Array) -> Array:
-        """Even in the cells, by three random numbers each."""
+        """Return uniform points in the cells from three random numbers each."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def middles(self) -> tuple[Array, Array]:
-        """The middle of each cell, and how far any point of it is from there at most."""
+        """Return the middle of each cell and the largest distance of any of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -253,7 +255,7 @@ class _Cover(NamedTuple):
         return _verticals(middle, self.angle + 0.5 * self.wide), up + aside
 
     def halved(self) -> _Cover:
-        """Each cell as two, across its longer side."""
+        """Split each cell across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -267,7 +269,7 @@ class _Cover(NamedTuple):
 
 
 def _cover(surface: _Surface) -> _Cover:
-    """Cells that cover all verticals which can be, and little else, however few these are."""
+    """Return few cells that cover all possible verticals tightly."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _Cover(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -281,7 +283,7 @@ def _cover(surface: _Surface) -> _Cover:
 
 
 def _unturned(P: Array) -> Array:
-    """The attitudes (n, 4) that see the verticals P, by the shortest turns."""
+    """Return the attitudes (n, 4) that see the verticals P, by the shortest rotations."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
@@ -292,7 +294,7 @@ def _unturned(P: Array) -> Array:
 
 
 def _middles(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Heights and angles of the middles of cells of equal size on the sphere."""
+    """Return heights and angles of the middles of cells of equal size on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()
@@ -304,7 +306,7 @@ def _verticals(height: Array, angle: Array) -> Array:
 
 
 def _across(normals: Array) -> tuple[Array, Array]:
-    """Two unit vectors at right angles to each of these (n, 3) and to each other."""
+    """Return two unit vectors orthogonal to each row (n, 3) and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]
     return first, np.cross(normals, first)

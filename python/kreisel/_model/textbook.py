@@ -1,5 +1,4 @@
-"""Starts in the words of the textbooks: Euler's angles and their rates, steady precession. Angles
-and rates are numbers, or arrays of those of many tops."""
+"""Euler's angles, their rates, and steady precession, for one top or for arrays of tops."""
 
 from __future__ import annotations
 
@@ -17,24 +16,23 @@ if TYPE_CHECKING:
 
 
 def radians(name: str, value: object, degrees: bool) -> Vector:
-    """Three angles or rates, in radians."""
+    """Return three angles or rates in radians."""
     x, y, z = vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
 
 def cos(x: R) -> R:
-    """With the same bits for one angle as for many."""
+    """Return the cosine, with the same bits for a float and for an array."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """With the same bits for one angle as for many."""
+    """Return the sine, with the same bits for a float and for an array."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
 def turned_by(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
-    """The turn by the first angle about the third axis after that by the second about the first
-    after that by the third about the third."""
+    """Return the quaternion of Euler's angles z-x-z: precession, nutation and spin."""
     precession, nutation, spin = angles
     c, s = cos(0.5 * nutation), sin(0.5 * nutation)
     total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
@@ -42,10 +40,10 @@ def turned_by(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """The attitude with these angles, of a body whose scene is `unturned`.
+    """Return the attitude with these angles, for a body whose scene at rest is `unturned`.
 
-    The angles are those of a frame in the body that has the apex for its third axis; where it lies
-    in the frame of description, the unturned body's own angles tell.
+    The angles belong to a frame of the body whose third axis is the apex. The angles of the
+    unturned body locate that frame within the frame of description.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -53,7 +51,7 @@ def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
 
 
 def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
-    """The angular velocity in space."""
+    """Return the angular velocity in space."""
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
     c, s = cos(precession), sin(precession)
@@ -62,7 +60,7 @@ def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]
 
 
 def half_turn(tilt: object, degrees: bool) -> float:
-    """An angle with the vertical, in radians."""
+    """Return `tilt`, an angle with the vertical, in radians; raise ValueError if it is not one."""
     given = number("tilt", tilt)
     angle = math.radians(given) if degrees else given
     if not 0.0 <= angle <= math.pi:
@@ -72,7 +70,7 @@ def half_turn(tilt: object, degrees: bool) -> float:
 
 
 def steady_words(steady: object, fast: object, precession: object, damping: object) -> bool:
-    """Whether a steady precession is asked for, with words that go with it."""
+    """Return True if a steady precession is requested; check the arguments that go with it."""
     if boolean("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: say steady=True too")
     if not boolean("steady", steady):
@@ -83,7 +81,7 @@ def steady_words(steady: object, fast: object, precession: object, damping: obje
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:
-    """The moments across and along the axis of a symmetric body, on which its apex lies."""
+    """Return the moments across and along the axis of a symmetric body that carries its apex."""
     moments, com = body.moments, body.principal_com
     reach = max(map(abs, com))
     along = [abs(x) > KIND_RTOL * reach for x in com] if reach else [False, False, True]
@@ -110,10 +108,12 @@ def steady_rate(
     fast: bool,
     degrees: bool,
 ) -> float:
-    """The rate W of steady precession, with the moments I1 across and I3 along the axis and the
-    torque m g l on a level axis: I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical
-    Mechanics, 5.7). The larger root comes without cancellation, the other by their product.
-    ValueError where there is none, with the least spin that has one.
+    """Return the rate W of steady precession.
+
+    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0, with the moments I1 across and I3 along the
+    axis and the torque m g l on a level axis (Goldstein, Classical Mechanics, 5.7). The larger root
+    is computed without cancellation, the smaller one from their product. Raises ValueError if no
+    steady precession exists, with the least spin that has one.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

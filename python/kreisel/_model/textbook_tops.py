@@ -1,6 +1,6 @@
-"""Many tops in the words of the textbooks: Euler's angles and their rates, steady precession.
+"""Constructors of ensembles from Euler's angles, their rates, and steady precession.
 
-The formulas are those of textbook.py, whose bits these have too.
+The formulas and their bits are those of the constructors of one scene.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _DEGREE = math.pi / 180.0
 
 
 class TextbookTops(Tops[S]):
-    """What kr.Ensemble is made by, in these words."""
+    """Constructors of kr.Ensemble from Euler's angles and rates."""
 
     @classmethod
     def from_euler(
@@ -48,8 +48,10 @@ class TextbookTops(Tops[S]):
         gravity: ArrayLike = 1.0,
         damping: ArrayLike | None = None,
     ) -> Self:
-        """Tops by Euler's angles z-x-z and their rates, as Scene.from_euler: both (..., 3), of
-        precession, nutation and spin, in radians and [T^-1]; gravity and damping as in Ensemble.
+        """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
+
+        `angles` and `rates` are (..., 3): precession, nutation and spin, in radians and [T^-1];
+        gravity and damping are as in Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -73,7 +75,7 @@ class TextbookTops(Tops[S]):
         damping: ArrayLike | None,
         one: Callable[..., S],
     ) -> Self:
-        """The tops with these angles and rates, which words told."""
+        """Build the tops with these angles and rates, which come from the parameters `told`."""
         down, (drag, along) = word("gravity", gravity), dampings_of(damping)
         agreed(body, [*told, down, drag])
         turned, own = vectors(*turned_by(angles)), cls._own_turns(body)
@@ -91,7 +93,7 @@ class TextbookTops(Tops[S]):
 
     @classmethod
     def _own_turns(cls, body: Body | Bodies) -> Array:
-        """(..., 4) the turns by the angles of the bodies as they were described."""
+        """Return the (..., 4) quaternions of Euler's angles of the bodies as described."""
         unturned = cls(body, momentum=(0.0, 0.0, 0.0))
         names = "precession_angle", "nutation", "spin_angle"
         angles = [unturned._tops.values(name).reshape(unturned.shape) for name in names]
@@ -111,9 +113,10 @@ class TextbookTops(Tops[S]):
         gravity: ArrayLike = 1.0,
         damping: ArrayLike | None = None,
     ) -> Self:
-        """Symmetric bodies that spin about their axes, as Scene.spinning: spin, tilt, precession
-        and gravity are numbers or arrays, damping as in Ensemble; steady, fast and degrees are for
-        all.
+        """Build symmetric tops that spin about their axes, as Scene.spinning does.
+
+        spin, tilt, precession and gravity are numbers or arrays, damping is as in Ensemble; steady,
+        fast and degrees apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -140,18 +143,18 @@ class TextbookTops(Tops[S]):
 
 
 def radians(values: Array, degrees: bool) -> Array:
-    """The angles or rates in radians, as math.radians has them."""
+    """Return angles or rates in radians, with the bits of math.radians."""
     return values * _DEGREE if degrees else values
 
 
 def three(vector: Array) -> Three:
-    """The components of vectors."""
+    """Split vectors into three components."""
     x, y, z = parts(vector)
     return x, y, z
 
 
 def tilts(given: ArrayLike, degrees: bool) -> Word:
-    """The word for angles with the vertical."""
+    """Build the parameter of angles with the vertical."""
     made = word("tilt", given)
     angle = radians(made.values, degrees)
     made.refused(~((angle >= 0.0) & (angle <= math.pi)), lambda _, one: half_turn(one, degrees))
@@ -159,7 +162,7 @@ def tilts(given: ArrayLike, degrees: bool) -> Word:
 
 
 def about_axes(body: Body | Bodies) -> tuple[Array, Array]:
-    """The moments across and along the axes of symmetric bodies, as moments_about_axis."""
+    """Return the moments across and along the axes of symmetric bodies."""
     if isinstance(body, Body):
         across, along = moments_about_axis(body)
         return np.asarray(across), np.asarray(along)
@@ -183,8 +186,10 @@ def about_axes(body: Body | Bodies) -> tuple[Array, Array]:
 def steady_rates(
     body: Body | Bodies, told: Sequence[Word], degrees: bool, fast: bool, one: Callable[..., object]
 ) -> Array:
-    """The rates of steady precession, as steady_rate, of the words spin, tilt and gravity; refused
-    by the index of the first that has none."""
+    """Return the rates of steady precession of the parameters spin, tilt and gravity.
+
+    Raises ValueError with the index of the first member that has none.
+    """
     shape = agreed(body, told)
     spin, tilt, gravity = (each.values for each in told)
     rate, angle = radians(spin, degrees), radians(tilt, degrees)

@@ -1,4 +1,4 @@
-"""TOML: tables of words for the makers of bodies and scenes, and text of all their digits."""
+"""TOML input and output of scenes: tables for constructors, and text with all digits."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ _LONGEST = 1 << 20  # bytes: no text of a scene comes near, a device that never 
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """What parse makes of a text of several lines, or of the file of this name. Then a TypeError or
-    ValueError begins with the name."""
+    """Parse TOML text of several lines, or the file called `source`.
+
+    TypeError and ValueError of a file begin with its name.
+    """
     if isinstance(source, str) and "\n" in source:
         return parse(source)
     with open(os.fspath(source), "rb") as file:  # a number would be of an open file
@@ -26,8 +28,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 
 def bounded(file: BinaryIO) -> str:
-    """The text of a file, which may be a device or a pipe; ValueError where it is no text, or goes
-    on and on."""
+    """Read a file, device or pipe; raise ValueError if it is not text or too long."""
     data = file.read(_LONGEST + 1)
     if len(data) > _LONGEST:
         raise ValueError(f"more than {_LONGEST} bytes are no scene")
@@ -35,7 +36,7 @@ def bounded(file: BinaryIO) -> str:
 
 
 def worded(name: str, make: Callable[[], _T]) -> _T:
-    """What is made; a TypeError or ValueError begins with this name."""
+    """Call `make`; prefix its TypeError or ValueError with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -44,7 +45,7 @@ def worded(name: str, make: Callable[[], _T]) -> _T:
 
 
 def tables(text: str) -> dict[str, object]:
-    """The tables and values of a text."""
+    """Parse TOML text into tables and values."""
     import tomllib  # here, since who reads no file need not wait for it
 
     try:
@@ -54,7 +55,7 @@ def tables(text: str) -> dict[str, object]:
 
 
 def a_table(name: str, value: object) -> dict[str, object]:
-    """The value, where it is a table; TypeError where it is not."""
+    """Return `value` if it is a table; raise TypeError otherwise."""
     if not isinstance(value, dict):
         raise TypeError(f"{name} must be a table, not {shown(value)}")
     return value
@@ -67,8 +68,11 @@ def made(
     elsewhere: Mapping[str, str],
     others: Iterable[str] = (),
 ) -> _T:
-    """What a maker makes of a table of its words; `others` could stand there too, and of words that
-    could stand `elsewhere` this says where they belong."""
+    """Call the constructor `make` with the keys of a table.
+
+    Unknown keys raise ValueError: `elsewhere` says where a misplaced key belongs, and `others` are
+    further keys that are valid in this table.
+    """
     parameters = inspect.signature(make).parameters
     for word in words:
         if word not in parameters:
@@ -82,7 +86,7 @@ def made(
 
 
 def lines(words: Mapping[str, object]) -> str:
-    """A line for each word, its numbers with all their digits."""
+    """Return a line of TOML for each key, with all digits of numbers."""
     return "".join(f"{name} = {_value(value)}\n" for name, value in words.items())
 
 

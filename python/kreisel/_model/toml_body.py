@@ -1,4 +1,4 @@
-"""Bodies in TOML: the words of Body, or those of one of its makers."""
+"""Bodies in TOML: the parameters of Body, or those of one of its constructors."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ MAKERS: dict[str, Callable[..., Body]] = {
 
 
 def body_of(table: object, elsewhere: Mapping[str, str]) -> Body:
-    """The body of a TOML table: the words of Body, or one table with those of a maker; `elsewhere`
-    says of other words where they belong."""
+    """Build the body of a TOML table.
+
+    The table has the parameters of Body, or one table with those of a constructor; `elsewhere` says
+    where misplaced keys belong.
+    """
     words = a_table("body", table)
     if not MAKERS.keys() & words.keys():
         return made(Body, "[body]", words, elsewhere, MAKERS)

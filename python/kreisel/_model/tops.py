@@ -1,4 +1,4 @@
-"""Many tops as columns: their words, broadcast to one shape and checked all at once."""
+"""Ensemble data: parameters of many tops, broadcast to one shape and checked together."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class Tops(Many[S]):
-    """What kr.Ensemble keeps: its bodies, and columns of momentum, attitude, gravity, damping."""
+    """The data of kr.Ensemble: bodies, and columns of momentum, attitude, gravity and damping."""
 
     _one: ClassVar[Any]  # the class of one top
     _bodies: Body | Bodies
@@ -81,8 +81,7 @@ class Tops(Many[S]):
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
-        """Keeps these columns, of words of which `one` makes a single top; refused by the index of
-        the first that is none."""
+        """Store columns; raise the error of the first member that the constructor `one` refuses."""
         whole = agreed(body, told)
         trailing = {name: 0 if name == "gravity" else 1 for name in columns}
         leads = (held.shape[: held.ndim - trailing[name]] for name, held in columns.items())
@@ -103,7 +102,7 @@ class Tops(Many[S]):
 
     @classmethod
     def of(cls, scenes: Sequence[Any]) -> Self:
-        """The ensemble of a list of scenes; nested lists of equal lengths make more dimensions.
+        """Build an ensemble from a list of scenes; nested lists of equal lengths add dimensions.
 
         >>> import kreisel as kr
         >>> kr.Ensemble.of([[kr.scenes.thesis], [kr.scenes.cusps]]).shape
@@ -153,7 +152,7 @@ class Tops(Many[S]):
 
     @cached_property
     def _tops(self) -> CoreTops:
-        """The scenes, as the core lays them out."""
+        """The scenes in the memory layout of the core."""
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, spread(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
@@ -167,33 +166,32 @@ class Tops(Many[S]):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """A name for each dimension: the word of single numbers that alone varies along it; else
-        'top', or in several dimensions 'dim_0' and so on."""
+        """A name for each dimension: its only scalar parameter, else 'top' or 'dim_0' and so on."""
         return self._axes
 
     @property
     def body(self) -> Body | Bodies:
-        """The body of all, or the bodies, of the ensemble's shape"""
+        """The body of all members, or bodies of the ensemble's shape."""
         return self._bodies
 
     @property
     def momentum(self) -> Array:
-        """(*shape, 3) the angular momentum about the fixed point, in space [M L^2 T^-1]"""
+        """(*shape, 3) angular momentum about the fixed point, in space [M L^2 T^-1]."""
         return self._columns["momentum"]
 
     @property
     def attitude(self) -> Array:
-        """(*shape, 4) the unit quaternion (w, x, y, z) from the body into space"""
+        """(*shape, 4) unit quaternion (w, x, y, z) from the body into space."""
         return self._columns["attitude"]
 
     @property
     def gravity(self) -> Array:
-        """(*shape,) the acceleration along -e3 [L T^-2]"""
+        """(*shape,) acceleration along -e3 [L T^-2]."""
         return self._columns["gravity"]
 
     @property
     def damping(self) -> Array:
-        """(*shape, 3) that of a linear drag along the principal axes [M L^2 T^-1]"""
+        """(*shape, 3) linear drag along the principal axes [M L^2 T^-1]."""
         return self._columns["damping"]
 
     def __eq__(self, other: object) -> bool:
@@ -212,14 +210,14 @@ class Tops(Many[S]):
 
 
 def bodies_of(body: object) -> Body | Bodies:
-    """One body for all, or many."""
+    """Check that `body` is a Body or Bodies and return it."""
     if isinstance(body, Body | Bodies):
         return body
     raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {shown(body)}")
 
 
 def agreed(body: Body | Bodies, told: Sequence[Word]) -> Shape:
-    """The shape to which the bodies and all words broadcast."""
+    """Return the common shape of the bodies and all parameters."""
     own = body.shape if isinstance(body, Bodies) else ()
     return common([("body", own), *((each.name, each.shape) for each in told)])
 
@@ -232,7 +230,7 @@ def refusal_at(
     at: Index,
     text: str = "not a top",
 ) -> Exception:
-    """What the making of a single top raises, of the words of a member, with its index."""
+    """Build the error that constructing the member at an index alone would raise."""
     words = {each.name: plain(each.over(shape)[at]) for each in told}
     own = body._over(shape)._member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
@@ -244,7 +242,7 @@ def refusal_at(
 
 
 def start_of(given: Mapping[str, ArrayLike | None]) -> Word:
-    """The one word of the four that tells how the tops turn."""
+    """Return the one parameter that gives the momentum or the velocity."""
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
         raise ValueError(
@@ -254,7 +252,7 @@ def start_of(given: Mapping[str, ArrayLike | None]) -> Word:
 
 
 def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
-    """The word for the attitudes, and unit quaternions (w, x, y, z)."""
+    """Return the parameter for the attitudes, and unit quaternions (w, x, y, z)."""
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
     if xyzw is None and hasattr(given, "as_quat"):
@@ -278,7 +276,7 @@ def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
 
 
 def dampings_of(given: ArrayLike | None) -> tuple[Word, Array]:
-    """The word for what damps the tops, and the damping along the principal axes."""
+    """Return the damping parameter, and the damping along the principal axes."""
     if given is None:
         return Word("damping", _ZERO, (3,)), _ZERO
     if np.ndim(given) == 0:
@@ -294,7 +292,7 @@ def dampings_of(given: ArrayLike | None) -> tuple[Word, Array]:
 
 
 def momenta_of(body: Body | Bodies, start: Word, q: Array) -> Array:
-    """The momenta in space, of the word in which they are given and the attitudes."""
+    """Compute the momenta in space from the parameter `start` and the attitudes."""
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)

@@ -1,4 +1,4 @@
-"""The turning points of the apex of a closed form, which are roots of its cubic."""
+"""Turning points of the apex of a closed form: the roots of its cubic."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ from .scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Turnings:
-    """Of n scenes, each an array (n,): least and greatest nutation [rad], the first times at which
-    it is so [T], the critical spin [T^-1], the course; and the rows that tell the potential."""
+    """Turning points of n scenes; each field is an array (n,).
+
+    Least and greatest nutation [rad], the first times at which they occur [T], the critical spin
+    [T^-1], the type of motion, and the coefficients of the potential.
+    """
 
     least: Array
     greatest: Array
@@ -27,14 +30,14 @@ class Turnings:
 
 
 def turnings(rows: Array, course: npt.NDArray[np.str_]) -> Turnings:
-    """Those of rows that the core has made, and of the courses."""
+    """Build the turning points from the rows of the core and the types of motion."""
     least, greatest, t_least, t_greatest, spin = (frozen(x.copy()) for x in rows.T[:5])
     course.flags.writeable = False
     return Turnings(least, greatest, t_least, t_greatest, spin, course, rows)
 
 
 def turning(scene: Scene) -> Turnings:
-    """Those of one scene; ValueError if it has none."""
+    """Compute the turning points of one scene; raise ValueError if it has none."""
     status, row, course = exact_turning(scene._block)
     if status != "OK":
         raise ValueError(no_turning(status, scene))
@@ -42,7 +45,7 @@ def turning(scene: Scene) -> Turnings:
 
 
 def no_turning(status: str, scene: Scene) -> str:
-    """Why a scene has no turning points, by the status of the core."""
+    """Explain why a scene has no turning points, from the core's status."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"

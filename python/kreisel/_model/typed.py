@@ -1,4 +1,4 @@
-"""The types of the words in which other scenes and ensembles are made of one, for type checkers."""
+"""Types of the keyword arguments that derive scenes and ensembles from a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Varied(TypedDict, total=False):
-    """The words of Ensemble, of its makers, and of Bodies."""
+    """Keyword arguments of Ensemble, of its constructors, and of Bodies."""
 
     body: Body | Bodies
     mass: ArrayLike
@@ -39,7 +39,7 @@ class Varied(TypedDict, total=False):
 
 
 class Changes(TypedDict, total=False):
-    """The words of Scene."""
+    """Keyword arguments of Scene."""
 
     body: Body
     momentum: ArrayLike

@@ -1,9 +1,9 @@
-"""Many tops from one: by words that vary, or scattered at random.
+"""Ensembles built from one scene: varied parameters, or random deviations.
 
-What is kept of a scene in the words of the textbooks follows from its angular velocity w and
-Euler's angles: with u = w_1 sin(precession) - w_2 cos(precession) the nutation's rate is
-w_1 cos(precession) + w_2 sin(precession), and the precession's rate is
-(w_3 sin(nutation) - u cos(nutation)) / sin(nutation).
+The textbook parameters of a scene follow from its angular velocity w and Euler's angles. With u =
+w_1 sin(precession) - w_2 cos(precession), the rate of the nutation is w_1 cos(precession) + w_2
+sin(precession), and the rate of the precession is (w_3 sin(nutation) - u cos(nutation)) /
+sin(nutation).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _DRAWS, _ROWS = 8, 1 << 12  # random numbers of a member, whatever is scattered;
 
 
 class _Now(NamedTuple):
-    """A scene in the words of the textbooks, in radians."""
+    """Euler's angles and rates of a scene, in radians."""
 
     angles: tuple[float, float, float]  # precession, nutation, spin
     precession: float
@@ -48,7 +48,7 @@ class _Now(NamedTuple):
 
 
 def varied(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
-    """The ensemble of a scene in which these words vary."""
+    """Build the ensemble of `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
             raise TypeError(unknown("word", name, _KNOWN))
@@ -79,7 +79,7 @@ def varied(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _none(_: object, **__: object) -> None:
-    """Stands for the maker of a single top where that has no words of its own for a refusal."""
+    """Accept any arguments; the null constructor for parameters without an error of their own."""
 
 
 def _body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
@@ -97,7 +97,7 @@ def _body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _now(scene: Any) -> _Now:
-    """What the scene's start is in these words; a rate within roundings of none counts as none."""
+    """Compute Euler's angles and rates of the start; rates at rounding level become zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = (float(values(n, scene._block, scene._start)[0]) for n in names)
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
@@ -121,7 +121,10 @@ def _spun(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Words, angles and rates by spin, tilt and precession; the others are the scene's own."""
+    """Compute parameters, angles and rates from spin, tilt and precession.
+
+    Values that are not given are those of the scene.
+    """
     now = _now(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     told = {
@@ -150,7 +153,7 @@ def _word_of(name: str, radian: float, degrees: bool) -> Word:
 
 
 def _turned(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Words, angles and rates by those of Euler; what is not given is the scene's own."""
+    """Compute parameters, angles and rates from Euler's; missing values are those of the scene."""
     now = _now(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
@@ -172,8 +175,10 @@ def scattered(
     gravity: float | None,
     begin: int = 0,
 ) -> E:
-    """The ensemble of a scene with words that are off by normal deviations of these widths; its n
-    members are those of a larger one from `begin` on."""
+    """Build an ensemble of `n` scenes with normal deviations of the given widths.
+
+    Its members are those of a larger ensemble from index `begin` on.
+    """
     count, key = whole("n", n, 0), whole("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
@@ -192,7 +197,7 @@ def scattered(
 
 
 def _width(name: str, given: ArrayLike, numbers: int) -> Array:
-    """A width for all components, or one for each."""
+    """Parse a width: one number for all components, or one for each."""
     made = word(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
@@ -204,10 +209,10 @@ def _width(name: str, given: ArrayLike, numbers: int) -> Array:
 
 
 def _normal(seed: int, first: int, n: int) -> Array:
-    """(n, 8) normal numbers: row i has those of the member first + i, whatever n is.
+    """Return (n, 8) normal numbers; row i belongs to member first + i, whatever `n` is.
 
-    Each member takes as many random words, of which Box and Muller's transform makes as many
-    normal numbers; Philox counts them, and has no other state.
+    Each member takes the same number of random words from the counter-based generator Philox. Box
+    and Muller's transform turns them into normal numbers.
     """
     drawn = np.empty((n, _DRAWS))
     philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # it counts by fours
@@ -223,7 +228,7 @@ def _normal(seed: int, first: int, n: int) -> Array:
 
 
 def _turned_first(q: Four, r: Three) -> Four:
-    """The attitudes q after turns by the rotation vectors r."""
+    """Rotate the body by the rotation vectors `r` before the attitudes `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

@@ -1,5 +1,7 @@
-"""The words of a scene, looked at: plain numbers in one crossing into the core, and what else they
-may be one by one."""
+"""Validation of the arguments of a scene.
+
+Plain numbers cross into the core once. Anything else is checked argument by argument.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +31,7 @@ def made_plainly(
     gravity: float,
     damping: ArrayLike | None,
 ) -> Made | None:
-    """What a scene keeps beside its body; None where the words are other than plain numbers or have
-    to be refused."""
+    """Return the data of a scene, or None if an argument is not a plain number or is invalid."""
     if len(given) != 1:
         return None
     ((name, value),) = given.items()
@@ -49,7 +50,7 @@ def looked_at(
     gravity: float,
     damping: ArrayLike | None,
 ) -> Made:
-    """What a scene keeps beside its body, of words that are looked at one by one."""
+    """Return the data of a scene after checking each argument on its own."""
     g = gravity_of(gravity)
     if attitude_xyzw is not None:
         if attitude is not None:
