@@ -1,9 +1,9 @@
 """
-Where will it be, if I do not know exactly where it begins?
-===========================================================
+Where will the top be if its start is uncertain?
+================================================
 
-A thousand starts, each off by about one per cent of the momentum, become a cloud. How a cloud
-spreads is what a weather forecast asks, too.
+A thousand starts, whose momenta differ by about one per cent, become a cloud. Ensemble weather
+forecasts study the spreading of such clouds.
 """
 
 import kreisel as kr
@@ -25,9 +25,9 @@ for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
     row[0].set_ylabel(name.replace("_", ", "))
 
 # %%
-# Seen from above, each dot is the axis of one top. The regular cloud is drawn out along its way and
-# stays narrow; the chaotic one is everywhere. A top's numbers do not depend on what runs beside it,
-# to the last bit, not even where the last bit decides:
+# Each dot is the axis of one top, seen from above. The regular cloud stretches along its path and
+# stays narrow; the chaotic cloud spreads everywhere. The results of a top do not depend on the
+# other tops, to the last bit, even where chaos amplifies the last bit:
 
 few = kr.solve(cloud[7:9], times)
-print("the same bits in other company:", np.array_equal(few.apex[0], paths.apex[7]))
+print("the same bits in a smaller ensemble:", np.array_equal(few.apex[0], paths.apex[7]))

@@ -2,9 +2,9 @@
 Where is a heavy top chaotic?
 =============================
 
-A box on a point of its face is tilted, spun about its axis, and let go. Each point of the picture
-is such a top, asked for its largest exponent by one tangent that rides along: dark is order, bright
-is chaos.
+A box with its fixed point on one face is tilted, spun about its axis, and released. Each point of
+the picture is one such top; its colour is the largest Lyapunov exponent, computed from one tangent.
+Dark is regular, bright is chaotic.
 """
 
 import kreisel as kr
@@ -26,8 +26,8 @@ axes.grid(False)
 figure.colorbar(field, label="largest exponent at t = 200")
 
 # %%
-# An exponent of an ordered motion goes to zero as log(t) / t, and is never quite there. MEGNO tells
-# the two apart sooner: 2 is order.
+# The exponent of a regular motion decreases as log(t) / t and never reaches zero. MEGNO separates
+# the two cases sooner: it tends to 2 for regular motion.
 
 curves = [kr.megno(one, 1000) for one in (kr.scenes.thesis, kr.scenes.kowalewski)]
 wild = kr.megno(kr.scenes.asymmetric, 1000)

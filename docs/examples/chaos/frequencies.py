@@ -2,8 +2,8 @@
 Which frequencies are in a motion?
 ==================================
 
-An ordered top goes round with three frequencies and their sums. A path of equal steps shows them
-as sharp lines; a chaotic one has none.
+A regular motion has three frequencies and their combinations. The spectrum of a path with equal
+steps shows them as sharp lines; a chaotic motion has no lines.
 """
 
 import kreisel as kr
@@ -23,12 +23,12 @@ for chart, name in zip(axes, ("cusps", "asymmetric"), strict=True):
     if found.rest < 1e-6:
         chart.plot(found.lines, np.abs(found.amplitudes), "o", markersize=4)
     chart.set(ylabel=name, ylim=(1e-9, 2), xlim=(-12, 12))
-    print(f"{name}: twelve lines leave {found.rest:.1e} of the motion")
-axes[1].set_xlabel("angular frequency of the apex' way round the vertical")
+    print(f"{name}: twelve lines leave a residual of {found.rest:.1e} ")
+axes[1].set_xlabel("angular frequency of the apex about the vertical")
 
 # %%
-# The lines are found to many more digits than a spectrum has places, by Laskar's frequency
-# analysis. Beside the closed form:
+# Laskar's frequency analysis finds the lines far more accurately than the resolution of the
+# spectrum. Compared with the closed form:
 
 found = kr.frequencies(kr.solve(kr.scenes.cusps, t, "taylor"))
 truth = kr.exact(kr.scenes.cusps)

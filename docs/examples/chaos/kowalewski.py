@@ -2,8 +2,8 @@ r"""
 What is conserved where nothing seems to be?
 ============================================
 
-The apex of Kowalewski's top looks lawless. But her top has a fourth integral,
-:math:`K = |(\omega_1 + i \omega_2)^2 + c\,(\gamma_1 + i \gamma_2)|^2`, and is as ordered as any.
+The apex of Kowalewski's top seems to move irregularly. But her top has a fourth integral,
+:math:`K = |(\omega_1 + i \omega_2)^2 + c\,(\gamma_1 + i \gamma_2)|^2`, and its motion is regular.
 """
 
 import kreisel as kr
@@ -16,7 +16,7 @@ path = kr.solve(scene, t)
 kr.plot(path)
 
 # %%
-# The integral, beside the apex' momentum, which only a Lagrange top keeps:
+# The integral, beside the momentum about the axis, which only a Lagrange top conserves:
 
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4), layout="constrained")
 above.plot(t, path.axial_momentum, linewidth=0.7)
@@ -25,9 +25,9 @@ below.plot(t, path.kowalewski / path.kowalewski[0] - 1, linewidth=0.7, color="ta
 below.set(xlabel="time", ylabel="K, relative change")
 
 # %%
-# Nearby starts part linearly, as those of ordered motions do: MEGNO goes to 2, or to 0
-# where they do not part at all. In Goryachev and
-# Chaplygin's case there is such an integral only where the vertical momentum is zero:
+# Nearby starts separate linearly, as in any regular motion: MEGNO tends to 2, or to 0 if they do
+# not separate at all. In the case of Goryachev and Chaplygin the integral exists only if the
+# vertical momentum is zero:
 
 print(f"Kowalewski: {kr.megno(scene, 20000).value:.3f}")
 case = kr.scenes.goryachev_chaplygin
@@ -36,6 +36,6 @@ x, y, _ = case.momentum
 print(f"with a vertical momentum: {kr.megno(case.replace(momentum=(x, y, 1.5)), 20000).value:.1f}")
 
 # %%
-# Her top in the page, which draws the chart of K as well:
+# Her top in the page, which can also draw a chart of K:
 
 kr.view(scene, open=False)

@@ -1,10 +1,10 @@
 """
-What does order look like?
-==========================
+What do regular and chaotic motions look like?
+==============================================
 
-Take the states in which the apex is lowest. An ordered motion meets them on a curve, a chaotic one
-all over an area. Weak gravity leaves nearly a free body, which is ordered; the more it pulls, the
-more chaos there is between the islands.
+A Poincaré section consists of the states in which the apex is lowest. A regular motion meets it on
+a curve, a chaotic one in an area. Under weak gravity the body is nearly free, which is regular; as
+gravity grows, chaos spreads between the islands.
 """
 
 import kreisel as kr
@@ -26,8 +26,9 @@ for chart, gravity in zip(axes, (0.05, 2.0, 4.0), strict=True):
 axes[0].set_ylabel("height of the lowest point")
 
 # %%
-# One colour is one top. Every motion that is not steady meets this section, and none of its points
-# is missed: they are found on the polynomial of each step. What is chaotic is told by its exponent:
+# Each colour is one top. Every motion that is not steady meets this section, and no point is
+# missed, because the points are roots of the polynomial of each step. MEGNO identifies the chaotic
+# tops:
 
 for gravity in (0.05, 2.0, 4.0):
     tops = kr.starts(body, energy=2.0, vertical=1.0, n=40, seed=3, gravity=gravity)

@@ -2,8 +2,8 @@
 How do I describe a body of my own?
 ===================================
 
-From parts whose moments are known: a hammer is a cylinder across a rod. Parts are added where they
-are; then the whole hangs on a point of its own.
+From parts with known moments: a hammer is a cylinder across a rod. Place the parts, add them, and
+choose the fixed point of the whole.
 """
 
 import kreisel as kr
@@ -17,8 +17,8 @@ print(hammer)
 print("kind", hammer.kind, "moments", np.round(hammer.moments, 6), "kg m^2")
 
 # %%
-# Held at the end of its handle, pushed sideways and let go, it swings round; spun about the handle,
-# its motion is that of a top without any symmetry. The film shows the box that moves as it does:
+# The hammer is held at the end of its handle, spun about it, pushed sideways and released. It moves
+# as a top without symmetry. The film shows a box with the same moments:
 
 scene = kr.Scene.from_euler(
     hammer, angles=(0, 75, 0), rates=(180, 0, 3000), degrees=True, gravity=9.81
@@ -27,12 +27,12 @@ path = kr.solve(scene, np.linspace(0, 1.5, 900))
 path.animate(fps=20, size=320)
 
 # %%
-# The way of its handle:
+# The path of its handle:
 
 kr.plot(path, degrees=True)
 
 # %%
-# What it is not is refused with a reason:
+# Impossible bodies are refused with a reason:
 
 try:
     kr.Body(mass=1, inertia=(1, 1, 3), com=(0, 0, 1))

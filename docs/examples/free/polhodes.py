@@ -1,10 +1,10 @@
 """
-Which ways can a free body tumble?
-==================================
+How can a free body tumble?
+===========================
 
-Seen from the body, the angular momentum of a free body stays on a sphere, for its size is constant,
-and on an ellipsoid, for its energy is. The curves in which these meet, Poinsot's polhodes, are all
-its ways to tumble.
+Seen from the body, the angular momentum of a free body stays on a sphere, because its size is
+constant, and on an ellipsoid, because the energy is constant. The curves in which both intersect
+are Poinsot's polhodes: all possible motions.
 """
 
 import kreisel as kr
@@ -33,8 +33,8 @@ for pole, colour in ((short, "tab:blue"), (long, "tab:green")):
             m = motion(np.linspace(0, 2 * motion.period, 600)).body_momentum / size
             axes.plot(*np.where((m @ eye)[:, None] > -0.05, m, np.nan).T, color=colour, linewidth=1)
 for sign in (1, -1):
-    for aside in (1e-7, -1e-7):
-        scene = kr.Scene(body, body_momentum=size * (sign * middle + aside * long), gravity=0.0)
+    for offset in (1e-7, -1e-7):
+        scene = kr.Scene(body, body_momentum=size * (sign * middle + offset * long), gravity=0.0)
         motion = kr.exact(scene)
         m = motion(np.linspace(0, motion.period, 4000)).body_momentum / size
         axes.plot(*np.where((m @ eye)[:, None] > -0.05, m, np.nan).T, color="tab:orange")
@@ -42,9 +42,9 @@ axes.set_box_aspect((1, 1, 1), zoom=1.4)
 axes.set_axis_off()
 
 # %%
-# Blue ways go about the axis of the largest moment, green ones about that of the least. The orange
-# separatrix parts them, and crosses itself at the middle axis: nothing stays there. Which way a
-# body goes is told by its energy alone, at the same momentum:
+# Blue curves surround the axis of the largest moment, green ones that of the least. The orange
+# separatrix divides them and crosses itself at the unstable middle axis. At the same momentum, the
+# energy alone decides which curve a body follows:
 
 for axis, name in ((long, "long"), (middle, "middle"), (short, "short")):
     scene = kr.Scene(body, body_momentum=size * axis, gravity=0.0)

@@ -3,7 +3,7 @@ What has a top to do with a bent wire?
 ======================================
 
 Kirchhoff's analogy: the tangent of an elastic rod in equilibrium turns along the rod as the axis of
-a top turns in time. So every motion of a top is the shape of a rod.
+a top turns in time. Every motion of a top is therefore the shape of a rod.
 """
 
 import kreisel as kr
@@ -24,8 +24,8 @@ for chart, (name, scene) in zip(axes, starts.items(), strict=True):
     chart.set(title=name, anchor="N")
 
 # %%
-# In a plane the rod is Euler's elastica, and the top a pendulum. A rod as a solid bar, of a body
-# without symmetry, is stiffer one way than the other:
+# In a plane the rod is Euler's elastica, and the top is a pendulum. The rod of a body without
+# symmetry is a bar that is stiffer in one direction than in the other:
 
 flat = kr.Body.cuboid(half=(0.9, 0.35, 1), pivot=(0, 0, -1))
 path = kr.solve(kr.Scene(flat, momentum=(1.2, -3, 7)), np.linspace(0, 14, 900))
@@ -34,7 +34,7 @@ print(rod)
 rod.plot(elevation=15)
 
 # %%
-# Bent and twisted, it stores as elastic energy what the top has as kinetic energy, and along it the
-# sum with the load is what the top's energy is in time:
+# The elastic energy of the rod corresponds to the kinetic energy of the top. Its sum with the load
+# is constant along the rod, as the energy of the top is in time:
 
 print(np.ptp(rod.elastic + path.potential) / rod.elastic.max())

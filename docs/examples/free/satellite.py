@@ -2,8 +2,8 @@
 Why does a tumbling satellite turn over?
 ========================================
 
-Spun about the axis of its middle moment, a free body turns over, again and again: cosmonaut
-Dzhanibekov's nut, the tennis racket, and every satellite that lost its thrusters.
+A free body that spins about the axis of its middle moment turns over again and again: cosmonaut
+Dzhanibekov's nut, a tennis racket, and any satellite that has lost its thrusters.
 """
 
 import kreisel as kr
@@ -25,11 +25,11 @@ axes.legend(loc="upper right", ncol=3)
 axes.set_ylim(-3.5, 4.5)
 
 # %%
-# Between two turns it seems to be steady. How long it waits grows with the logarithm of how well
-# it was begun; the closed form knows it for starts that nobody can integrate:
+# Between two turnovers the motion seems steady. The waiting time grows with the logarithm of the
+# initial deviation. The closed form gives it even for deviations too small to integrate:
 
-for aside in (1e-1, 1e-3, 1e-6, 1e-9):
-    one = kr.exact(scene.replace(body_velocity=(aside, 3.0, 0.0)))
-    print(f"off by {aside:.0e}: it turns over every {one.period:7.3f}")
+for offset in (1e-1, 1e-3, 1e-6, 1e-9):
+    one = kr.exact(scene.replace(body_velocity=(offset, 3.0, 0.0)))
+    print(f"off by {offset:.0e}: turns over every {one.period:7.3f}")
 
 kr.view(scene, open=False)

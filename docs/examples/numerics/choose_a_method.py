@@ -1,9 +1,9 @@
 """
-Which method is the cheapest for the error that I allow?
-========================================================
+Which method is cheapest at a given error?
+==========================================
 
-``kr.compare`` runs methods beside each other, against a truth with 20 digits, and tells error and
-run time. Here is a top without a closed form, by all the families.
+``kr.compare`` runs methods against a reference solution with 20 digits and reports error and run
+time. Here a top without a closed form is computed by a method of each family.
 """
 
 import kreisel as kr
@@ -24,10 +24,10 @@ axes.set(xlabel="run time [ms]", ylabel="attitude error [rad]", ylim=(1e-14, 10)
 axes.legend(loc="upper right", ncol=2)
 
 # %%
-# To the left and down is better. The Taylor series wins at every error worth having; the
-# structure-preserving methods are for runs so long that what they keep counts for more than where
-# the top is (see the next examples). Asked to meet an error, kreisel chooses one of these and its
-# step by itself, and says why:
+# Lower left is better. The Taylor series is fastest at every useful error. The
+# structure-preserving methods are for runs so long that conserved quantities matter more than the
+# exact attitude (see the next examples). Given an error bound, kreisel chooses such a method and
+# its step, and explains the choice:
 
 path = kr.solve(scene, 20.0, "geometric", error=1e-4)
 print(path.plan)

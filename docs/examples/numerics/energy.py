@@ -2,8 +2,8 @@
 Does my simulation lose energy?
 ===============================
 
-The classical Runge-Kutta method does, ever more. Symplectic methods let it swing, and the
-integrable map of Bobenko and Suris keeps an energy of its own exactly.
+With the classical Runge-Kutta method it does, steadily. With symplectic methods the energy error
+oscillates, and the integrable map of Bobenko and Suris conserves a modified energy exactly.
 """
 
 import kreisel as kr

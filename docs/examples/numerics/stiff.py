@@ -2,8 +2,8 @@
 Which step may I take where the scene is stiff?
 ===============================================
 
-A fast top nutates a thousand times while its axis goes round once. Methods that integrate the free
-motion exactly do not feel the spin; those that do not, must follow it.
+A fast top nutates a thousand times during one precession. Methods that integrate the free motion
+exactly are not limited by the spin; other methods must resolve it.
 """
 
 import kreisel as kr
@@ -32,7 +32,7 @@ axes[0].set_ylabel("attitude error at t = 20 [rad]")
 axes[0].legend(fontsize=8)
 
 # %%
-# Where a line ends, the method refuses the step or fails, and says so; nothing goes wrong silently:
+# A line ends where the method refuses the step or fails. Each refusal gives its reason:
 
 try:
     kr.solve(kr.scenes.strong_gravity, 20.0, "bobenko_suris4", step=0.5)

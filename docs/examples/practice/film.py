@@ -2,8 +2,8 @@
 How do I make a film of my top?
 ===============================
 
-``path.animate()`` draws the body in motion, with the trace of its axis; a notebook shows it, and
-``path.animate("top.gif")`` makes a file.
+``path.animate()`` draws the moving body with the trace of its axis. A notebook displays the film,
+and ``path.animate("top.gif")`` writes a file.
 """
 
 import kreisel as kr
@@ -20,7 +20,7 @@ path.animate(fps=20, size=360)
 kr.plot(path, degrees=True)
 
 # %%
-# Its spin looks slower than it is, for it turns further than once from one frame to the next. The
-# page shows it with any speed, and can be taken by hand:
+# The spin looks slower than it is, because the top turns more than once between two frames. The
+# page shows it at any speed, and the top can be dragged:
 
 kr.view(scene, speed=0.05, open=False)

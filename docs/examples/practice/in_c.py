@@ -2,8 +2,8 @@
 How do I put a top into my own program in C?
 ============================================
 
-One header, ``kreisel.h``, and a library that needs libc and libm alone. No global state, no
-printing, one allocation a top: fit for a game, a controller or a classroom's board.
+Include ``kreisel.h`` and link a library that needs only libc and libm. It has no global state,
+prints nothing, and allocates memory once for each top: suitable for games and controllers.
 """
 
 import os
@@ -36,9 +36,9 @@ int main(void)
 """
 
 # %%
-# After ``cmake --install`` it is built by
-# ``cc -std=c99 top.c $(pkg-config --cflags --libs kreisel)``. This site did that just now, with the
-# library in ``KREISEL_PREFIX``:
+# After ``cmake --install``, compile it with
+# ``cc -std=c99 top.c $(pkg-config --cflags --libs kreisel)``. Here the library is in
+# ``KREISEL_PREFIX``:
 
 prefix = Path(os.environ["KREISEL_PREFIX"])
 with TemporaryDirectory() as folder:
@@ -48,15 +48,15 @@ with TemporaryDirectory() as folder:
     subprocess.run(
         ["cc", "-std=c99", source, "-o", program, *where, "-lkreisel", "-lm"], check=True
     )
-    said = subprocess.run([program], check=True, capture_output=True, text=True).stdout
-print("\n".join(said.splitlines()[:3]))
+    output = subprocess.run([program], check=True, capture_output=True, text=True).stdout
+print("\n".join(output.splitlines()[:3]))
 
-t, x, y, z = np.array([line.split() for line in said.splitlines()], dtype=float).T
+t, x, y, z = np.array([line.split() for line in output.splitlines()], dtype=float).T
 figure, axes = plt.subplots(1, 2, figsize=(8, 3.6), width_ratios=(2, 3), layout="constrained")
 axes[0].plot(x, y, linewidth=0.8)
 axes[0].set(aspect="equal", title="the apex from above")
 axes[1].plot(t, z)
-axes[1].set(xlabel="time", title="its height")
+axes[1].set(xlabel="time", title="height of the apex")
 
 # %%
-# In C++ the same header serves; in CMake ``find_package(kreisel)`` and ``kreisel::kreisel``.
+# The header works in C++ too. With CMake use ``find_package(kreisel)`` and ``kreisel::kreisel``.

@@ -2,8 +2,8 @@ r"""
 Why does every top fall in the end?
 ===================================
 
-The air takes its spin. The top stands as long as it is faster than the critical spin, and falls
-when it is slower; until then nothing is to be seen.
+Air drag slows the spin. The top stands while its spin exceeds the critical spin, and falls soon
+after the spin drops below it.
 """
 
 import kreisel as kr
@@ -17,7 +17,7 @@ drag = 4e-7  # [kg m^2 / s]
 falls = kr.events.crossing("apex_z", 0.0, direction=-1, terminal=True)  # the axis is level
 end = kr.solve(upright.replace(damping=drag), 300, events=falls)
 path = end(np.linspace(0, end.t[-1], 4000))
-print(f"it lies after {end.t[-1]:.2f} s")
+print(f"its axis is level after {end.t[-1]:.2f} s")
 
 figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 5), layout="constrained")
 above.plot(path.t, path.spin)
@@ -28,10 +28,9 @@ below.plot(path.t, np.degrees(path.nutation), linewidth=0.7)
 below.set(xlabel="time [s]", ylabel="nutation [degrees]")
 
 # %%
-# A damped top has no closed form, and ``auto`` takes the Taylor series. The event that ends the
-# path is found on its polynomials, to the last digit. About its axis nothing but the drag turns the
-# top, :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so that its spin falls exponentially, whatever the
-# axis does:
+# A damped top has no closed form, so ``auto`` takes the Taylor series. Its polynomials give the
+# event that ends the path to the last digit. Only drag acts about the axis,
+# :math:`I_3 \dot\omega_3 = - d\, \omega_3`, so the spin decays exponentially:
 
 rate = drag / cone.moments[2]
 print("spin, largest relative deviation from an exponential:", end="")

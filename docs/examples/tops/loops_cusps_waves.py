@@ -2,8 +2,8 @@
 Why does a top draw loops, cusps or waves?
 ==========================================
 
-Let go from rest, the axis falls, and comes to rest again in cusps. Pushed forwards it goes in
-waves, pushed backwards it loops. Only the start of the precession differs.
+An axis released from rest falls and comes to rest again in cusps. Pushed forwards it moves in
+waves, pushed backwards in loops. Only the initial precession differs.
 """
 
 import kreisel as kr
@@ -12,23 +12,23 @@ import numpy as np
 top = kr.Body.cone(radius=0.03, height=0.06, pivot=(0, 0, 0), mass=0.1)
 
 
-def begun(precession):
+def start_top(precession):
     return kr.Scene.spinning(top, spin=200, tilt=0.5, precession=precession, gravity=9.81)
 
 
 t = np.linspace(0, 1.5, 3000)
-kr.plot([kr.solve(begun(rate), t) for rate in (-8, 0, 8)], degrees=True)
+kr.plot([kr.solve(start_top(rate), t) for rate in (-8, 0, 8)], degrees=True)
 
 # %%
-# The broken lines are the angles between which the axis stays. They come from the closed form, not
-# from the path, and so does the name of the course:
+# The dashed lines are the angles between which the axis moves. They come from the closed form, not
+# from the path, and so does the type of motion:
 
 for rate in (-8, 0, 8):
-    motion = kr.exact(begun(rate))
+    motion = kr.exact(start_top(rate))
     low, high = np.degrees([motion.least_nutation, motion.greatest_nutation])
     print(f"{rate:3} rad/s: {motion.course:6} between {low:.2f} and {high:.2f} degrees")
 
 # %%
-# A live one, begun with cusps:
+# An interactive top that starts with cusps:
 
-kr.view(begun(0), speed=0.3, open=False)
+kr.view(start_top(0), speed=0.3, open=False)

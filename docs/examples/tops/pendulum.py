@@ -1,10 +1,9 @@
 """
-Is a top that hangs a pendulum?
-===============================
+Is a hanging top a pendulum?
+============================
 
-Without spin it is a spherical pendulum, and swings in a plane. With a
-little spin the plane of its swing turns, as Foucault's does, and the more it spins, the farther
-it passes by the lowest point.
+Without spin it is a spherical pendulum and swings in a plane. With a little spin the plane of the
+swing turns, as that of Foucault's pendulum does. With more spin it misses the lowest point by more.
 """
 
 import kreisel as kr
@@ -27,8 +26,8 @@ for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
 figure.supxlabel("the apex from above", fontsize=9.5)
 
 # %%
-# How fast the plane of the swing turns, by the closed form: while the height of the axis goes down
-# and up once, the plane turns by what its way round the vertical is more than half a turn.
+# The closed form gives the rate at which the plane of the swing turns. In one period of the height
+# the plane turns by the angle about the vertical minus half a turn.
 
 for spin in (20, 60, 400):
     scene = kr.Scene.spinning(bob, spin, tilt=np.radians(160), gravity=9.81)

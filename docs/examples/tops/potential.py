@@ -2,9 +2,9 @@ r"""
 Between which angles does a top nod?
 ====================================
 
-Energy and both momenta are constant, and leave one equation for the nutation:
-:math:`\tfrac12 I_1 \dot\vartheta^2 + U(\vartheta) = E`. The top nods where the effective potential
-lies below its energy.
+Energy and both momenta are constant, which leaves one equation for the nutation:
+:math:`\tfrac12 I_1 \dot\vartheta^2 + U(\vartheta) = E`. The axis moves where the effective
+potential is below the energy.
 """
 
 import kreisel as kr

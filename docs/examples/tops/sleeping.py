@@ -2,9 +2,9 @@ r"""
 How fast must a top spin to stand?
 ==================================
 
-An upright top stands, it *sleeps*, beyond the critical spin
-:math:`2 \sqrt{I_1 m g l} / I_3`. Below it the smallest push makes it fall. Here is how far each of
-many thousand tops falls, over its spin and over how much it leans when it is let go.
+An upright top *sleeps* if its spin exceeds the critical spin :math:`2 \sqrt{I_1 m g l} / I_3`.
+Below it the smallest push makes it fall. The picture shows how far each of many thousand tops
+falls, over the spin and the initial tilt.
 """
 
 import kreisel as kr
@@ -32,14 +32,14 @@ axes.grid(False)
 figure.colorbar(field, label="falls by [degrees]")
 
 # %%
-# Nothing was integrated: the turning points of all these tops are in closed form. ``toy.vary``
-# names the axes of the ensemble, and each top of it is a scene that can be looked at alone:
+# Nothing was integrated: the turning points have a closed form. ``toy.vary`` names the axes of the
+# ensemble, and each of its members is a scene:
 
 print(tops, tops.axes)
 print(np.degrees(kr.exact(tops[200, 20]).greatest_nutation), "degrees at most")
 
 # %%
-# Two neighbours, on either side of the critical spin, both let go at two degrees:
+# Two tops on either side of the critical spin, both released at two degrees:
 
 pair = [
     kr.Scene.spinning(cone, spin=factor * critical, tilt=np.radians(2), gravity=9.81)

@@ -1,9 +1,9 @@
 """
-How do I begin as my textbook does?
+How do I start as my textbook does?
 ===================================
 
-Textbooks begin with Euler's angles and their rates; engineers with degrees and a quaternion whose
-scalar comes last; a sensor with an angular velocity seen from the body. All say the same scene.
+Textbooks use Euler's angles and their rates, engineers use degrees or quaternions with the scalar
+last, and a sensor measures the angular velocity in the body. All describe the same scene.
 """
 
 import kreisel as kr
@@ -25,12 +25,12 @@ print(f"the two differ by {kr.attitude_error(one.q, other.q).max():.1e} rad")
 kr.plot(one, degrees=True)
 
 # %%
-# The angles come back as they were given, z-x-z, and any table can have them:
+# The path returns the angles as given, z-x-z, and tables can contain them:
 
 print(one.euler(degrees=True)[0].round(9))
 print(one.to_pandas("nutation", "spin", degrees=True).head(3))
 
 # %%
-# A scene as a file, for the shell: ``kreisel solve top.toml --t 2 --want nutation``.
+# The scene as a file for the shell: ``kreisel solve top.toml --t 2 --want nutation``.
 
 print(first.to_toml())

@@ -2,9 +2,9 @@ r"""
 How fast does a toy gyroscope precess?
 ======================================
 
-A disk on a light axle spins at 3000 turns a minute and leans by 60 degrees. School says that the
-axis goes round the vertical at :math:`\dot\varphi = m g l / (I_3 \omega)`, as long as the spin is
-fast. How good is that, and at which spin does it fail?
+A disk on a light axle spins at 3000 turns a minute, tilted by 60 degrees. The textbook rule for
+the precession of a fast top is :math:`\dot\varphi = m g l / (I_3 \omega)`. How accurate is the
+rule, and at which spin does it fail?
 """
 
 import kreisel as kr
@@ -19,15 +19,15 @@ scene = kr.Scene.spinning(gyroscope, spin, tilt=np.radians(60), steady=True, gra
 kr.plot(kr.solve(scene, np.linspace(0, 3, 600)), degrees=True)
 
 # %%
-# ``steady=True`` chooses the start whose axis does not nod. Its precession, beside the rule:
+# ``steady=True`` chooses the start without nutation. Its precession, compared with the rule:
 
 across, _, along = gyroscope.moments
 torque = gyroscope.mass * 9.81 * gyroscope.com[2]
 print(f"closed form {kr.exact(scene).precession:.4f} rad/s, rule {torque / along / spin:.4f} rad/s")
 
 # %%
-# One call moves a whole row of spins. The rule is the limit of fast tops; below the least spin of
-# a steady precession there is nothing to approximate.
+# One call computes all spins. The rule is the limit of fast tops; below a least spin no steady
+# precession exists.
 
 least = 2 * np.sqrt(across * torque * np.cos(np.radians(60))) / along
 spins = np.linspace(1.001 * least, 600, 300)
@@ -43,6 +43,6 @@ axes.set(xlabel="spin [rad/s]", ylabel="precession [rad/s]", xlim=(0, 600), ylim
 axes.legend()
 
 # %%
-# The same gyroscope in the page, where its tip can be taken and its momentum turned:
+# The same gyroscope in the page, where the tip and the momentum can be dragged:
 
 kr.view(scene, speed=0.2, open=False)

@@ -1,9 +1,9 @@
 """
-How do I go on with a run tomorrow?
-===================================
+How do I continue a run tomorrow?
+=================================
 
-A run is led on as long as one likes, saved, and resumed with the same bits as if it had never
-stopped. Its memory does not grow with its length.
+A run can be saved at any time and resumed later, with the same bits as without the interruption.
+Its memory does not grow with its length.
 """
 
 from pathlib import Path
@@ -31,7 +31,7 @@ axes.set(xlabel="time", ylabel="nutation [rad]")
 figure.legend(loc="outside upper right", ncol=2)
 
 # %%
-# A stream has no end: it gives path after path of bounded size, each to be looked at and let go.
+# A stream yields paths of bounded size, so memory stays constant however long it runs:
 
 highest = 0.0
 for piece in kr.stream(kr.scenes.asymmetric, 2000.0, "strang", step=0.01, every=10):

@@ -1,9 +1,9 @@
 r"""
-Which number of my model matters most?
-======================================
+Which parameter of my model matters most?
+=========================================
 
-A motion answers to the start, to gravity, moments and the centre of mass. All these
-derivatives ride along with the Taylor series: no differences, no steps to choose.
+A motion depends on the start, on gravity, on the moments and on the centre of mass. The Taylor
+method computes all these derivatives along with the path, without finite differences.
 """
 
 import kreisel as kr
@@ -17,8 +17,8 @@ path = kr.solve(scene, t, tangents=("start", "moments", "com", "gravity"))
 print(path.tangents.shape)
 
 # %%
-# The first three rows of a tangent are the turn of the attitude. Scaled by one per cent of what it
-# is derived by, a column says how far that moves the body:
+# The first three rows of a tangent are the rotation of the attitude. A column, scaled by one per
+# cent of its parameter, tells how far that change turns the body:
 
 turn = np.linalg.norm(path.tangents[:, :3], axis=1)
 scale = 0.01 * np.abs([*book.moments, *book.principal_com, scene.gravity])
@@ -32,8 +32,8 @@ axes.set(xlabel="time [s]", ylabel="turn of the body by 1 % [degrees]", ylim=(1e
 axes.legend(ncol=2)
 
 # %%
-# A difference of two runs says the same, up to its own error:
+# A finite difference of two runs agrees, up to its own error:
 
 other = kr.solve(scene.replace(gravity=9.81 + 1e-6), t)
 apart = kr.attitude_error(other.q, kr.solve(scene, t).q) / 1e-6
-print(f"by a difference, off by {np.abs(apart[1:] / turn[1:, 12] - 1).max():.1e}")
+print(f"the difference deviates by {np.abs(apart[1:] / turn[1:, 12] - 1).max():.1e}")
