@@ -255,6 +255,34 @@ static void test_common_times(const kr_exact_width *width)
         }
     }
 }
+/* A damped top has no closed form. Beside it an undamped one precesses steadily as it does alone:
+ * its axis is level, so it turns about the vertical by mass gravity height / axial momentum. */
+static void test_damped_tops(const kr_exact_width *width)
+{
+    const kr_vec3 level = {0.0, -0.70710678118654752, 0.0};
+    const double lever = 0.5, spin = 4.0, end = 3.0;
+    kr_scene s[3];
+    kr_state out[3] = {{0}};
+    kr_status found[3];
+    for (int i = 0; i < 3; i++) {
+        s[i] = kr_scene_default();
+        s[i].body = symmetric();
+        s[i].body.com.z = lever;
+        s[i].start.q = q4(sqrt(0.5), level);
+        s[i].start.m = v_scale(spin, q_axis(s[i].start.q));
+        s[i].start.m.z = s[i].body.inertia.x * s[i].body.mass * s[i].gravity * lever / spin;
+        if (i != 1) s[i].damping = i ? v3(0.0, 0.0, 0.25) : v3(0.25, 0.0, 0.0);
+    }
+    const kr_exact_asked asked = {
+        .n = 3, .scenes = s, .times = 1, .t = &end, .states = out, .status = found};
+    width->all(width->one, &asked);
+    IS(found[0] == KR_ERR_METHOD && found[1] == KR_OK && found[2] == KR_ERR_METHOD);
+    const double turn = s[1].body.mass * s[1].gravity * lever / spin * end;
+    const kr_vec3 axis = q_axis(out[1].q), start = q_axis(s[1].start.q);
+    NEAR(axis.x, cos(turn) * start.x - sin(turn) * start.y, 1e-14);
+    NEAR(axis.y, sin(turn) * start.x + cos(turn) * start.y, 1e-14);
+    NEAR(axis.z, 0.0, 1e-14);
+}
 /* The scenes are of all kinds, or the rest would say little. */
 static void test_presence_of_all_kinds(void)
 {
@@ -281,6 +309,7 @@ int main(void)
             test_presence_of_all_kinds();
             test_independence_of_neighbours(width);
             test_common_times(width);
+            test_damped_tops(width);
         }
         shuffle();
     }

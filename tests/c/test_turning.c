@@ -127,6 +127,18 @@ static void test_refusals(void)
     bad.gravity = 0.0;
     IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD && r.least == 5.0);
 }
+/* A free body turns its apex in a circle about the momentum if it is symmetric about the apex. Any
+ * other free body has no turning points. */
+static void test_free_bodies(void)
+{
+    kr_scene s = top_of(0.0, 1.0, q_exp(v3(0.75, 0.0, 0.0)), v3(0.0, 0.0, 2.0));
+    const kr_turning r = turning_of(&s);
+    NEAR(r.least, 0.75, 1e-15);
+    NEAR(r.greatest, 0.75, 1e-15);
+    s.body.inertia.x = 0.75;
+    kr_turning none = {.least = 5.0};
+    IS(kr_exact_turning(&s, &none) == KR_ERR_METHOD && none.least == 5.0);
+}
 
 /* What is too small for its square moves nothing: neither a pull nor what is across a momentum. */
 static void test_irrelevant_inputs(void)
@@ -152,5 +164,6 @@ int main(void)
     test_repeated_bits();
     test_courses();
     test_refusals();
+    test_free_bodies();
     return check_result();
 }
