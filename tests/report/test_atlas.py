@@ -39,7 +39,7 @@ def test_nothing_is_wrong_in_silence(name):
     suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
     assert suited | {"heyoka"} <= set(found) <= suited | set(contenders.RECORDERS)
     for method, cell in found.items():
-        assert cell["verdict"] in ("right", "degraded", "lost"), f"{method}: {cell}"
+        assert cell["verdict"] in ("right", "as asked", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
     assert max(found[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
 
@@ -100,6 +100,27 @@ def test_what_the_data_do_not_determine_is_lost_not_right():
 def test_a_tolerance_allows_what_was_asked_for():
     for error, expected in ((9e-9, "tolerance"), (2e-8, None)):
         assert judge.sign(error, 0.0, np.inf, (1e-12, 1e-11, 1e-8)) == expected
+
+
+def test_an_error_within_the_requested_tolerance_is_as_asked():
+    """Only above it is a second run consulted, and only rounding is better than as asked."""
+    for error, tol, expected in (
+        (1e-10, 1e-9, "as asked"),
+        (1e-9, 1e-9, "as asked"),
+        (1e-13, 1e-9, "right"),
+        (2e-9, 1e-9, "degraded"),
+        (1e-10, None, "degraded"),
+        (0.5, 1.0, "lost"),
+    ):
+        assert judge.verdict(error, 1e-12, "second run", tol) == expected, (error, tol)
+
+
+def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
+    cell = examined("gravity: general, g = -1")["taylor"]
+    assert cell["rounding"] < cell["attitude_error"] <= cell["tol"]
+    assert cell["verdict"] == "as asked" and not cell["shown_by"] and not cell["mark"]
+    assert atlas.square(cell).text.endswith("=")
+    assert "taylor (1 cells)" in atlas.concluded(atlas.Atlas([cell], []))
 
 
 def test_what_the_second_run_shows_is_the_error():

@@ -1,8 +1,10 @@
 """What the report concludes from what it found. Nothing here asserts a time."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from validation.parts import atlas, left_out, truth
+from validation.parts import atlas, left_out, race, runs, truth, workprecision
 from validation.parts.judge import DRIFT
 from validation.truth import reference
 from validation.truth.problems import HORIZONS, SHORT, load
@@ -49,10 +51,43 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
     )
     assert (
         "Of 3 cells one is wrong in silence: b on a case" in said
-        and "1 are right, 1 degraded" in said
+        and "1 are right, 0 as asked, 1 degraded" in said
     )
     assert "Of 1 cells none is wrong in silence." in concluded([cell("a", "right", shown_by="")])
     assert concluded([]) == ""
+
+
+def run(scene, method, seconds):
+    known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds]}
+    return runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+
+
+def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
+    """One scene each that kreisel wins, ties in its favour, ties against it, loses, has alone."""
+    rows = []
+    for scene, own, peer in (
+        ("won", 1.0, 1.34),
+        ("ahead", 1.0, 1.33),
+        ("behind", 1.33, 1.0),
+        ("lost", 1.34, 1.0),
+        ("alone", 1.0, None),
+    ):
+        rows.append(run(scene, "taylor", own))
+        rows += [run(scene, "heyoka", peer)] if peer else []
+    scenes = list(dict.fromkeys(row.scene for row in rows))
+    said = workprecision.concluded(
+        workprecision.Comparison([(SimpleNamespace(name=scene), 1.0) for scene in scenes], {}, rows)
+    )
+    n = len(race.TARGETS)
+    assert said.startswith(
+        f"In {2 * n} of {5 * n} cases (5 scenes, {n} accuracies) kreisel is fastest: "
+        f"taylor ({2 * n}). {2 * n} cases are ties: "
+    )
+    assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
+    lost = said.split("A peer is faster for ")[1]
+    assert lost.count("lost at") == n and lost.count(" at ") == n
+    (tie,) = [one for one in race.races(rows, ["ahead"]) if one[1] == 1e-3]
+    assert workprecision.tied([tie]) == "One case is a tie: ahead at 1e-3 rad (taylor and heyoka)."
 
 
 def test_what_is_left_out_is_said_and_measured():
@@ -70,3 +105,16 @@ def test_what_is_left_out_is_said_and_measured():
         == rows["the general form of the body"]["bytes_with"]
     )
     assert all(row["seconds"] > 0 and row["seconds_with"] > 0 for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    "ratios, expected",
+    [
+        ([1.0, 1.01, 3.0], "makes no difference in the median (1 to 3 times as fast)"),
+        ([0.5, 0.82, 1.1], "makes a run 22 % slower in the median (0.5 to 1.1 times as fast)"),
+        ([1.0, 1.5, 4.0], "makes a run 1.5 times as fast in the median (1 to 4 times as fast)"),
+        ([1.04], "makes a run 4 % faster in the median (1 to 1 times as fast)"),
+    ],
+)
+def test_a_saving_is_worded_by_its_median(ratios, expected):
+    assert left_out.of_saving("gravity", ratios) == f"Leaving out gravity {expected}."

@@ -135,15 +135,16 @@ def test_what_both_runs_are_off_by_is_silent(family, fault):
         cell = faulty[name]
         if cell["attitude_error"] < SIZES[fault] / 3:  # a turned top may look like itself
             continue
-        asked_for = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
-        assert silent(cell) or (asked_for and cell["shown_by"] == "tolerance"), name
+        within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
+        is_excused = cell["verdict"] == judge.AS_ASKED or cell["shown_by"] == "tolerance"
+        assert silent(cell) or (within and is_excused), name
 
 
 @pytest.mark.parametrize("family", ALL)
 def test_what_grows_with_the_error_is_never_silent(family):
     sound, faulty = found(family)["sound"], found(family)["tenfold"]
     for name, cell in sound.items():
-        if cell["shown"] < 0.01 and cell["verdict"] != judge.RIGHT:
+        if cell["shown"] < 0.01 and cell["verdict"] not in judge.MET:
             assert not silent(faulty[name]), name
 
 

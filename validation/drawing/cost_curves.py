@@ -1,6 +1,6 @@
 """Errors against what they cost: a panel for each family of methods, or one panel for all."""
 
-from .look import COLOURS, FAINT, INK, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .look import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
 LEAST = 1e-17  # what errors of zero are drawn at
@@ -65,9 +65,7 @@ def family_panel(lines, family, peers, label, floor, limits, cost):
         for name, style in shown.items():
             axes.loglog(*lines[name], markersize=4, linewidth=1.4, **style)
         frame(axes, label, floor, limits, cost)
-        label_ends(
-            axes, [(name, lowest(lines[name]), style["color"]) for name, style in shown.items()]
-        )
+        label_ends(axes, [(name, lowest(lines[name]), style) for name, style in shown.items()])
         return as_svg(figure)
 
 
@@ -93,33 +91,37 @@ def leaders(lines):
     }
 
 
-def overview(groups, families, quantity, label, cost, floor=None):
-    """Draws all in one panel, a colour a family; named are those that lead at some error, closed
-    forms apart."""
+def leading(groups, methods, quantities_and_costs):
+    """Return those of `methods` that lead in one of the figures, without closed forms."""
+    found = set()
+    for quantity, cost in quantities_and_costs:
+        lines, _ = lines_of(groups, quantity, cost)
+        found |= leaders(
+            {name: lines[name] for name in methods if name in lines and len(lines[name][0]) > 1}
+        )
+    return [name for name in methods if name in found]
+
+
+def overview(groups, named, peers, quantity, label, cost, floor=None):
+    """Draw all methods in one panel: `named` in colours, `peers` in ink and the others in grey.
+
+    A method of `named` has the same colour and marker in every panel with the same `named`.
+    """
     lines, limits = lines_of(groups, quantity, cost)
     if not lines:
         return ""
-    colours = {
-        name: COLOURS[i] for i, (family, _) in enumerate(families.values()) for name in family
-    }
-    leading = leaders(
-        {name: points for name, points in lines.items() if name in colours and len(points[0]) > 1}
-    )
+    styles = line_styles(named, peers)
     with plt.rc_context(STYLE):
         figure, axes = panel(2.9, 3.9)
         for name, points in lines.items():
-            ahead = name in leading
-            axes.loglog(
-                *points,
-                color=colours.get(name, INK),
-                linewidth=1.8 if ahead else 0.8,
-                alpha=1 if ahead else 0.6,
-                linestyle="-" if name in colours else (0, (4, 2)),
-                marker="o" if len(points[0]) == 1 else None,
-                markersize=4,
-            )
+            if name in styles:
+                axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
+            else:
+                dot = "o" if len(points[0]) == 1 else None  # a closed form has one run
+                axes.loglog(
+                    *points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4
+                )
         frame(axes, label, floor, limits, cost, 4)
-        named = [name for name in lines if name in leading or name == "heyoka"]
-        ends = [(name, lowest(lines[name]), colours.get(name, INK)) for name in named]
+        ends = [(name, lowest(lines[name]), styles[name]) for name in styles if name in lines]
         label_ends(axes, ends)
         return as_svg(figure)

@@ -22,7 +22,7 @@ def panels_of(rows, columns, height, **more):
 
 def dots(axes, across, up, colour, title, size=0.45):
     axes.scatter(
-        across, up, c=colour, s=size, cmap="turbo", linewidths=0, rasterized=True, alpha=0.9
+        across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
     )
     axes.set_title(title, fontsize=9)
     axes.set_xticks(*TURN)
@@ -50,7 +50,7 @@ def beside_rotation(panel, title, rotation):
         dots(left, *panel, title)
         left.set(xlabel="spin angle", ylabel="axial momentum")
         points = right.scatter(
-            turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="turbo", linewidths=0
+            turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="viridis", linewidths=0
         )
         right.set(xlabel="turns about the vertical from lowest to lowest point, less whole ones")
         bar = figure.colorbar(

@@ -15,7 +15,7 @@ def distributions(errors, family, peers):
         for name, sizes in errors.items():
             part = np.arange(1, len(sizes) + 1) / len(sizes)
             known = styles.get(name, {})
-            style = {key: known[key] for key in ("color", "linestyle") if key in known}
+            style = known and {"markersize": 4, "markevery": 0.25} | known
             axes.semilogx(
                 np.maximum(sizes, LEAST),
                 part,
@@ -41,6 +41,4 @@ def named_ends(errors, styles):
         for name in styles
         if name in errors
     )
-    return [
-        (name, (x, NAMED_AT - 0.001 * i), styles[name]["color"]) for i, (x, name) in enumerate(ends)
-    ]
+    return [(name, (x, NAMED_AT - 0.001 * i), styles[name]) for i, (x, name) in enumerate(ends)]

@@ -11,8 +11,9 @@ import numpy as np
 
 INK = "#010203"  # stands for the page's own colour of text
 FAINT = "#8c8c8c"
-COLOURS = ("#2f7de1", "#e8710a", "#1a9e55", "#d9304f", "#9b59d0", "#12a5a8", "#b5850b", "#e05fb0")
-MARKERS = "os^vDPX<"
+# Eight hues that differ under normal vision, protanopia and deuteranopia, on white and on black.
+COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
+MARKERS = "os^vDPX<>"  # one more than colours, so that no pair of both repeats before 72 lines
 STROKES = (
     ((0, (4, 2)), "o"),
     ((0, (1, 1.5)), "s"),
@@ -47,7 +48,7 @@ def as_svg(figure, **options):
 
 def panel(height=3.1, width=4.9):
     """Makes axes with room for labels at their right [inch]."""
-    left, right, top, below = 0.72, 1.35, 0.1, 0.5
+    left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(
         (left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height)
@@ -89,22 +90,39 @@ def pushed_apart(heights, gap):
 
 
 def label_ends(axes, ends):
-    """Puts names at the right of the axes, each led to the end of its line. `ends`: (name, place of
-    the end, colour) of each."""
+    """Write names at the right of the axes, each joined to the end of its line.
+
+    `ends` lists (name, end of the line, style). The label repeats the marker of the style, if any.
+    """
     gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())
-    placed = sorted((height_of(axes, y), x, y, name, colour) for name, (x, y), colour in ends)
+    placed = sorted(
+        ((height_of(axes, y), x, y, name, style) for name, (x, y), style in ends),
+        key=lambda label: label[:4],
+    )
     heights = pushed_apart((place[0] for place in placed), gap)
-    for height, (_, x, y, name, colour) in zip(heights, placed, strict=True):
+    for height, (_, x, y, name, style) in zip(heights, placed, strict=True):
+        colour, marker = style["color"], style.get("marker")
+        if marker:
+            key = {"color": colour, "marker": marker, "markersize": 4, "clip_on": False}
+            fill = {"markerfacecolor": style.get("markerfacecolor", colour)}
+            axes.plot(1.045, height, transform=axes.transAxes, linestyle="", **key, **fill)
         axes.annotate(
             name,
             (x, np.clip(y, *axes.get_ylim())),
-            xytext=(1.03, height),
+            xytext=(1.07 if marker else 1.03, height),
             textcoords="axes fraction",
-            color=colour,
+            color=INK if marker else colour,
             fontsize=9,
             va="center",
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.5, "alpha": 0.5},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "linewidth": 0.5,
+                "alpha": 0.5,
+                "relpos": (0, 0.5),
+                "shrinkB": 2,
+            },
         )
 
 

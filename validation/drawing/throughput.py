@@ -26,8 +26,7 @@ def throughput(groups, own):
         powers(axes.yaxis, 9)
         axes.grid(True)
         ends = [
-            (name, (points[0][-1], points[1][-1]), styles[name]["color"])
-            for name, points in lines.items()
+            (name, (points[0][-1], points[1][-1]), styles[name]) for name, points in lines.items()
         ]
         label_ends(axes, ends)
         return as_svg(figure)

@@ -33,7 +33,7 @@ def time_courses(lines, quantity, label, colours):
         label_ends(
             axes,
             [
-                (line["method"], end, colours[line["kind"]])
+                (line["method"], end, {"color": colours[line["kind"]]})
                 for line, end in zip(known, ends, strict=True)
             ],
         )

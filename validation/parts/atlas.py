@@ -72,7 +72,7 @@ def columns(found):
 def square(cell):
     """Gives what the heat map shows of a cell."""
     ran = cell["verdict"] in judge.CAME_TO_THE_END
-    dot = "•" if cell["verdict"] == judge.RIGHT else ""
+    dot = {judge.RIGHT: "•", judge.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
         cell["case"],
         cell["method"],
@@ -193,26 +193,30 @@ def of_silence(found):
 def of_verdicts(found):
     n = Counter(cell["verdict"] for cell in found)
     return (
-        f"{n['right']} are right, {n['degraded']} degraded, {n['lost']} lost, {n['stopped']} "
-        f"stopped with a message and {n['refused']} refused with one."
+        f"{n['right']} are right, {n['as asked']} as asked, {n['degraded']} degraded, "
+        f"{n['lost']} lost, {n['stopped']} stopped with a message and {n['refused']} refused with "
+        "one."
     )
 
 
 def of_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
-        f"Of those that are not right the finer run shows it in {n['second run']}, the step "
-        f"beforehand in {n['large step']}; {n['tolerance']} lie within what the tolerance asked "
-        f"for, and {n['rounding']} are accumulated rounding."
+        f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
+        f"{n['large step']} in the step itself; {n['tolerance']} lie within the tolerance times "
+        f"the number of steps, and {n['rounding']} are accumulated rounding."
     )
 
 
 def of_methods(found):
-    right = Counter(cell["method"] for cell in found if cell["verdict"] == judge.RIGHT)
+    met = Counter(cell["method"] for cell in found if cell["verdict"] in judge.MET)
     ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
-    (best, often), *_ = right.most_common(1) or [("none", 0)]
+    (best, often), *_ = met.most_common(1) or [("none", 0)]
     worst = listed(f"{name} ({n})" for name, n in ill.most_common(3))
-    return f"Most often right is {best} ({often} cells); most often lost or stopped are {worst}."
+    return (
+        f"Most often right or as asked is {best} ({often} cells); most often lost or stopped are "
+        f"{worst}."
+    )
 
 
 def of_tolerances(ran):

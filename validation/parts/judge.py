@@ -15,17 +15,19 @@ PART = 30.0  # times what the second run shows, an error may be that has another
 RESOLVED = 16  # steps a turn from which a step is said to resolve the motion
 COARSE = 4  # steps a turn below which it is plain that a step does not
 PROMISED = 10.0  # times what the tolerance at every step explains, an adaptive method may err
-RIGHT, DEGRADED, SILENT = "right", "degraded", "silent"
+RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
 VERDICTS = {
     RIGHT: "off by less than LOST, and by no more than rounding explains: the conditioning, once "
     "a step in random directions",
+    AS_ASKED: "off by more than rounding explains, but by no more than the tolerance requested",
     DEGRADED: "off by less than LOST, and something says so (SIGNS)",
     "lost": "off by more, and something says so",
     "stopped": "it gave up with a message",
     "refused": "it did not begin",
     SILENT: "wrong in silence: nothing says so",
 }
-CAME_TO_THE_END = (RIGHT, DEGRADED, "lost", SILENT)
+CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
+MET = (RIGHT, AS_ASKED)
 SIGNS = {
     "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order "
     "says, or by so much that it is plain that neither is right",
@@ -96,11 +98,14 @@ def sign(error, shown, per_turn, explained):
     return "rounding" if error <= random or (error <= aligned and seen) else None
 
 
-def verdict(error, rounding, shown_by):
+def verdict(error, rounding, shown_by, tol=None):
+    """Return the verdict on an attitude error [rad]. `tol` is the tolerance requested, if any."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:
         return RIGHT
+    if tol and error <= tol and error < LOST:
+        return AS_ASKED
     return SILENT if shown_by is None else DEGRADED if error < LOST else "lost"
 
 
@@ -131,13 +136,13 @@ def judge(cell, finer, problem, true, who):
     small = per_turn > RESOLVED * (1 - 1e-9)
     tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
     shown_by = sign(error, shown, per_turn, (rounding, most, tolerated))
-    said = verdict(error, rounding, shown_by)
+    said = verdict(error, rounding, shown_by, cell["tol"])
     cell = cell | {
         "shown": shown,
-        "shown_by": "" if said == RIGHT else shown_by,
+        "shown_by": "" if said in MET else shown_by,
         "rounding": rounding,
         "verdict": said,
         "promised": promised(true, rounding, cell["tol"], cell["steps"]) if cell["tol"] else None,
-        "reduced": bool(small and said != RIGHT and reduced(order, error, finer, most)),
+        "reduced": bool(small and said not in MET and reduced(order, error, finer, most)),
     }
     return cell | {"mark": mark(cell)}

@@ -12,6 +12,7 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the attitude error [rad]
 # is not much worse: errors at one moment change sign with the setting, and a lucky zero must not
 # win.
 LUCK = 3.0
+TIE = 4 / 3  # up to this ratio two run times count as equal: settings differ by factors of 2 and 10
 
 
 def reaching(rows, target):

@@ -81,8 +81,8 @@ def of_doubles(known):
     if not way:
         return ""
     return (
-        f"Of what computes in 80 bits or in doubles, {way} is the furthest away: {brief(worst)} "
-        f"roundings, on {scene}."
+        f"Of the double and 80-bit results, that of {way} is least accurate: {brief(worst)} "
+        f"roundings of the data on {scene}."
     )
 
 

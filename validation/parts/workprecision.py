@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..drawing import cost_curves
-from ..drawing.look import COLOURS
 from ..peers.families import families
 from . import race, runs, scenes_told
 from .part import Part, csv_text
-from .words import brief, count, counted, in_a_row, is_or_are, listed, power
+from .words import brief, count, counted, in_a_row, listed, power
 
 COLUMNS = (
     "scene",
@@ -33,6 +32,7 @@ QUANTITIES = {
     "attitude_error": "attitude error at the end [rad]",
     "energy_error": "energy error, relative",
 }
+YARDSTICK = ("heyoka",)  # the peers in the small figures
 BUSY = 0.25  # from this spread of the times on they are not to be quoted
 
 
@@ -85,19 +85,22 @@ def scene_shown(comparison, problem, end, groups_of):
     groups = runs.by_method(rows, problem.name)
     floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
     main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
+    own = [name for family, _ in groups_of.values() for name in family]
+    named = cost_curves.leading(groups, own, others)
 
-    def drawn(how, name, cost):
-        return how(groups, groups_of, name, QUANTITIES[name], cost, floors.get(name))
+    def drawn(how, name, cost, *which):
+        return how(groups, *which, name, QUANTITIES[name], cost, floors.get(name))
 
     return scenes_told.drawn(problem, end) | {
         "advice": advice(rows, problem.name),
         "panels": [
-            {"label": title, "svg": svg} for title, svg in drawn(cost_curves.by_family, *main)
+            {"label": title, "svg": svg}
+            for title, svg in drawn(cost_curves.by_family, *main, groups_of)
         ],
         "overviews": [
             {
                 "label": f"{QUANTITIES[name]} against {cost_curves.COSTS[cost]}",
-                "svg": drawn(cost_curves.overview, name, cost),
+                "svg": drawn(cost_curves.overview, name, cost, named, YARDSTICK),
             }
             for name, cost in others
         ],
@@ -111,7 +114,6 @@ def shown(comparison):
         "references": race.references({row.method for row in rows}),
         "summary": list(race.summary(rows, comparison.scenes)),
         "targets": [power(target) for target in race.TARGETS],
-        "colours": dict(zip(groups_of, COLOURS, strict=False)),
         "scenes": [scene_shown(comparison, *each, groups_of) for each in comparison.problems],
         "timing": timing(rows),
         "luck": f"{race.LUCK:g}",
@@ -150,21 +152,41 @@ def concluded(comparison):
     races = list(race.races(comparison.rows, comparison.scenes))
     if not any(own for *_, own, _ in races):
         return ""
-    return in_a_row(won(races), ahead(races), lost(races), unreached(races))
+    return in_a_row(won(races), tied(races), ahead(races), lost(races), unreached(races))
 
 
-def is_won(own, peer):
-    return own and (not peer or own.seconds < peer.seconds)
+def is_faster(one, other):
+    """Whether `one` reached the error and took clearly less time than `other`."""
+    return bool(one and (not other or race.TIE * one.seconds < other.seconds))
+
+
+def is_tie(own, peer):
+    return bool(own and peer) and not is_faster(own, peer) and not is_faster(peer, own)
+
+
+def cases(races):
+    """Return the number of cases in words: '28 cases (7 scenes, 4 accuracies)'."""
+    scenes, targets = ({one[i] for one in races} for i in (0, 1))
+    return f"{len(races)} cases ({len(scenes)} scenes, {len(targets)} accuracies)"
 
 
 def won(races):
-    winners = [own.method for *_, own, peer in races if is_won(own, peer)]
+    winners = [own.method for *_, own, peer in races if is_faster(own, peer)]
     if not winners:
-        return "No method of kreisel is the fastest anywhere."
-    return (
-        f"Of {len(races)} pairs of a scene and an error, a method of kreisel is the fastest in "
-        f"{len(winners)}: {counted(winners)}."
-    )
+        return f"In none of {cases(races)} kreisel is fastest."
+    return f"In {len(winners)} of {cases(races)} kreisel is fastest: {counted(winners)}."
+
+
+def tied(races):
+    places = [
+        f"{scene} at {power(target)} rad ({own.method} and {peer.method})"
+        for scene, target, own, peer in races
+        if is_tie(own, peer)
+    ]
+    if not places:
+        return ""
+    ties = "One case is a tie" if len(places) == 1 else f"{len(places)} cases are ties"
+    return f"{ties}: {listed(places)}."
 
 
 def ahead(races):
@@ -172,12 +194,12 @@ def ahead(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches each of these errors"
+    beside = "a peer reaches the error in each of them"
     if alone:
-        beside = f"{count(alone)} of these errors {is_or_are(alone)} reached by no peer"
+        beside = f"in {count(alone)} of the cases no peer reaches the error"
     return (
-        f"The fastest peer takes {brief(statistics.median(ratios))} times as long at the median, "
-        f"and between {brief(min(ratios))} and {brief(max(ratios))} times; {beside}."
+        f"The fastest peer takes {brief(statistics.median(ratios))} times as long in the median, "
+        f"between {brief(min(ratios))} and {brief(max(ratios))} times in all cases; {beside}."
     )
 
 
@@ -185,9 +207,9 @@ def lost(races):
     places = [
         f"{scene} at {power(target)} rad ({peer.method})"
         for scene, target, own, peer in races
-        if peer and not is_won(own, peer)
+        if is_faster(peer, own)
     ]
-    return f"A peer is the faster one for {listed(places)}." if places else ""
+    return f"A peer is faster for {listed(places)}." if places else ""
 
 
 def unreached(races):
@@ -196,7 +218,7 @@ def unreached(races):
         for scene, target, own, peer in races
         if not own and not peer
     ]
-    return f"Nobody reaches {listed(places)}." if places else ""
+    return f"No program reaches {listed(places)}." if places else ""
 
 
 def table(comparison, about):
