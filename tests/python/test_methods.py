@@ -7,8 +7,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-from validation.truth.orders import BODIES, measured
-from validation.truth.orders import tilted as scene
+from validation.references.orders import BODIES, measured
+from validation.references.orders import tilted as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):

@@ -11,7 +11,7 @@ import pytest
 from validation.drawing.heatmap import heatmap
 from validation.parts import atlas, cases, cells, ensemble, judge, left_out, published
 from validation.peers import contenders
-from validation.truth.problems import attitude_error, described
+from validation.references.problems import attitude_error, described
 
 CASES = {f"{case.family}: {case.name}": case for case in cases.cases()}
 

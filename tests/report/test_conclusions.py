@@ -6,8 +6,8 @@ import pytest
 
 from validation.parts import atlas, left_out, race, runs, truth, workprecision
 from validation.parts.judge import DRIFT
-from validation.truth import reference
-from validation.truth.problems import HORIZONS, SHORT, load
+from validation.references import reference
+from validation.references.problems import HORIZONS, SHORT, load
 
 
 @pytest.mark.parametrize("name", HORIZONS)

@@ -14,10 +14,10 @@ from validation.parts import many as part
 from validation.peers import equal_error, movers
 from validation.peers.contenders import Setting
 from validation.peers.equal_error import Run
+from validation.references import equations, reference
+from validation.references import random_ensembles as tops_of
+from validation.references.problems import attitude_error, attitude_errors
 from validation.report import main as report
-from validation.truth import equations, reference
-from validation.truth import many as tops_of
-from validation.truth.problems import attitude_error, attitude_errors
 
 KINDS = list(tops_of.SCENES)
 TIGHT = Setting(tol=1e-13)

@@ -9,7 +9,7 @@ from toolbox import ROOT
 
 from validation.parts import cases, cells, ensemble, left_out, published, stiff
 from validation.peers import contenders, families
-from validation.truth.problems import load
+from validation.references.problems import load
 
 MACHINERY = [
     file

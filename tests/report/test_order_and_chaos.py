@@ -10,7 +10,7 @@ import pytest
 from validation.drawing import cuts as drawing
 from validation.parts import chaos as part
 from validation.parts import cuts, exponents, rotations
-from validation.truth import kowalewski, melnikov
+from validation.references import kowalewski, melnikov
 
 SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 

@@ -8,8 +8,8 @@ import pytest
 
 from validation.parts import cases, race, workprecision
 from validation.peers import machine
+from validation.references.problems import HORIZONS, load
 from validation.report import main as report
-from validation.truth.problems import HORIZONS, load
 
 
 @pytest.fixture(scope="module")

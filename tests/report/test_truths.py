@@ -6,8 +6,8 @@ import pytest
 
 from validation.bench import estimates
 from validation.peers import contenders
-from validation.truth import many_digits, reference
-from validation.truth.problems import HORIZONS, SHORT, attitude_error, described, load
+from validation.references import multiprecision, reference
+from validation.references.problems import HORIZONS, SHORT, attitude_error, described, load
 
 TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
 
@@ -49,7 +49,7 @@ def test_truths_keep_what_a_top_keeps(name, t):
 
 
 def test_a_truth_of_60_digits_is_that_of_all_others():
-    exactly = many_digits.AnyTop()
+    exactly = multiprecision.AnyTop()
     for name in HORIZONS:
         (told,) = exactly(load(name).scene(), [SHORT])
         kept = reference.stored(name, SHORT)
@@ -60,13 +60,13 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
     )
     path = kr.solve(described_anyhow, [-1.0, -2.0], digits=30)
     truth = exactly(described_anyhow, path.t)
-    assert 0.0 < many_digits.angles(many_digits.attitudes(path), truth).max() < 3e-31
+    assert 0.0 < multiprecision.angles(multiprecision.attitudes(path), truth).max() < 3e-31
 
 
 @pytest.mark.parametrize("way", estimates.WAYS)
 def test_a_path_says_what_its_error_is(way):
     scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
-    truth = many_digits.AnyTop()(scene, times)
+    truth = multiprecision.AnyTop()(scene, times)
     assert 1 / 3 < estimates.said_over_true(scene, times, truth, way) < 3
 
 

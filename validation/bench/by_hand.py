@@ -8,8 +8,8 @@ from time import perf_counter
 import kreisel as kr
 import numpy as np
 
-from ..truth.orders import tilted
-from ..truth.problems import turn
+from ..references.orders import tilted
+from ..references.problems import turn
 
 # Halves of palindromes. Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
 SUZUKI_UMENO8 = (

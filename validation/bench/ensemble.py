@@ -23,8 +23,8 @@ import numpy as np
 from ..parts.many import TARGETS, sleeping_map
 from ..peers import equal_error, measure, movers
 from ..peers.contenders import Setting
-from ..truth.many import SCENES, conditioning, random, truths
-from ..truth.problems import attitude_errors
+from ..references.problems import attitude_errors
+from ..references.random_ensembles import SCENES, conditioning, random, truths
 
 ROOT = Path(__file__).parents[2]
 BOUNDS = {movers.HEYOKA: (2.2, 3), movers.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
@@ -32,7 +32,7 @@ BUSY = 0.5  # from this load on
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, sys
-from validation.truth.many import random
+from validation.references.random_ensembles import random
 tops = random("Lagrange", int(sys.argv[1])).ensemble()
 kr.solve(tops, np.linspace(0, 100, 101), reduce={"nutation": ("min", "max", "mean")})
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])

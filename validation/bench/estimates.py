@@ -12,7 +12,7 @@ import math
 import kreisel as kr
 import numpy as np
 
-from ..truth.many_digits import AnyTop, angles, attitudes
+from ..references.multiprecision import AnyTop, angles, attitudes
 from .promise import FAMILIES
 
 LOOKS = 41

@@ -13,8 +13,8 @@ import heyoka as hy
 import kreisel as kr
 import numpy as np
 
-from ..truth import equations
-from ..truth.problems import load
+from ..references import equations
+from ..references.problems import load
 from .taylor import EPS, medians
 
 END = 1000.0

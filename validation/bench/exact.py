@@ -18,7 +18,7 @@ import kreisel as kr
 import numpy as np
 
 from ..peers import core
-from ..truth import equations, exact_cases
+from ..references import equations, exact_cases
 from .compiling import compiled
 
 END, OUTPUTS, BATCH, STREAM, TOPS = 600.0, 60001, 4096, 100_000, 1000

@@ -20,9 +20,9 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 
-from ..truth import exact_cases as cases
-from ..truth import reference
-from ..truth.quadrature import DIGITS, Euler, Lagrange, attitude_error, dot
+from ..references import exact_cases as cases
+from ..references import reference
+from ..references.quadrature import DIGITS, Euler, Lagrange, attitude_error, dot
 
 HERE = Path(__file__).parent
 TIMES = (1.0, 1e3, 1e6)

@@ -18,8 +18,8 @@ import numpy as np
 
 from ..parts.published import problems as literature
 from ..peers import core, measure
-from ..truth import equations, orders
-from ..truth.problems import PROBLEMS, attitude_error, described, load
+from ..references import equations, orders
+from ..references.problems import PROBLEMS, attitude_error, described, load
 from . import by_hand, promise
 
 PUBLISHED = json.loads(PROBLEMS.read_text())["published"]

@@ -9,7 +9,7 @@ import ctypes
 from statistics import median
 
 from ..peers import core, measure
-from ..truth.problems import load
+from ..references.problems import load
 from .taylor import (
     EPS,
     SCENES,

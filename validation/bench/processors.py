@@ -10,7 +10,7 @@ from ctypes import c_int64
 from time import process_time
 
 from ..peers import core, machine
-from ..truth.problems import load
+from ..references.problems import load
 from .taylor_kernels import Kernels
 
 ROUNDS, T = 30, 100.0

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import kreisel as kr
 import numpy as np
 
-from ..truth.many_digits import AnyTop
-from ..truth.problems import attitude_errors
+from ..references.multiprecision import AnyTop
+from ..references.problems import attitude_errors
 
 SAMPLES = 200
 ROUNDED = 1e-15  # an attitude is not truer than this in doubles [rad]

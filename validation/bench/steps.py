@@ -19,7 +19,7 @@ import kreisel as kr
 
 from ..peers import measure
 from ..peers.contenders import EPS, HeyokaRun, Setting, ours
-from ..truth.problems import load
+from ..references.problems import load
 
 STEP, STEPS = 2.0**-10, 100_000
 HERE = Path(__file__).parent

@@ -19,8 +19,8 @@ import kreisel as kr
 import numpy as np
 from kreisel._core import start
 
-from ..truth import equations
-from ..truth.problems import load
+from ..references import equations
+from ..references.problems import load
 
 SCENES = ("thesis", "kowalewski", "asymmetric")
 BY = {"alone": 0, "one": 8, "six": 1, "fourteen": 31}

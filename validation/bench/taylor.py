@@ -18,8 +18,8 @@ import mpmath as mp
 import numpy as np
 
 from ..peers import core, measure
-from ..truth import equations, reference
-from ..truth.problems import load
+from ..references import equations, reference
+from ..references.problems import load
 
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch

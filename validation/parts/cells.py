@@ -12,8 +12,8 @@ import numpy as np
 
 from ..peers import contenders
 from ..peers.contenders import steered
-from ..truth import reference
-from ..truth.problems import attitude_error, described
+from ..references import reference
+from ..references.problems import attitude_error, described
 from . import judge
 
 TOL, FINER_TOL = 1e-9, 1e-11

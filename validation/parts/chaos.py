@@ -7,7 +7,7 @@ import numpy as np
 
 from ..drawing import cuts as drawing
 from ..drawing.field import field
-from ..truth import kowalewski, melnikov
+from ..references import kowalewski, melnikov
 from . import cuts, exponents, rotations
 from .budget import Task
 from .part import Part, csv_text

@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 
-from ..truth import kowalewski
+from ..references import kowalewski
 
 ENERGY, VERTICAL = 1.6, 0.6
 MANY = 60  # starts to choose one from

@@ -17,8 +17,8 @@ from ..drawing.distributions import distributions
 from ..peers import measure
 from ..peers.contenders import Setting, steered
 from ..peers.families import families
-from ..truth import reference
-from ..truth.problems import attitude_error, described
+from ..references import reference
+from ..references.problems import attitude_error, described
 from .budget import Task
 from .part import Part, csv_text
 from .words import in_a_row, number

@@ -7,7 +7,7 @@ between the two runs; that of an adaptive one is about d. The words of a verdict
 
 from math import inf, isfinite, log2, pi, sqrt
 
-from ..truth import reference
+from ..references import reference
 
 LOST = 0.1  # [rad]
 FACTOR = 3.0  # times what the second run shows, an error may be

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..peers import measure
 from ..peers.contenders import setting
-from ..truth.problems import load
+from ..references.problems import load
 from .budget import Task
 from .part import Part, csv_text
 from .words import brief, in_a_row

@@ -13,7 +13,7 @@ from ..drawing.field import field
 from ..drawing.throughput import throughput
 from ..peers import equal_error, measure, movers
 from ..peers.equal_error import Run
-from ..truth.many import SCENES, random, truths
+from ..references.random_ensembles import SCENES, random, truths
 from .budget import Task
 from .part import Part, csv_text
 from .words import brief, digits, in_a_row, power

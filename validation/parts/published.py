@@ -14,7 +14,7 @@ import numpy as np
 
 from ..peers import contenders, measure
 from ..peers.contenders import Setting
-from ..truth.problems import PROBLEMS, attitude_error, described
+from ..references.problems import PROBLEMS, attitude_error, described
 from .budget import Task
 from .part import Part, csv_text
 

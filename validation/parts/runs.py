@@ -10,8 +10,8 @@ import numpy as np
 
 from ..peers import contenders, measure
 from ..peers.contenders import Setting
-from ..truth import reference
-from ..truth.problems import attitude_error
+from ..references import reference
+from ..references.problems import attitude_error
 from .budget import Task
 
 TIGHTER = range(2, 17)  # steps are a turn by 2 ** k

@@ -11,7 +11,7 @@ import kreisel as kr
 import numpy as np
 
 from ..peers.contenders import setting
-from ..truth.problems import attitude_error
+from ..references.problems import attitude_error
 from . import judge
 from .budget import Task
 from .cases import stiff

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from ..truth import reference
+from ..references import reference
 from . import runs
 from .budget import Task
 from .part import Part, csv_text

@@ -18,8 +18,8 @@ import kreisel as kr
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from ..truth import equations
-from ..truth.problems import turn
+from ..references import equations
+from ..references.problems import turn
 from .machine import is_of_gsl
 
 EPS = np.finfo(float).eps

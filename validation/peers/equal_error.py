@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from ..truth.problems import attitude_errors
+from ..references.problems import attitude_errors
 from . import measure
 
 NEAR = 1.2  # the tightest error is this much above the larger of two floors, which scatter

@@ -16,7 +16,7 @@ import heyoka as hy
 import kreisel as kr
 import numpy as np
 
-from ..truth import equations
+from ..references import equations
 from .contenders import EPS, ScipyRun, Setting
 
 BATCH = 8

@@ -15,7 +15,7 @@ from ..parts.budget import BUDGETS, work_through
 from ..parts.runs import turn_length
 from ..parts.store import Store, put_whole
 from ..peers import machine
-from ..truth.problems import HORIZONS, SHORT, described, load
+from ..references.problems import HORIZONS, SHORT, described, load
 from . import page
 from .contents import PARTS
 

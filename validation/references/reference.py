@@ -1,5 +1,5 @@
 """The truths, by heyoka in 128 bit; those of the report's scenes are kept in reference.json by
-`python -m validation.truth.reference`.
+`python -m validation.references.reference`.
 
 Each is computed in several ways that share as little as can be: two forms of the equations, in 128
 and in 80 bit; how far they part says how far to trust it. Beside it stands its conditioning: how
@@ -267,11 +267,11 @@ def of(problem, end):
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.truth.reference", description=__doc__
+        prog="python -m validation.references.reference", description=__doc__
     ).parse_args(argv)
     truths = {name: compute(load(name), [SHORT, end]) for name, end in HORIZONS.items()}
     about = {
-        "command": "python -m validation.truth.reference",
+        "command": "python -m validation.references.reference",
         "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",
         "attitude": "principal axes -> space, scalar first",
         "body_momentum": "along the principal axes",
