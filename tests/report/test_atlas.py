@@ -8,9 +8,9 @@ import kreisel as kr
 import numpy as np
 import pytest
 
+from validation.competitors import single_runs
 from validation.drawing.heatmap import heatmap
 from validation.parts import atlas, cases, cells, ensemble, judge, left_out, published
-from validation.peers import contenders
 from validation.references.problems import attitude_error, described
 
 CASES = {f"{case.family}: {case.name}": case for case in cases.cases()}
@@ -37,7 +37,7 @@ def test_every_family_has_cases_and_no_two_share_a_name():
 def test_nothing_is_wrong_in_silence(name):
     found = examined(name)
     suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
-    assert suited | {"heyoka"} <= set(found) <= suited | set(contenders.RECORDERS)
+    assert suited | {"heyoka"} <= set(found) <= suited | set(single_runs.RECORDERS)
     for method, cell in found.items():
         assert cell["verdict"] in ("right", "as asked", "degraded", "lost"), f"{method}: {cell}"
         assert cell["agreement"] < cell["conditioning"], "the truth is truer than the data"
@@ -317,9 +317,11 @@ def test_published_references_are_met(problem):
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(
-        who for who in contenders.ours(described("it", problem.scene)) if who.name == "extrap"
+        who for who in single_runs.ours(described("it", problem.scene)) if who.name == "extrap"
     )
-    row = published.run(problem, described("it", problem.scene), who, contenders.Setting(tol=1e-12))
+    row = published.run(
+        problem, described("it", problem.scene), who, single_runs.Setting(tol=1e-12)
+    )
     assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from validation.bench import ensemble as bench
+from validation.competitors import ensemble_runs, equal_error
+from validation.competitors.equal_error import Run
+from validation.competitors.single_runs import Setting
 from validation.parts import many as part
-from validation.peers import equal_error, movers
-from validation.peers.contenders import Setting
-from validation.peers.equal_error import Run
 from validation.references import equations, reference
 from validation.references import random_ensembles as tops_of
 from validation.references.problems import attitude_error, attitude_errors
@@ -65,7 +65,7 @@ def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
     """Eleven tops do not fill the lanes; each comes out in its place."""
     tops = tops_of.random(kind, 11, end=10.0)
     true = tops_of.truths(tops)
-    for who in movers.suited(tops):
+    for who in ensemble_runs.suited(tops):
         setting = TIGHT if who.settings[0].tol else who.settings[0]
         call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
         for q in (call(), call()):
@@ -155,7 +155,7 @@ def test_the_report_writes_who_moved_tops(quick):
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
         ran = {row["mover"] for row in rows if row["kind"] == kind}
-        assert {"taylor", movers.HEYOKA, movers.OWN_CALL, "scipy_dop853"} <= ran
+        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= ran
         assert ("exact" in ran) == (kind == "Lagrange")
     assert all(float(row["microseconds"]) > 0 for row in rows)
 

@@ -7,10 +7,10 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
+from validation.competitors import timing
 from validation.parts import race, runs
 from validation.parts.budget import BUDGETS, Task, work_through
 from validation.parts.store import Store, put_whole
-from validation.peers import measure
 from validation.report.main import progress_bar
 
 
@@ -39,7 +39,7 @@ def test_an_interruption_keeps_what_was_measured():
         if len(calls) == 5:
             raise KeyboardInterrupt
 
-    samples, interrupted = measure.interleaved([call, call], [1.0, 1.0], rounds=10)
+    samples, interrupted = timing.interleaved([call, call], [1.0, 1.0], rounds=10)
     assert interrupted and [len(own) for own in samples] == [2, 2]
 
 

@@ -7,8 +7,8 @@ import kreisel as kr
 import pytest
 from toolbox import ROOT
 
+from validation.competitors import method_families, single_runs
 from validation.parts import cases, cells, ensemble, left_out, published, stiff
-from validation.peers import contenders, families
 from validation.references.problems import load
 
 MACHINERY = [
@@ -56,15 +56,15 @@ def test_a_method_of_a_later_day_is_everywhere(newcomer):
     (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
     assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
     assert NEW in {row["name"] for row in left_out.by_form(1)}
-    assert NEW in {who.name for who in contenders.ours(load("asymmetric"))}
-    assert [title for title, (own, _) in families.families().items() if NEW in own] == [
+    assert NEW in {who.name for who in single_runs.ours(load("asymmetric"))}
+    assert [title for title, (own, _) in method_families.families().items() if NEW in own] == [
         "fixed step, order 3 and 4"
     ]
 
 
 def test_every_method_is_in_one_family_or_a_peer():
-    places = [name for own, _ in families.families().values() for name in own]
-    peers = next(iter(families.families().values()))[1]
+    places = [name for own, _ in method_families.families().values() for name in own]
+    peers = next(iter(method_families.families().values()))[1]
     assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)
 
 

@@ -6,8 +6,8 @@ import re
 import kreisel as kr
 import pytest
 
+from validation.competitors import machine
 from validation.parts import cases, race, workprecision
-from validation.peers import machine
 from validation.references.problems import HORIZONS, load
 from validation.report import main as report
 

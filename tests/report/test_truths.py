@@ -5,7 +5,7 @@ import mpmath as mp
 import pytest
 
 from validation.bench import estimates
-from validation.peers import contenders
+from validation.competitors import single_runs
 from validation.references import multiprecision, reference
 from validation.references.problems import HORIZONS, SHORT, attitude_error, described, load
 
@@ -117,7 +117,7 @@ def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
 @pytest.mark.parametrize("name, t", TIMES)
 def test_heyoka_in_double_agrees_with_the_truth(name, t):
     kept = reference.stored(name, t)
-    run = contenders.HeyokaRun(load(name), t, contenders.Setting(tol=contenders.EPS))
+    run = single_runs.HeyokaRun(load(name), t, single_runs.Setting(tol=single_runs.EPS))
     assert attitude_error(run.solve(), kept["attitude"]) < 100 * kept["conditioning"]
 
 

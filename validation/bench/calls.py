@@ -17,7 +17,7 @@ from statistics import median
 
 import kreisel as kr
 
-from ..peers import core
+from ..competitors import compiled_core
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -67,7 +67,7 @@ def seconds_of_core(folder):
     )
     found = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
-        block = core.block(getattr(kr.scenes, scene)).hex()
+        block = compiled_core.block(getattr(kr.scenes, scene)).hex()
         words = [str(program), method, str(step), block, *map(str, times)]
         found[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
     return found

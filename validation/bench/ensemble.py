@@ -20,14 +20,17 @@ from statistics import median
 import kreisel as kr
 import numpy as np
 
+from ..competitors import ensemble_runs, equal_error, timing
+from ..competitors.single_runs import Setting
 from ..parts.many import TARGETS, sleeping_map
-from ..peers import equal_error, measure, movers
-from ..peers.contenders import Setting
 from ..references.problems import attitude_errors
 from ..references.random_ensembles import SCENES, conditioning, random, truths
 
 ROOT = Path(__file__).parents[2]
-BOUNDS = {movers.HEYOKA: (2.2, 3), movers.OWN_CALL: (8, None)}  # of asymmetric tops: must, stretch
+BOUNDS = {
+    ensemble_runs.HEYOKA: (2.2, 3),
+    ensemble_runs.OWN_CALL: (8, None),
+}  # of asymmetric tops: must, stretch
 BUSY = 0.5  # from this load on
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
@@ -53,7 +56,7 @@ def throughput(options):
         tops = random(kind, options.tops)
         found = equal_error.runs(
             tops,
-            movers.suited(tops, options.each),
+            ensemble_runs.suited(tops, options.each),
             truths(tops.first(options.sample)),
             options.rounds,
         )
@@ -71,16 +74,16 @@ def throughput(options):
 
 
 def closed(groups):
-    own, peer = groups[movers.CLOSED.name], groups[movers.HEYOKA]
+    own, peer = groups[ensemble_runs.CLOSED.name], groups[ensemble_runs.HEYOKA]
     graded("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
     value, *_ = equal_error.ratio(peer, own, 1e-6)
-    graded(f"Lagrange: {movers.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
+    graded(f"Lagrange: {ensemble_runs.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
 
 
 def at_equal_error(kind, groups):
-    own = groups[movers.SERIES.name]
+    own = groups[ensemble_runs.SERIES.name]
     for name, peer in groups.items():
-        if name not in movers.OWN:
+        if name not in ensemble_runs.OWN:
             for target in (*TARGETS, equal_error.tightest(own, peer)):
                 told = equal_error.ratio(peer, own, target)
                 compared(f"{kind} at {target:.1e}: {name} / taylor", told, bounds_of(kind, name))
@@ -107,7 +110,7 @@ def threads(options):
     for kind, (method, setting) in cases.items():
         for n in (options.tops, 10 * options.tops) if method == "exact" else (options.tops,):
             tops = random(kind, n)
-            one, two = (movers.by_kreisel(method, tops, setting, k) for k in (1, 2))
+            one, two = (ensemble_runs.by_kreisel(method, tops, setting, k) for k in (1, 2))
             gain, given = gains(one, two, options.rounds)
             graded(f"{n} {kind} tops, {method}: one thread / two", gain, 1.8)
             print(f"{'two such calls one after the other / beside each other':62} {given:9.3g}")
@@ -123,7 +126,7 @@ def gains(one, two, rounds):
                 future.result()
 
         calls = one, two, beside
-        samples, _ = measure.interleaved(calls, [measure.once(call) for call in calls], rounds)
+        samples, _ = timing.interleaved(calls, [timing.once(call) for call in calls], rounds)
     gain = median(a / b for a, b in zip(samples[0], samples[1], strict=True))
     return gain, median(2.0 * a / c for a, c in zip(samples[0], samples[2], strict=True))
 
@@ -136,7 +139,7 @@ def large(options):
         (f"an ensemble of {n:.0e} built", build, 0.5),
         (f"the {side} x {side} sleeping map", partial(sleeping_map, side), 0.5),
     ):
-        seconds = median(measure.once(call) for _ in range(options.rounds))
+        seconds = median(timing.once(call) for _ in range(options.rounds))
         graded(what, seconds, must, unit=" s", at_most=True)
     command = [sys.executable, "-c", LARGE, str(n)]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
@@ -160,7 +163,7 @@ def single(options):
             *closed,
             *(("taylor", Setting(tol=10.0**-k)) for k in range(6, 16, 3)),
         ]:
-            many_q = movers.by_kreisel(method, tops, setting, 2)()
+            many_q = ensemble_runs.by_kreisel(method, tops, setting, 2)()
             one_q = [
                 kr.solve(tops.scene(k), [tops.end], method, **setting.words).q[-1]
                 for k in range(len(tops))

@@ -17,7 +17,7 @@ import heyoka as hy
 import kreisel as kr
 import numpy as np
 
-from ..peers import core
+from ..competitors import compiled_core
 from ..references import equations, exact_cases
 from .compiling import compiled
 
@@ -59,7 +59,7 @@ def isas(loops):
 
 class Ours:
     def __init__(self, loops, scene):
-        self.loops, self.scene = loops, ctypes.c_char_p(core.block(scene))
+        self.loops, self.scene = loops, ctypes.c_char_p(compiled_core.block(scene))
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))
         self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))

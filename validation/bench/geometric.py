@@ -16,8 +16,8 @@ import heyoka as hy
 import kreisel as kr
 import numpy as np
 
+from ..competitors import compiled_core, timing
 from ..parts.published import problems as literature
-from ..peers import core, measure
 from ..references import equations, orders
 from ..references.problems import PROBLEMS, attitude_error, described, load
 from . import by_hand, promise
@@ -128,8 +128,8 @@ class Heyoka:
 
 
 def interleaved(rounds, *calls):
-    about = [min(measure.once(call) for _ in range(3)) for call in calls]
-    return measure.interleaved(calls, about, rounds)[0]
+    about = [min(timing.once(call) for _ in range(3)) for call in calls]
+    return timing.interleaved(calls, about, rounds)[0]
 
 
 def ratio(one, two):
@@ -217,7 +217,10 @@ def bruels(extent):
     peer = Heyoka(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
-    calls = [core.recording(core.block(scene), name, end, step=2 / n) for n, name, _ in runs]
+    calls = [
+        compiled_core.recording(compiled_core.block(scene), name, end, step=2 / n)
+        for n, name, _ in runs
+    ]
     times, *own = interleaved(extent.rounds, peer, *calls)
     for (n, name, error), seconds in zip(runs, own, strict=True):
         speed = f"{1e6 * min(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"

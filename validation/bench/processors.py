@@ -9,7 +9,7 @@ import argparse
 from ctypes import c_int64
 from time import process_time
 
-from ..peers import core, machine
+from ..competitors import compiled_core, machine
 from ..references.problems import load
 from .taylor_kernels import Kernels
 
@@ -45,7 +45,7 @@ def main(argv=None):
     argparse.ArgumentParser(
         prog="python -m validation.bench.processors", description=__doc__.splitlines()[0]
     ).parse_args(argv)
-    scene = core.block(load("asymmetric").scene())
+    scene = compiled_core.block(load("asymmetric").scene())
     rows, calls, steps = list(libraries()), [], []
     for _, kernels, isa in rows:
         for log2_tol, kernel in WHAT.values():

@@ -17,8 +17,8 @@ from statistics import median, quantiles
 
 import kreisel as kr
 
-from ..peers import measure
-from ..peers.contenders import EPS, HeyokaRun, Setting, ours
+from ..competitors import timing
+from ..competitors.single_runs import EPS, HeyokaRun, Setting, ours
 from ..references.problems import load
 
 STEP, STEPS = 2.0**-10, 100_000
@@ -36,8 +36,8 @@ def samples_of(calls, rounds):
     """Gives the seconds of each call in each round."""
     for call in calls.values():
         call()
-    about = [measure.once(call) for call in calls.values()]
-    samples, _ = measure.interleaved(calls.values(), about, rounds)
+    about = [timing.once(call) for call in calls.values()]
+    samples, _ = timing.interleaved(calls.values(), about, rounds)
     return dict(zip(calls, samples, strict=True))
 
 

@@ -17,7 +17,7 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 
-from ..peers import core, measure
+from ..competitors import compiled_core, timing
 from ..references import equations, reference
 from ..references.problems import load
 
@@ -51,8 +51,8 @@ def error(name, t, q):
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
     """Makes a call that solves, and gives the attitude at the end and what that leaves out."""
     # The core takes what was made beforehand, as heyoka does.
-    block, times = core.block(load(name).scene()), np.array([t])
-    call = core.recording(block, method, times, tol=tol, digits=digits)
+    block, times = compiled_core.block(load(name).scene()), np.array([t])
+    call = compiled_core.recording(block, method, times, tol=tol, digits=digits)
 
     def run():
         status, states, low, *_ = call()
@@ -94,8 +94,8 @@ def real128(name, t, tol):
 def medians(calls, rounds=41):
     """Gives the median seconds of the first call, interleaved, and of each other by the median of
     its ratio to the first."""
-    about = [min(measure.once(call) for _ in range(2)) for call in calls]
-    (first, *others), _ = measure.interleaved(calls, about, rounds)
+    about = [min(timing.once(call) for _ in range(2)) for call in calls]
+    (first, *others), _ = timing.interleaved(calls, about, rounds)
     ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
     return [median(first), *(median(first) * ratio for ratio in ratios)]
 
@@ -230,13 +230,13 @@ def on_grid(top, start, times):
 def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
-        block = core.block(load(name).scene())
+        block = compiled_core.block(load(name).scene())
         grid = partial(on_grid, *heyoka_at_its_tightest(name))
         few = times[[0, -1]]
         calls = [
-            core.recording(block, "taylor", few),
+            compiled_core.recording(block, "taylor", few),
             partial(grid, few),
-            core.recording(block, "taylor", times),
+            compiled_core.recording(block, "taylor", times),
             partial(grid, times),
         ]
         a, b, c, d = medians(calls, 9)

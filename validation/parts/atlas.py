@@ -7,9 +7,9 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 
+from ..competitors import single_runs
 from ..drawing import heatmap
 from ..drawing.time_courses import colours_of, time_courses
-from ..peers import contenders
 from . import cases, cells, judge, stiff
 from .budget import Task
 from .part import Part, csv_text
@@ -66,7 +66,7 @@ def found(problems, store):
 def columns(found):
     """Gives methods, then peers, as far as they ran."""
     ran = {cell["method"] for cell in found}
-    return [name for name in (*kr.methods, *contenders.RECORDERS) if name in ran]
+    return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
 def square(cell):

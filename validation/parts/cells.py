@@ -10,8 +10,8 @@ from math import pi
 import kreisel as kr
 import numpy as np
 
-from ..peers import contenders
-from ..peers.contenders import steered
+from ..competitors import single_runs
+from ..competitors.single_runs import steered
 from ..references import reference
 from ..references.problems import attitude_error, described
 from . import judge
@@ -45,7 +45,7 @@ def ours(method):
 
 def peer(name):
     def run(problem, scene, times, setting):
-        return contenders.RECORDERS[name](problem, times, setting["tol"])
+        return single_runs.RECORDERS[name](problem, times, setting["tol"])
 
     return Candidate(name, "tol", 0, run, LONGEST[name])
 
@@ -53,7 +53,7 @@ def peer(name):
 def everybody(scene, radians):
     """Gives every method that suits the scene, and the peers."""
     found = [ours(method) for method in kr.methods.values() if method.suits(scene)]
-    return found + [who for who in map(peer, contenders.RECORDERS) if radians <= who.longest]
+    return found + [who for who in map(peer, single_runs.RECORDERS) if radians <= who.longest]
 
 
 def settings(case, who, step):

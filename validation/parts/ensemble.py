@@ -13,10 +13,10 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 
+from ..competitors import timing
+from ..competitors.method_families import families
+from ..competitors.single_runs import Setting, steered
 from ..drawing.distributions import distributions
-from ..peers import measure
-from ..peers.contenders import Setting, steered
-from ..peers.families import families
 from ..references import reference
 from ..references.problems import attitude_error, described
 from .budget import Task
@@ -74,10 +74,10 @@ def tops(kind, members):
 def timed(problems, name, setting):
     """Gives the seconds of a run, and the paths of all."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
-    with measure.undisturbed():
-        begin = measure.perf_counter()
+    with timing.undisturbed():
+        begin = timing.perf_counter()
         paths = kr.solve(ensemble, [END], name, threads=1, **setting.words)
-        return (measure.perf_counter() - begin) / len(problems), paths
+        return (timing.perf_counter() - begin) / len(problems), paths
 
 
 def fitted(method, some):

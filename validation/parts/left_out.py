@@ -8,8 +8,8 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 
-from ..peers import measure
-from ..peers.contenders import setting
+from ..competitors import timing
+from ..competitors.single_runs import setting
 from ..references.problems import load
 from .budget import Task
 from .part import Part, csv_text
@@ -75,7 +75,7 @@ def by_form(rounds):
                 words = setting(method, STEP, TOL).words
                 keys.append({"kind": "form", "name": method.name, "case": form})
                 calls.append(partial(kr.solve, scene, STEPS * STEP, method.name, **words))
-    seconds = measure.best_of(calls, rounds, trials=2)
+    seconds = timing.best_of(calls, rounds, trials=2)
     return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
 
 
@@ -115,7 +115,7 @@ def examine(problem, end, rounds):
     """Measures a row an omission."""
     scene, cases = problem.scene(), list(omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
-    sizes, seconds = [call() for call in calls], measure.best_of(calls, rounds)
+    sizes, seconds = [call() for call in calls], timing.best_of(calls, rounds)
     return {
         "scene": problem.name,
         "plans": {"all": str(kr.plan(scene)), "level": str(kr.plan(scene, want=WANT))},

@@ -9,10 +9,10 @@ from statistics import median
 import kreisel as kr
 import numpy as np
 
+from ..competitors import ensemble_runs, equal_error, timing
+from ..competitors.equal_error import Run
 from ..drawing.field import field
 from ..drawing.throughput import throughput
-from ..peers import equal_error, measure, movers
-from ..peers.equal_error import Run
 from ..references.random_ensembles import SCENES, random, truths
 from .budget import Task
 from .part import Part, csv_text
@@ -40,13 +40,13 @@ def sleeping_map(side):
 
 def examine(kind, n, rounds, each):
     tops = random(kind, n)
-    who = movers.suited(tops, each)
+    who = ensemble_runs.suited(tops, each)
     runs = equal_error.runs(tops, who, truths(tops.first(min(n, SAMPLE))), rounds)
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
 
 def time_of_map():
-    return min(measure.once(partial(sleeping_map, SIDE)) for _ in range(3))
+    return min(timing.once(partial(sleeping_map, SIDE)) for _ in range(3))
 
 
 def tasks(problems, budget, store):
@@ -68,9 +68,9 @@ def found(problems, store):
 def equal_errors(groups):
     """Gives a line for each target: what a top costs kreisel [us], and how often as long the others
     take."""
-    own = groups[movers.SERIES.name]
-    peers = {name: runs for name, runs in groups.items() if name not in movers.OWN}
-    for target in (*TARGETS, equal_error.tightest(own, peers[movers.HEYOKA])):
+    own = groups[ensemble_runs.SERIES.name]
+    peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
+    for target in (*TARGETS, equal_error.tightest(own, peers[ensemble_runs.HEYOKA])):
         told = [equal_error.ratio(runs, own, target) for runs in peers.values()]
         yield {
             "target": digits(target, ".1e"),
@@ -90,8 +90,8 @@ def kind_shown(each):
         "about": ABOUT[each["kind"]],
         "tops": each["tops"],
         "end": f"{each['end']:g}",
-        "svg": throughput(groups, movers.OWN),
-        "peers": [name for name in groups if name not in movers.OWN],
+        "svg": throughput(groups, ensemble_runs.OWN),
+        "peers": [name for name in groups if name not in ensemble_runs.OWN],
         "equal": list(equal_errors(groups)),
         "lines": [line(run) for own in groups.values() for run in own],
     }
@@ -117,16 +117,16 @@ def concluded(findings):
 
 def of_kind(kind, groups):
     """Says how many tops a second are moved, and by what that beats heyoka."""
-    peer, own = groups[movers.HEYOKA], groups[movers.SERIES.name]
+    peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
     target = max(1e-9, equal_error.tightest(own, peer))
     value, _, seconds = equal_error.ratio(peer, own, target)
     said = (
-        f"Of {kind} tops, {movers.SERIES.name} moves {1 / seconds:.0f} a second to a median error "
+        f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a median error "
         f"of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
     )
-    if movers.CLOSED.name not in groups:
+    if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."
-    closed = groups[movers.CLOSED.name]
+    closed = groups[ensemble_runs.CLOSED.name]
     value, _, seconds = equal_error.ratio(peer, closed, 1e-6)
     return (
         f"{said}; the closed form {1 / seconds:.0f} to {power(closed[0].middle)} rad, "

@@ -12,8 +12,8 @@ from math import cos, sin
 import kreisel as kr
 import numpy as np
 
-from ..peers import contenders, measure
-from ..peers.contenders import Setting
+from ..competitors import single_runs, timing
+from ..competitors.single_runs import Setting
 from ..references.problems import PROBLEMS, attitude_error, described
 from .budget import Task
 from .part import Part, csv_text
@@ -146,7 +146,7 @@ def run(published, problem, who, setting):
         short = who.make(problem, published.end, setting)
         q, m = short.record(np.array([0.0, published.end]))
         row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
-        row["seconds"] = min(measure.once(short.solve) for _ in range(3))
+        row["seconds"] = min(timing.once(short.solve) for _ in range(3))
         if "w_space" in published.reference:
             end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
             row["velocity_error"] = abs(velocity(end)[1] - published.reference["w_space"][1])
@@ -174,7 +174,7 @@ def examine(published, quick=False):
         {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
         for row in published.literature
     ]
-    for who in (*contenders.ours(problem), *(() if quick else contenders.PEERS)):
+    for who in (*single_runs.ours(problem), *(() if quick else single_runs.PEERS)):
         rows += [
             run(published, problem, who, setting)
             for setting in settings(who, published.steps, quick)

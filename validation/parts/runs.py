@@ -8,8 +8,8 @@ from statistics import median
 import kreisel as kr
 import numpy as np
 
-from ..peers import contenders, measure
-from ..peers.contenders import Setting
+from ..competitors import single_runs, timing
+from ..competitors.single_runs import Setting
 from ..references import reference
 from ..references.problems import attitude_error
 from .budget import Task
@@ -60,7 +60,7 @@ class Measurement:
 
     @property
     def spread(self):
-        return measure.spread(self.samples) if self.samples else None
+        return timing.spread(self.samples) if self.samples else None
 
 
 def turn_length(problem):
@@ -80,7 +80,9 @@ class SceneRuns:
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
-        self.contenders = {who.name: who for who in (*contenders.ours(problem), *contenders.PEERS)}
+        self.contenders = {
+            who.name: who for who in (*single_runs.ours(problem), *single_runs.PEERS)
+        }
         self.runs = {}
 
     def run(self, row):
@@ -97,7 +99,7 @@ class SceneRuns:
         try:
             run = self.run(row)
             q, m = run.record(looks(self.end, setting.step))
-            row.about = min(measure.once(run.solve) for _ in range(2))
+            row.about = min(timing.once(run.solve) for _ in range(2))
             row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
             row.energy_error = self.problem.energy_error(q, m)
             row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
@@ -126,7 +128,7 @@ class SceneRuns:
     def times(self, rows):
         """Measures the seconds of each run that came to an end, one after the other."""
         return {
-            row.key: measure.sample(self.run(row).solve, row.about)
+            row.key: timing.sample(self.run(row).solve, row.about)
             for row in rows
             if not row.failure
         }

@@ -10,7 +10,7 @@ resolved, and of the size of the torque's part along V where it is not, whatever
 import kreisel as kr
 import numpy as np
 
-from ..peers.contenders import setting
+from ..competitors.single_runs import setting
 from ..references.problems import attitude_error
 from . import judge
 from .budget import Task

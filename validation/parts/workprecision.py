@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..competitors.method_families import families
 from ..drawing import cost_curves
-from ..peers.families import families
 from . import race, runs, scenes_told
 from .part import Part, csv_text
 from .words import brief, count, counted, in_a_row, listed, power

@@ -11,10 +11,10 @@ import kreisel as kr
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from ..competitors import machine
 from ..parts.budget import BUDGETS, work_through
 from ..parts.runs import turn_length
 from ..parts.store import Store, put_whole
-from ..peers import machine
 from ..references.problems import HORIZONS, SHORT, described, load
 from . import page
 from .contents import PARTS

@@ -5,8 +5,8 @@ from pathlib import Path
 import jinja2
 import kreisel as kr
 
+from ..competitors.single_runs import PEERS
 from ..parts import race, words
-from ..peers.contenders import PEERS
 
 HERE = Path(__file__).parent
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]

@@ -7,8 +7,8 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
+from ..competitors import machine
 from ..parts.store import put_whole
-from ..peers import machine
 from ..report import page
 from . import (
     errata_maps,

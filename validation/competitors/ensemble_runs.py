@@ -17,7 +17,7 @@ import kreisel as kr
 import numpy as np
 
 from ..references import equations
-from .contenders import EPS, ScipyRun, Setting
+from .single_runs import EPS, ScipyRun, Setting
 
 BATCH = 8
 

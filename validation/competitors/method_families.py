@@ -3,8 +3,8 @@ finds its place unasked."""
 
 import kreisel as kr
 
-from .contenders import PEERS, steered
 from .machine import is_of_gsl
+from .single_runs import PEERS, steered
 
 TITLES = {
     "series, closed form and other adaptive": lambda m: steered(m) != "step",

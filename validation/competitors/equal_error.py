@@ -9,7 +9,7 @@ from statistics import median
 import numpy as np
 
 from ..references.problems import attitude_errors
-from . import measure
+from . import timing
 
 NEAR = 1.2  # the tightest error is this much above the larger of two floors, which scatter
 
@@ -64,8 +64,8 @@ def sample_errors(q, truths):
 
 def timed(call, who, tops, threads):
     """Gives the seconds of one top; a mover of one thread is taken to share the tops perfectly."""
-    with measure.undisturbed():
-        return measure.once(call) / len(tops) / (threads if who.is_serial else 1)
+    with timing.undisturbed():
+        return timing.once(call) / len(tops) / (threads if who.is_serial else 1)
 
 
 def by_mover(found):

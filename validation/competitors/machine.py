@@ -11,7 +11,7 @@ from pathlib import Path
 
 import kreisel as kr
 
-from . import core
+from . import compiled_core
 
 GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
 
@@ -32,7 +32,9 @@ def cores():
 
 def compiler():
     """Tells what compiled the extension, as compilers write it into what they make."""
-    made = re.findall(rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", core.FILE.read_bytes())
+    made = re.findall(
+        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
+    )
     names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
     return ", ".join(sorted(names)) or "not known"
 
@@ -50,7 +52,7 @@ def fingerprint(*more):
     machine, the versions, and what else is given."""
     here = Path(__file__).parents[1]
     files = [
-        core.FILE,
+        compiled_core.FILE,
         *sorted(Path(kr.__file__).parent.rglob("*.py")),
         *sorted(here.rglob("*.py")),
         *sorted(here.rglob("*.json")),
