@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from validation.competitors.method_families import families
 from validation.drawing import cost_curves
-from validation.drawing.look import COLOURS, MARKERS, line_styles, panel, plt
+from validation.drawing.style import COLOURS, MARKERS, line_styles, panel, plt
 
 # Machado, Oliveira and Fernandes (2009), full dichromacy, on linear RGB.
 VISION = {

@@ -7,7 +7,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-from validation.drawing import cuts as drawing
+from validation.drawing import section_plots as drawing
 from validation.parts import chaos as part
 from validation.parts import cuts, exponents, rotations
 from validation.references import kowalewski, melnikov

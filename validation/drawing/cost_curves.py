@@ -1,6 +1,6 @@
 """Errors against what they cost: a panel for each family of methods, or one panel for all."""
 
-from .look import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
 LEAST = 1e-17  # what errors of zero are drawn at

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .look import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
 
 LEAST, NAMED_AT = 1e-17, 0.97  # what errors of zero are drawn at; where a line's name stands
 

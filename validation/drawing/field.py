@@ -1,6 +1,6 @@
 """A quantity over a plane, as a picture of one dot a value."""
 
-from .look import INK, STYLE, as_svg, plt
+from .style import INK, STYLE, as_svg, plt
 
 
 def field(values, extent, labels):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .look import FAINT, INK, STYLE, as_svg, plt
+from .style import FAINT, INK, STYLE, as_svg, plt
 
 COLOURS = plt.get_cmap("RdYlBu_r")
 GREY = (0.6, 0.6, 0.6, 0.35)

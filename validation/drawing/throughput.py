@@ -2,7 +2,7 @@
 
 from statistics import median
 
-from .look import STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import STYLE, as_svg, label_ends, line_styles, panel, plt, powers
 
 LEAST = 1e-17  # what errors of zero are drawn at
 

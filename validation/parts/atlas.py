@@ -9,7 +9,7 @@ import numpy as np
 
 from ..competitors import single_runs
 from ..drawing import heatmap
-from ..drawing.time_courses import colours_of, time_courses
+from ..drawing.time_series import colours_of, time_courses
 from . import cases, cells, judge, stiff
 from .budget import Task
 from .part import Part, csv_text

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ..drawing import cuts as drawing
+from ..drawing import section_plots as drawing
 from ..drawing.field import field
 from ..references import kowalewski, melnikov
 from . import cuts, exponents, rotations

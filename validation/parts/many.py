@@ -121,8 +121,8 @@ def of_kind(kind, groups):
     target = max(1e-9, equal_error.tightest(own, peer))
     value, _, seconds = equal_error.ratio(peer, own, target)
     said = (
-        f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a median error "
-        f"of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
+        f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a "
+        f"median error of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."

@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 
-from ..drawing import sphere
+from ..drawing import sphere_plots
 from .words import brief
 
 ABOUT = {
@@ -50,5 +50,5 @@ def drawn(problem, end):
         "about": about(problem),
         "shown": f"{shown:.3g}",
         "turns": brief(turns * end),
-        "apex": sphere.apex_path(path.apex),
+        "apex": sphere_plots.apex_path(path.apex),
     }

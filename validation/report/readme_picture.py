@@ -10,8 +10,8 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..drawing.look import COLOURS, INK, STYLE, as_svg, plt
-from ..drawing.sphere import outline, seen
+from ..drawing.sphere_plots import outline, seen
+from ..drawing.style import COLOURS, INK, STYLE, as_svg, plt
 
 STEP, SPAN = 0.4, 44.0
 TARGET = Path(__file__).with_name("picture.svg")

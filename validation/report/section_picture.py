@@ -11,7 +11,7 @@ from pathlib import Path
 
 import kreisel as kr
 
-from ..drawing.look import plt
+from ..drawing.style import plt
 
 BODY = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 GRAVITIES = (0.05, 2.0, 4.0)

@@ -12,7 +12,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..drawing.look import plt
+from ..drawing.style import plt
 
 BODY = kr.Body(1.0, (1.0, 1.2, 0.5), com=(0.2, 0.0, 1.0), made_up=True)
 SPINS, TILTS = np.linspace(0.0, 8.0, 2000), np.linspace(0.001, 1.5, 1000)

@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..drawing.look import COLOURS, FAINT, INK, STYLE, as_svg
+from ..drawing.style import COLOURS, FAINT, INK, STYLE, as_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
 TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}  # the four of 6.1.1

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
-from ..drawing import sphere
-from ..drawing.look import FAINT, STYLE, as_svg
+from ..drawing import sphere_plots
+from ..drawing.style import FAINT, STYLE, as_svg
 from .line_charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
@@ -31,7 +31,7 @@ class Top:
 
 
 def seen(points):
-    return sphere.seen(points, ELEVATION, AZIMUTH)
+    return sphere_plots.seen(points, ELEVATION, AZIMUTH)
 
 
 def on_paper(points):
@@ -167,6 +167,6 @@ def trace(path):
     """Draws the path of the axis."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
-        sphere.globe(axes)
-        sphere.trace(axes, path.apex, BLUE)
+        sphere_plots.globe(axes)
+        sphere_plots.trace(axes, path.apex, BLUE)
         return as_svg(figure)

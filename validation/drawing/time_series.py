@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .look import COLOURS, STYLE, as_svg, label_ends, panel, plt, powers
+from .style import COLOURS, STYLE, as_svg, label_ends, panel, plt, powers
 
 LEAST = 1e-17  # what errors of zero are drawn at
 

@@ -3,7 +3,7 @@ Dots are a picture within the picture: they are many."""
 
 import numpy as np
 
-from .look import COLOURS, FAINT, INK, STYLE, as_svg, plt
+from .style import COLOURS, FAINT, INK, STYLE, as_svg, plt
 
 FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 140}
 TURN = (

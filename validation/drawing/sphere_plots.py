@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .look import COLOURS, FAINT, INK, STYLE, as_svg, plt
+from .style import COLOURS, FAINT, INK, STYLE, as_svg, plt
 
 ELEVATION = 20.0  # of the eye above the horizontal plane [degrees]
 
