@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from validation.parts import atlas, left_out, race, runs, truth, workprecision
-from validation.parts.judge import DRIFT
+from validation.parts import atlas, fastest, omissions, scene_runs, truth, workprecision
+from validation.parts.verdicts import DRIFT
 from validation.references import reference
 from validation.references.problems import HORIZONS, SHORT, load
 
@@ -59,7 +59,7 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
 
 def run(scene, method, seconds):
     known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds]}
-    return runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
@@ -78,7 +78,7 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
     said = workprecision.concluded(
         workprecision.Comparison([(SimpleNamespace(name=scene), 1.0) for scene in scenes], {}, rows)
     )
-    n = len(race.TARGETS)
+    n = len(fastest.TARGETS)
     assert said.startswith(
         f"In {2 * n} of {5 * n} cases (5 scenes, {n} accuracies) kreisel is fastest: "
         f"taylor ({2 * n}). {2 * n} cases are ties: "
@@ -86,12 +86,12 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
     assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
     lost = said.split("A peer is faster for ")[1]
     assert lost.count("lost at") == n and lost.count(" at ") == n
-    (tie,) = [one for one in race.races(rows, ["ahead"]) if one[1] == 1e-3]
+    (tie,) = [one for one in fastest.races(rows, ["ahead"]) if one[1] == 1e-3]
     assert workprecision.tied([tie]) == "One case is a tie: ahead at 1e-3 rad (taylor and heyoka)."
 
 
 def test_what_is_left_out_is_said_and_measured():
-    found = left_out.examine(load("thesis"), SHORT, 1)
+    found = omissions.examine(load("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}
     assert set(found["plans"]) == {"all", "level"} and all(
         "left out" in text for text in found["plans"].values()
@@ -117,4 +117,4 @@ def test_what_is_left_out_is_said_and_measured():
     ],
 )
 def test_a_saving_is_worded_by_its_median(ratios, expected):
-    assert left_out.of_saving("gravity", ratios) == f"Leaving out gravity {expected}."
+    assert omissions.of_saving("gravity", ratios) == f"Leaving out gravity {expected}."

@@ -13,7 +13,7 @@ from validation.bench import ensemble as bench
 from validation.competitors import ensemble_runs, equal_error
 from validation.competitors.equal_error import Run
 from validation.competitors.single_runs import Setting
-from validation.parts import many as part
+from validation.parts import ensembles as part
 from validation.references import equations, reference
 from validation.references import random_ensembles as tops_of
 from validation.references.problems import attitude_error, attitude_errors
@@ -145,12 +145,12 @@ def test_a_figure_is_graded_by_its_bounds(capsys):
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory):
     out = tmp_path_factory.mktemp("many")
-    assert report.main(["--quick", "--only", "many", "--out", str(out)]) == 0
+    assert report.main(["--quick", "--only", "ensembles", "--out", str(out)]) == 0
     return out
 
 
 def test_the_report_writes_who_moved_tops(quick):
-    with (quick / "many.csv").open(newline="") as file:
+    with (quick / "ensembles.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert tuple(rows[0]) == part.COLUMNS
     for kind in KINDS:
@@ -162,7 +162,7 @@ def test_the_report_writes_who_moved_tops(quick):
 
 def test_the_report_shows_who_moved_tops_and_the_map(quick):
     page = (quick / "index.html").read_text()
-    section = page.split('id="many"')[1]
+    section = page.split('id="ensembles"')[1]
     assert section.count("<svg") == len(KINDS) + 1
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)
     assert "a second to a median error of" in re.sub(r"\s+", " ", page)

@@ -8,27 +8,27 @@ import pytest
 from rich.console import Console
 
 from validation.competitors import timing
-from validation.parts import race, runs
+from validation.parts import fastest, scene_runs
 from validation.parts.budget import BUDGETS, Task, work_through
-from validation.parts.store import Store, put_whole
+from validation.parts.result_cache import Store, put_whole
 from validation.report.main import progress_bar
 
 
 def row(error, energy, seconds):
     known = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
-    return runs.Measurement("thesis", 1.0, "m", False, **known)
+    return scene_runs.Measurement("thesis", 1.0, "m", False, **known)
 
 
 def test_a_lucky_zero_does_not_win():
     lucky, honest, finer = row(1e-13, 1e-13, 1), row(5e-7, 1e-8, 2), row(1e-8, 1e-9, 3)
-    assert race.reaching([lucky, honest, finer], 1e-6) is lucky
-    assert race.reaching([lucky, honest, finer], 1e-9) is None, "the next tighter run is worse"
-    assert race.reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
+    assert fastest.reaching([lucky, honest, finer], 1e-6) is lucky
+    assert fastest.reaching([lucky, honest, finer], 1e-9) is None, "the next tighter run is worse"
+    assert fastest.reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
         "the energy disagrees"
     )
-    assert race.reaching([honest], 1e-6) is None, "nothing tighter bears it out"
+    assert fastest.reaching([honest], 1e-6) is None, "nothing tighter bears it out"
     closed_form = replace(honest, tol=None)
-    assert race.reaching([closed_form], 1e-6) is closed_form
+    assert fastest.reaching([closed_form], 1e-6) is closed_form
 
 
 def test_an_interruption_keeps_what_was_measured():

@@ -8,23 +8,30 @@ import pytest
 from toolbox import ROOT
 
 from validation.competitors import method_families, single_runs
-from validation.parts import cases, cells, ensemble, left_out, published, stiff
+from validation.parts import (
+    atlas_cases,
+    atlas_cells,
+    omissions,
+    published,
+    random_tops,
+    stiff_needle,
+)
 from validation.references.problems import load
 
 MACHINERY = [
     file
-    for folder in ("peers", "drawing", "parts", "report")
+    for folder in ("competitors", "drawing", "parts", "report")
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
 NAMED = {  # why each of these files knows a method by name
     "chaos": {"taylor"},  # who carries the tangents of exponents
-    "left_out": {"suzuki4", "taylor"},  # what is left out of which
-    "movers": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
+    "omissions": {"suzuki4", "taylor"},  # what is left out of which
+    "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
     "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
-    "race": {"gsl_rk8pd"},  # whom the tables compare with
+    "fastest": {"gsl_rk8pd"},  # whom the tables compare with
     "readme_picture": {"bobenko_suris"},  # what is drawn
-    "rotations": {"taylor"},  # whose frequencies are held against the closed form's
-    "stiff": {"exact"},  # a truth, not one of those compared
+    "frequency_data": {"taylor"},  # whose frequencies are held against the closed form's
+    "stiff_needle": {"exact"},  # a truth, not one of those compared
 }
 NEW = "of_a_later_day"
 
@@ -49,13 +56,13 @@ def newcomer(monkeypatch):
 
 
 def test_a_method_of_a_later_day_is_everywhere(newcomer):
-    case = next(case for case in cases.gravities())
-    assert NEW in {cell["method"] for cell in cells.examine(case)}
-    assert NEW in {line["method"] for line in stiff.examine()}
-    assert NEW in {run["method"] for run in ensemble.examine("general", 1)}
+    case = next(case for case in atlas_cases.gravities())
+    assert NEW in {cell["method"] for cell in atlas_cells.examine(case)}
+    assert NEW in {line["method"] for line in stiff_needle.examine()}
+    assert NEW in {run["method"] for run in random_tops.examine("general", 1)}
     (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
     assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
-    assert NEW in {row["name"] for row in left_out.by_form(1)}
+    assert NEW in {row["name"] for row in omissions.by_form(1)}
     assert NEW in {who.name for who in single_runs.ours(load("asymmetric"))}
     assert [title for title, (own, _) in method_families.families().items() if NEW in own] == [
         "fixed step, order 3 and 4"

@@ -9,7 +9,7 @@ import pytest
 
 from validation.drawing import section_plots as drawing
 from validation.parts import chaos as part
-from validation.parts import cuts, exponents, rotations
+from validation.parts import frequency_data, lyapunov_exponents, section_data
 from validation.references import kowalewski, melnikov
 
 SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
@@ -62,7 +62,7 @@ def test_the_integral_is_that_of_finer_points(monkeypatch):
 
 
 def test_a_section_of_kowalewskis_top_has_every_K():
-    section = cuts.of_kowalewski(4, 30, 5)
+    section = section_data.of_kowalewski(4, 30, 5)
     K = section.kowalewski.reshape(30, 5)
     assert np.ptp(K, axis=1).max() < 1e-11 * K.max()
     assert np.diff(K[:, 0] ** 0.25).max() < 0.15 * K.max() ** 0.25
@@ -70,30 +70,30 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 def test_frequencies_tell_regular_motions():
     """At 2 % the most are regular, and a chain of islands has one number of turns."""
-    axial, turns, change = rotations.rotation(16, "moments 2 % apart")
+    axial, turns, change = frequency_data.rotation(16, "moments 2 % apart")
     assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16
-    assert rotations.off_closed_form(4) < 1e-12
+    assert frequency_data.off_closed_form(4) < 1e-12
 
 
 def test_exponents_part_order_from_chaos():
-    regular, chaotic = (exponents.told(name, 12) for name in ("a Lagrange top", "40 %"))
+    regular, chaotic = (lyapunov_exponents.told(name, 12) for name in ("a Lagrange top", "40 %"))
     assert regular["chaotic"] == 0 and regular["exponent"] is None is regular["error"]
     assert chaotic["chaotic"] > 6 and 0.1 < chaotic["exponent"] < 0.25
     assert 0.0 < chaotic["error"] < 0.05 and chaotic["certificate"] < 1e-12
 
 
 def test_the_map_is_empty_where_nothing_moves():
-    values = exponents.mapped(5)
-    energies, verticals = (
-        np.linspace(*ends, 5) for ends in (exponents.ENERGIES, exponents.VERTICALS)
-    )
+    values = lyapunov_exponents.mapped(5)
+    energies = np.linspace(*lyapunov_exponents.ENERGIES, 5)
+    verticals = np.linspace(*lyapunov_exponents.VERTICALS, 5)
+    body = section_data.body(lyapunov_exponents.MAPPED)
     for (row, column), value in np.ndenumerate(values):
         words = {"energy": energies[row], "vertical": verticals[column], "n": 1}
         if np.isnan(value):
             with pytest.raises(ValueError, match="no start has"):
-                kr.starts(cuts.body(exponents.MAPPED), **words)
+                kr.starts(body, **words)
         else:
-            assert len(kr.starts(cuts.body(exponents.MAPPED), **words)) == 1 and value < 0.5
+            assert len(kr.starts(body, **words)) == 1 and value < 0.5
     assert 0 < np.isnan(values).sum() < 20
 
 

@@ -70,9 +70,9 @@ def tree(tmp_path_factory):
     (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
     contents = copy / "validation/report/contents.py"
     text = contents.read_text()
-    text = text.replace("chaos, ensemble, ", "chaos, ensemble, headcount, ")
+    text = text.replace("chaos, ensembles, ", "chaos, ensembles, headcount, ")
     contents.write_text(
-        text.replace("    left_out.PART,\n", "    headcount.PART,\n    left_out.PART,\n")
+        text.replace("    omissions.PART,\n", "    headcount.PART,\n    omissions.PART,\n")
     )
     return copy
 
@@ -101,7 +101,7 @@ def test_a_new_part_touches_three_files(tree):
 
 
 def test_the_command_line_knows_a_new_part(tree):
-    assert "ensemble, published, headcount, left_out" in report(tree, "--help")
+    assert "random_tops, published, headcount, omissions" in report(tree, "--help")
 
 
 def test_a_new_part_is_told_written_and_shown(made):

@@ -9,8 +9,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-from validation.parts import cells, judge
-from validation.parts.cases import Case, at, cases, general, lagrange
+from validation.parts import atlas_cells, verdicts
+from validation.parts.atlas_cases import Case, at, cases, general, lagrange
 
 SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
 REST = {"momentum": (0.0, 0.0, 0.0)}
@@ -92,7 +92,7 @@ def with_faults(led_on):
     def everybody(scene, radians):
         return [
             replace(who, name=f"{name}/{who.name}", run=planting(who, fault))
-            for who in cells.everybody(scene, radians)
+            for who in atlas_cells.everybody(scene, radians)
             if who.name in kr.methods
             for name, fault in FAULTS.items()
         ]
@@ -106,7 +106,7 @@ def found(family):
     led_on = family not in FAMILIES
     case = Case("planted", "led on", at(general, **SPUN), 4) if led_on else FAMILIES[family]
     by_fault = {name: {} for name in FAULTS}
-    for cell in cells.examine(case, with_faults(led_on)):
+    for cell in atlas_cells.examine(case, with_faults(led_on)):
         fault, method = cell["method"].split("/")
         if "attitude_error" in cell:
             by_fault[fault][method] = cell
@@ -115,7 +115,7 @@ def found(family):
 
 
 def silent(cell):
-    return cell["verdict"] == judge.SILENT
+    return cell["verdict"] == verdicts.SILENT
 
 
 @pytest.mark.parametrize("family", ALL)
@@ -136,7 +136,7 @@ def test_what_both_runs_are_off_by_is_silent(family, fault):
         if cell["attitude_error"] < SIZES[fault] / 3:  # a turned top may look like itself
             continue
         within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
-        is_excused = cell["verdict"] == judge.AS_ASKED or cell["shown_by"] == "tolerance"
+        is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
         assert silent(cell) or (within and is_excused), name
 
 
@@ -144,7 +144,7 @@ def test_what_both_runs_are_off_by_is_silent(family, fault):
 def test_what_grows_with_the_error_is_never_silent(family):
     sound, faulty = found(family)["sound"], found(family)["tenfold"]
     for name, cell in sound.items():
-        if cell["shown"] < 0.01 and cell["verdict"] not in judge.MET:
+        if cell["shown"] < 0.01 and cell["verdict"] not in verdicts.MET:
             assert not silent(faulty[name]), name
 
 
@@ -169,7 +169,7 @@ def jumping(name, fault):
         q = fault(scene, times, kr.exact(scene)(times).q)
         return problem.principal(np.array(q)), np.tile(scene.momentum, (len(q), 1)), 0, 0
 
-    return cells.Candidate(name, "", 0, run)
+    return atlas_cells.Candidate(name, "", 0, run)
 
 
 @cache
@@ -178,7 +178,7 @@ def late():
     off by a share of the time."""
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
-    found = cells.examine(LATE, lambda *_: [jumping(*one) for one in faults.items()])
+    found = atlas_cells.examine(LATE, lambda *_: [jumping(*one) for one in faults.items()])
     assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
     return {cell["method"]: cell for cell in found}
 
@@ -192,13 +192,13 @@ def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
 
 def test_nobody_is_right_at_times_that_no_double_tells():
     """Every method refuses them; one that goes there all the same, by part of the way, is lost."""
-    goes_on = cells.Candidate(
+    goes_on = atlas_cells.Candidate(
         "goes on",
         "",
         0,
         lambda problem, scene, t, _: (earlier(scene, t, 0.25), np.ones((len(t), 3)), 0, 0),
     )
-    found = cells.examine(BEYOND, lambda *words: [*cells.everybody(*words), goes_on])
+    found = atlas_cells.examine(BEYOND, lambda *words: [*atlas_cells.everybody(*words), goes_on])
     *ours, lost = found
     assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
     assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}

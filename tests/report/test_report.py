@@ -7,7 +7,7 @@ import kreisel as kr
 import pytest
 
 from validation.competitors import machine
-from validation.parts import cases, race, workprecision
+from validation.parts import atlas_cases, fastest, workprecision
 from validation.references.problems import HORIZONS, load
 from validation.report import main as report
 
@@ -71,7 +71,7 @@ def test_the_report_writes_its_page(quick):
 
 def test_the_report_writes_the_table_of_the_readme(quick):
     lines = (quick / "readme_table.md").read_text().splitlines()
-    assert len(lines) == 2 + len(HORIZONS) * len(race.TARGETS)
+    assert len(lines) == 2 + len(HORIZONS) * len(fastest.TARGETS)
     assert len({line.count("|") for line in lines}) == 1
 
 
@@ -89,8 +89,8 @@ def test_the_report_takes_a_scene_of_ones_own(tmp_path):
 
 ODD = {
     "free": kr.Scene(kr.Body(1.0, (1.0, 0.8, 0.5), (0.0, 0.0, 0.0)), body_velocity=(0.5, 0.2, 3.0)),
-    "nanoparticle": cases.at(
-        lambda: cases.lagrange(1.2e-33, 1e-33, 1e-18, 1e-9),
+    "nanoparticle": atlas_cases.at(
+        lambda: atlas_cases.lagrange(1.2e-33, 1e-33, 1e-18, 1e-9),
         body_velocity=(1e6, 0.0, 1e9),
         gravity=9.81,
     )(),

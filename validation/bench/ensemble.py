@@ -22,7 +22,7 @@ import numpy as np
 
 from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.single_runs import Setting
-from ..parts.many import TARGETS, sleeping_map
+from ..parts.ensembles import TARGETS, sleeping_map
 from ..references.problems import attitude_errors
 from ..references.random_ensembles import SCENES, conditioning, random, truths
 

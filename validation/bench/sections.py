@@ -13,7 +13,7 @@ from functools import partial
 import kreisel as kr
 
 from ..competitors import timing
-from ..parts import chaos, cuts
+from ..parts import chaos, frequency_data
 from .ensemble import graded
 
 BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
@@ -40,7 +40,12 @@ def time():
 
 
 def frequencies():
-    graded("frequencies off the closed form's", cuts.off_closed_form(200), 1e-12, at_most=True)
+    graded(
+        "frequencies off the closed form's",
+        frequency_data.off_closed_form(200),
+        1e-12,
+        at_most=True,
+    )
 
 
 def layer():

@@ -10,10 +10,10 @@ import numpy as np
 from ..competitors import single_runs
 from ..drawing import heatmap
 from ..drawing.time_series import colours_of, time_courses
-from . import cases, cells, judge, stiff
+from . import atlas_cases, atlas_cells, stiff_needle, verdicts
 from .budget import Task
+from .formatting import count, counted, in_a_row, is_or_are, listed
 from .part import Part, csv_text
-from .words import count, counted, in_a_row, is_or_are, listed
 
 COLUMNS = (
     "family",
@@ -39,7 +39,7 @@ COLUMNS = (
     "evaluations",
     "message",
 )
-COUNTED = (judge.BLOW_UP, judge.BEYOND, judge.REDUCED, judge.DRIFT)
+COUNTED = (verdicts.BLOW_UP, verdicts.BEYOND, verdicts.REDUCED, verdicts.DRIFT)
 COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative"}
 
 
@@ -52,15 +52,15 @@ class Atlas:
 
 
 def tasks(problems, budget, store):
-    for case in cases.cases(budget.quick):
+    for case in atlas_cases.cases(budget.quick):
         weight = 6.0 if case.closed else 0.4
-        yield Task(case.key, partial(cells.examine, case), weight, until=1.0)
-    yield from stiff.tasks(budget)
+        yield Task(case.key, partial(atlas_cells.examine, case), weight, until=1.0)
+    yield from stiff_needle.tasks(budget)
 
 
 def found(problems, store):
     known = [cell for of_case in store.under("atlas/") for cell in of_case]
-    return Atlas(known, stiff.found(store)) if known else None
+    return Atlas(known, stiff_needle.found(store)) if known else None
 
 
 def columns(found):
@@ -71,19 +71,19 @@ def columns(found):
 
 def square(cell):
     """Gives what the heat map shows of a cell."""
-    ran = cell["verdict"] in judge.CAME_TO_THE_END
-    dot = {judge.RIGHT: "•", judge.AS_ASKED: "="}.get(cell["verdict"], "")
+    ran = cell["verdict"] in verdicts.CAME_TO_THE_END
+    dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
         cell["case"],
         cell["method"],
         cell["attitude_error"] if ran else None,
         dot + cell["mark"],
-        cell["verdict"] == judge.SILENT,
+        cell["verdict"] == verdicts.SILENT,
     )
 
 
 def families_shown(found):
-    for name, (_, about) in cases.FAMILIES.items():
+    for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in found if cell["family"] == name]
         if own:
             yield {
@@ -101,8 +101,8 @@ def note(cell):
     if verdict in ("stopped", "refused"):
         # The rest of the message stands in the table's file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
-    if verdict == judge.SILENT or (verdict == "lost" and cell["tol"]):
-        word = "wrong in silence" if verdict == judge.SILENT else verdict
+    if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
+        word = "wrong in silence" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
         return word, f"off by {off} rad; finer, it comes out {apart} rad away"
     return None
@@ -130,12 +130,12 @@ def counts(found):
     """Gives how often each method is what."""
     for name in columns(found):
         own = [cell for cell in found if cell["method"] == name]
-        known = [c["attitude_error"] for c in own if c["verdict"] in judge.CAME_TO_THE_END]
+        known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
         yield {
             "method": name,
             "cells": len(own),
             "middle": float(np.median(known)) if known else None,
-            "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
+            "counts": [sum(cell["verdict"] == word for cell in own) for word in verdicts.VERDICTS],
             "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED],
         }
 
@@ -150,7 +150,7 @@ def needle_shown(lines):
         ]
         if lines
         else [],
-        "needle": stiff.concluded(lines),
+        "needle": stiff_needle.concluded(lines),
     }
 
 
@@ -158,21 +158,21 @@ def shown(atlas):
     return needle_shown(atlas.watched) | {
         "families": list(families_shown(atlas.cells)),
         "counts": list(counts(atlas.cells)),
-        "words": list(judge.VERDICTS),
-        "marks": judge.MARKS,
-        "signs": judge.SIGNS,
+        "words": list(verdicts.VERDICTS),
+        "marks": verdicts.MARKS,
+        "signs": verdicts.SIGNS,
         "counted": COUNTED,
-        "lost": judge.LOST,
+        "lost": verdicts.LOST,
         "key": heatmap.key(),
     }
 
 
 def is_silent(cell):
-    return cell["verdict"] == judge.SILENT
+    return cell["verdict"] == verdicts.SILENT
 
 
 def concluded(atlas):
-    ran = [cell for cell in atlas.cells if cell["verdict"] in judge.CAME_TO_THE_END]
+    ran = [cell for cell in atlas.cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
     if not ran:
         return ""
     return in_a_row(
@@ -209,7 +209,7 @@ def of_signs(ran):
 
 
 def of_methods(found):
-    met = Counter(cell["method"] for cell in found if cell["verdict"] in judge.MET)
+    met = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
     ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
     (best, often), *_ = met.most_common(1) or [("none", 0)]
     worst = listed(f"{name} ({n})" for name, n in ill.most_common(3))
@@ -220,10 +220,12 @@ def of_methods(found):
 
 
 def of_tolerances(ran):
-    beyond = [cell["method"] for cell in ran if cell["mark"] == judge.BEYOND]
+    beyond = [cell["method"] for cell in ran if cell["mark"] == verdicts.BEYOND]
     if not beyond:
         return ""
-    return f"More than {judge.PROMISED:g} times off what the tolerance explains: {counted(beyond)}."
+    return (
+        f"More than {verdicts.PROMISED:g} times off what the tolerance explains: {counted(beyond)}."
+    )
 
 
 def table(found):
@@ -238,7 +240,7 @@ def table(found):
 def files(atlas, about):
     yield "stability.csv", table(atlas.cells)
     if atlas.watched:
-        yield "stiff.csv", stiff.table(atlas.watched)
+        yield "stiff.csv", stiff_needle.table(atlas.watched)
 
 
 def told(atlas):

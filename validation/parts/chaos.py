@@ -8,10 +8,10 @@ import numpy as np
 from ..drawing import section_plots as drawing
 from ..drawing.field import field
 from ..references import kowalewski, melnikov
-from . import cuts, exponents, rotations
+from . import frequency_data, lyapunov_exponents, section_data
 from .budget import Task
+from .formatting import brief, in_a_row, power
 from .part import Part, csv_text
-from .words import brief, in_a_row, power
 
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # by which the moments of the layer's tops differ
 SHOWN = (1e-2, 1e-4)
@@ -38,10 +38,10 @@ def sizes(budget):
 def order(size):
     """Gives how far the energy strays in sections, relatively, and how many states they have."""
     found = []
-    for name in cuts.BODIES:
-        section = cuts.of_body(name, size["orbits"], size["crossings"])
-        found.append(float(np.abs(section.energy / cuts.ENERGY - 1.0).max()))
-    states = len(cuts.BODIES) * size["orbits"] * size["crossings"]
+    for name in section_data.BODIES:
+        section = section_data.of_body(name, size["orbits"], size["crossings"])
+        found.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
+    states = len(section_data.BODIES) * size["orbits"] * size["crossings"]
     return size | {"energy": max(found), "states": states}
 
 
@@ -49,7 +49,7 @@ def integrable(size):
     """Gives of each region what K the section has, how far an orbit strays from its own, and what
     theory says of it."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
-        section = cuts.of_kowalewski(number, size["orbits"], size["crossings"])
+        section = section_data.of_kowalewski(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
         yield {
             "region": number + 1,
@@ -76,14 +76,17 @@ def layer(swings):
 
 
 def turning(orbits):
-    rows = rotations.rotation(orbits, NEAR)
-    return {"rows": [row.tolist() for row in rows], "off": rotations.off_closed_form(orbits // 3)}
+    rows = frequency_data.rotation(orbits, NEAR)
+    return {
+        "rows": [row.tolist() for row in rows],
+        "off": frequency_data.off_closed_form(orbits // 3),
+    }
 
 
 def growing(size):
     """Gives the table of exponents and the map of them."""
-    table = [exponents.told(name, size["orbits"]) for name in cuts.BODIES]
-    return {"table": table, "map": exponents.mapped(size["side"]).tolist()}
+    table = [lyapunov_exponents.told(name, size["orbits"]) for name in section_data.BODIES]
+    return {"table": table, "map": lyapunov_exponents.mapped(size["side"]).tolist()}
 
 
 def tasks(problems, budget, store):
@@ -103,16 +106,19 @@ def found(problems, store):
 
 
 def panels_of_bodies(size):
-    for name in cuts.BODIES:
-        section = cuts.of_body(name, size["orbits"], size["crossings"])
-        yield name, cuts.drawn(section, cuts.by_orbit(section, section.axial_momentum))
+    for name in section_data.BODIES:
+        section = section_data.of_body(name, size["orbits"], size["crossings"])
+        yield (
+            name,
+            section_data.drawn(section, section_data.by_orbit(section, section.axial_momentum)),
+        )
 
 
 def panels_of_regions(size):
     for number, (g, h) in enumerate(kowalewski.REGIONS):
-        section = cuts.of_kowalewski(number, size["orbits"], size["crossings"])
+        section = section_data.of_kowalewski(number, size["orbits"], size["crossings"])
         K = section.kowalewski**0.25
-        yield f"{number + 1}: g = {g:g}, h = {h:g}", cuts.drawn(section, K)
+        yield f"{number + 1}: g = {g:g}, h = {h:g}", section_data.drawn(section, K)
 
 
 def pictures_of_layer(rows, size):
@@ -130,8 +136,8 @@ def pictures_of_layer(rows, size):
 
 
 def picture_of_rotation(rows, size):
-    section = cuts.of_body(NEAR, size["orbits"], size["crossings"])
-    panel = cuts.drawn(section, cuts.by_orbit(section, section.axial_momentum))
+    section = section_data.of_body(NEAR, size["orbits"], size["crossings"])
+    panel = section_data.drawn(section, section_data.by_orbit(section, section.axial_momentum))
     return drawing.beside_rotation(
         panel, "moments 8 % apart", [np.array(row, float) for row in rows]
     )
@@ -140,7 +146,7 @@ def picture_of_rotation(rows, size):
 def picture_of_exponents(rows):
     return field(
         np.array(rows, float),
-        (*exponents.VERTICALS, *exponents.ENERGIES),
+        (*lyapunov_exponents.VERTICALS, *lyapunov_exponents.ENERGIES),
         ("vertical momentum", "energy", "largest Lyapunov exponent"),
     )
 
@@ -165,7 +171,7 @@ def shown(findings):
         told["off"] = findings["frequencies"]["off"]
     if told["exponents"]:
         told["map"] = picture_of_exponents(told["exponents"]["map"])
-        told["long"], told["times"] = exponents.LONG, exponents.TIMES
+        told["long"], told["times"] = lyapunov_exponents.LONG, lyapunov_exponents.TIMES
     return told
 
 

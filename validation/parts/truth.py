@@ -3,10 +3,10 @@
 from functools import partial
 
 from ..references import reference
-from . import runs
+from . import scene_runs
 from .budget import Task
+from .formatting import brief, in_a_row, listed
 from .part import Part, csv_text
-from .words import brief, in_a_row, listed
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
 MANY = ("128", "30 digits")  # in the names of the ways that have more digits than a double
@@ -18,12 +18,12 @@ def ways_key(problem):
 
 def tasks(problems, budget, store):
     for problem, end in problems:
-        yield runs.truth_task(problem, end)
+        yield scene_runs.truth_task(problem, end)
         yield Task(ways_key(problem), partial(ways, problem, end, store), 1.0)
 
 
 def ways(problem, end, store):
-    return list(reference.ways(problem, end, store.known[runs.truth_key(problem)]))
+    return list(reference.ways(problem, end, store.known[scene_runs.truth_key(problem)]))
 
 
 def found(problems, store):
@@ -32,7 +32,7 @@ def found(problems, store):
         {
             "scene": problem.name,
             "end": end,
-            "conditioning": store.known[runs.truth_key(problem)]["conditioning"],
+            "conditioning": store.known[scene_runs.truth_key(problem)]["conditioning"],
             "ways": [*store.known[ways_key(problem)], *in_double(store, problem.name)],
         }
         for problem, end in problems
@@ -42,7 +42,7 @@ def found(problems, store):
 
 def in_double(store, scene):
     """Gives what heyoka comes to in doubles at its tightest, where it ran."""
-    rows = (row for row in runs.explored(store, scene) if row.method == "heyoka")
+    rows = (row for row in scene_runs.explored(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
 

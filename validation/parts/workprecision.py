@@ -7,9 +7,9 @@ import numpy as np
 
 from ..competitors.method_families import families
 from ..drawing import cost_curves
-from . import race, runs, scenes_told
+from . import fastest, scene_runs, scene_table
+from .formatting import brief, count, counted, in_a_row, listed, power
 from .part import Part, csv_text
-from .words import brief, count, counted, in_a_row, listed, power
 
 COLUMNS = (
     "scene",
@@ -51,13 +51,13 @@ class Comparison:
 
 def tasks(problems, budget, store):
     for problem, end in problems:
-        yield from runs.tasks(problem, end, budget, store)
+        yield from scene_runs.tasks(problem, end, budget, store)
 
 
 def found(problems, store):
-    known = {problem.name: runs.measured(store, problem.name) for problem, _ in problems}
+    known = {problem.name: scene_runs.measured(store, problem.name) for problem, _ in problems}
     ran = [(problem, end) for problem, end in problems if known[problem.name]]
-    truths = {problem.name: store.known[runs.truth_key(problem)] for problem, _ in ran}
+    truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
     return (
         Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
     )
@@ -82,7 +82,7 @@ def setup_times(rows):
 
 def scene_shown(comparison, problem, end, groups_of):
     rows = comparison.rows
-    groups = runs.by_method(rows, problem.name)
+    groups = scene_runs.by_method(rows, problem.name)
     floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
     main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
     own = [name for family, _ in groups_of.values() for name in family]
@@ -91,7 +91,7 @@ def scene_shown(comparison, problem, end, groups_of):
     def drawn(how, name, cost, *which):
         return how(groups, *which, name, QUANTITIES[name], cost, floors.get(name))
 
-    return scenes_told.drawn(problem, end) | {
+    return scene_table.drawn(problem, end) | {
         "advice": advice(rows, problem.name),
         "panels": [
             {"label": title, "svg": svg}
@@ -104,19 +104,19 @@ def scene_shown(comparison, problem, end, groups_of):
             }
             for name, cost in others
         ],
-        "times": list(race.times(rows, problem.name)),
+        "times": list(fastest.times(rows, problem.name)),
     }
 
 
 def shown(comparison):
     rows, groups_of = comparison.rows, families()
     return {
-        "references": race.references({row.method for row in rows}),
-        "summary": list(race.summary(rows, comparison.scenes)),
-        "targets": [power(target) for target in race.TARGETS],
+        "references": fastest.references({row.method for row in rows}),
+        "summary": list(fastest.summary(rows, comparison.scenes)),
+        "targets": [power(target) for target in fastest.TARGETS],
         "scenes": [scene_shown(comparison, *each, groups_of) for each in comparison.problems],
         "timing": timing(rows),
-        "luck": f"{race.LUCK:g}",
+        "luck": f"{fastest.LUCK:g}",
         "setup": setup_times(rows),
         "failures": [row for row in rows if row.failure],
     }
@@ -124,11 +124,13 @@ def shown(comparison):
 
 def advice(rows, scene):
     """Says which method to take on one scene."""
-    hits = [(target, own) for _, target, own, _ in race.races(rows, [scene]) if own]
+    hits = [(target, own) for _, target, own, _ in fastest.races(rows, [scene]) if own]
     if not hits:
         return "No method reached any of the errors in the table within the time allowed."
     best = listed(f"{stretch} rad" for stretch in stretches(hits, "<strong>{}</strong>"))
-    fixed = [(target, hit) for target in race.TARGETS if (hit := best_fixed(rows, scene, target))]
+    fixed = [
+        (target, hit) for target in fastest.TARGETS if (hit := best_fixed(rows, scene, target))
+    ]
     return in_a_row(
         f"Take {best}.", f"With fixed steps, {listed(stretches(fixed))}." if fixed else ""
     )
@@ -138,7 +140,7 @@ def best_fixed(rows, scene, target):
     def is_fixed(row):
         return not row.peer and row.step is not None
 
-    return race.fastest_of(rows, scene, target, is_fixed)
+    return fastest.fastest_of(rows, scene, target, is_fixed)
 
 
 def stretches(hits, form="{}"):
@@ -149,7 +151,7 @@ def stretches(hits, form="{}"):
 
 
 def concluded(comparison):
-    races = list(race.races(comparison.rows, comparison.scenes))
+    races = list(fastest.races(comparison.rows, comparison.scenes))
     if not any(own for *_, own, _ in races):
         return ""
     return in_a_row(won(races), tied(races), ahead(races), lost(races), unreached(races))
@@ -157,7 +159,7 @@ def concluded(comparison):
 
 def is_faster(one, other):
     """Whether `one` reached the error and took clearly less time than `other`."""
-    return bool(one and (not other or race.TIE * one.seconds < other.seconds))
+    return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
 def is_tie(own, peer):
@@ -242,12 +244,12 @@ def table(comparison, about):
 
 def files(comparison, about):
     yield "workprecision.csv", table(comparison, about)
-    yield "readme_table.md", race.markdown(comparison.rows, comparison.scenes)
+    yield "readme_table.md", fastest.markdown(comparison.rows, comparison.scenes)
 
 
 def told(comparison):
     for problem, end in comparison.problems:
-        yield race.terminal(comparison.rows, problem.name, end)
+        yield fastest.terminal(comparison.rows, problem.name, end)
     spread = timing(comparison.rows)["spread"]
     yield f"quartiles of the times apart by {spread}, median over the runs"
 

@@ -13,8 +13,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..competitors import machine
 from ..parts.budget import BUDGETS, work_through
-from ..parts.runs import turn_length
-from ..parts.store import Store, put_whole
+from ..parts.result_cache import Store, put_whole
+from ..parts.scene_runs import turn_length
 from ..references.problems import HORIZONS, SHORT, described, load
 from . import page
 from .contents import PARTS

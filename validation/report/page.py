@@ -6,7 +6,7 @@ import jinja2
 import kreisel as kr
 
 from ..competitors.single_runs import PEERS
-from ..parts import race, words
+from ..parts import fastest, formatting
 
 HERE = Path(__file__).parent
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
@@ -21,7 +21,7 @@ def template(name, *folders):
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"digits": words.digits, "milliseconds": words.milliseconds}
+    environment.filters |= {"digits": formatting.digits, "milliseconds": formatting.milliseconds}
     return environment.get_template(name)
 
 
@@ -56,7 +56,7 @@ def render(findings, about):
     ran = {name for part, found in findings for name in part.methods(found)}
     return template("report.html").render(
         about=about,
-        references=list(race.references(ran).values()),
+        references=list(fastest.references(ran).values()),
         sections=[section(part, found, about) for part, found in findings],
         methods=list(described_methods(ran)),
     )

@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import machine
-from ..parts.store import put_whole
+from ..parts.result_cache import put_whole
 from ..report import page
 from . import (
     errata_maps,

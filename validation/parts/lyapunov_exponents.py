@@ -4,7 +4,7 @@ momentum, and a table with errors."""
 import kreisel as kr
 import numpy as np
 
-from . import cuts
+from . import section_data
 
 MAPPED = "20 %"
 ENERGIES, VERTICALS = (-0.9, 3.5), (0.0, 2.2)
@@ -24,7 +24,7 @@ def starts_of(body, energy, vertical, seed):
 def mapped(side):
     """Gives the largest exponent of some starts over vertical momentum and energy, (side, side),
     NaN where nothing moves so."""
-    body, values = cuts.body(MAPPED), np.full(side * side, np.nan)
+    body, values = section_data.body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
     grid = [(energy, vertical) for energy in energies for vertical in verticals]
     found = [starts_of(body, *at, seed) for seed, at in enumerate(grid)]
@@ -42,7 +42,13 @@ def mapped(side):
 def told(name, n):
     """Gives how many of n random starts are chaotic, with their mean exponent and its standard
     error, and how far the integrals of the tangents strayed at most."""
-    tops = kr.starts(cuts.body(name), energy=cuts.ENERGY, vertical=cuts.VERTICAL, n=n, seed=2)
+    tops = kr.starts(
+        section_data.body(name),
+        energy=section_data.ENERGY,
+        vertical=section_data.VERTICAL,
+        n=n,
+        seed=2,
+    )
     found = kr.lyapunov(tops, [LONG])
     chaotic = found.value[found.value > TIMES * np.log(LONG) / LONG]
     count = len(chaotic)

@@ -2,8 +2,8 @@
 
 from rich.table import Table
 
-from .runs import by_method
-from .words import digits, milliseconds, power
+from .formatting import digits, milliseconds, power
+from .scene_runs import by_method
 
 # Whom the tables compare with, and what they call them.
 REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}

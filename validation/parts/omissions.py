@@ -12,8 +12,8 @@ from ..competitors import timing
 from ..competitors.single_runs import setting
 from ..references.problems import load
 from .budget import Task
+from .formatting import brief, in_a_row
 from .part import Part, csv_text
-from .words import brief, in_a_row
 
 STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
 LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
@@ -202,13 +202,13 @@ def of_saving(what, ratios):
 
 
 PART = Part(
-    "left_out",
+    "omissions",
     "Left out",
     "What is left out",
     tasks,
     found,
     shown,
     concluded,
-    files=lambda left, about: [("left_out.csv", csv_text(COLUMNS, left.rows))],
+    files=lambda left, about: [("omissions.csv", csv_text(COLUMNS, left.rows))],
     methods=lambda left: {row["name"] for row in left.forms},
 )

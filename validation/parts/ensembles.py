@@ -15,8 +15,8 @@ from ..drawing.field import field
 from ..drawing.throughput import throughput
 from ..references.random_ensembles import SCENES, random, truths
 from .budget import Task
+from .formatting import brief, digits, in_a_row, power
 from .part import Part, csv_text
-from .words import brief, digits, in_a_row, power
 
 TARGETS = 1e-6, 1e-9  # of the median attitude error [rad]
 SAMPLE, SIDE = 200, 500
@@ -122,7 +122,8 @@ def of_kind(kind, groups):
     value, _, seconds = equal_error.ratio(peer, own, target)
     said = (
         f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a "
-        f"median error of {power(target)} rad, {brief(value)} times as many as heyoka in batches of eight"
+        f"median error of {power(target)} rad, {brief(value)} times as many as heyoka in "
+        "batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."
@@ -141,7 +142,7 @@ def rows(findings):
 
 
 PART = Part(
-    "many",
+    "ensembles",
     "Many tops",
     "Many tops at once",
     tasks,
@@ -149,7 +150,7 @@ PART = Part(
     shown,
     concluded,
     short="Many tops",
-    files=lambda findings, about: [("many.csv", csv_text(COLUMNS, rows(findings)))],
+    files=lambda findings, about: [("ensembles.csv", csv_text(COLUMNS, rows(findings)))],
     methods=lambda findings: {
         name for each in findings["kinds"] for name in (*each["groups"], "heyoka")
     },

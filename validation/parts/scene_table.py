@@ -4,7 +4,7 @@ import kreisel as kr
 import numpy as np
 
 from ..drawing import sphere_plots
-from .words import brief
+from .formatting import brief
 
 ABOUT = {
     "thesis": """The top of the thesis: an upright box, 1.6 by 1.6 by 2, that stands on the middle

@@ -12,12 +12,12 @@ import numpy as np
 
 from ..competitors.single_runs import setting
 from ..references.problems import attitude_error
-from . import judge
+from .atlas_cases import stiff
+from .atlas_cells import TOL
 from .budget import Task
-from .cases import stiff
-from .cells import TOL
+from .formatting import in_a_row, listed
 from .part import csv_text
-from .words import in_a_row, listed
+from .verdicts import LOST
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
 COLUMNS = ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
@@ -91,14 +91,14 @@ def concluded(lines):
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])
     here = [line for line in lines if line["t"] and line["t"][-1] == end]
-    is_lost = {line["method"]: line["attitude"][-1] >= judge.LOST for line in here}
+    is_lost = {line["method"]: line["attitude"][-1] >= LOST for line in here}
     energy = {line["method"]: max(line["energy"]) for line in here}
     both = [name for name in energy if not is_lost[name] and energy[name] < KEPT]
-    one = [name for name in energy if is_lost[name] and energy[name] < judge.LOST]
+    one = [name for name in energy if is_lost[name] and energy[name] < LOST]
     none = [line["method"] for line in lines if line not in here]
     said = [
         f"keep both energy and attitude: {listed(both)};" if both else "",
-        f"keep the energy within {judge.LOST:g} of its size and lose the attitude: {listed(one)};"
+        f"keep the energy within {LOST:g} of its size and lose the attitude: {listed(one)};"
         if one
         else "",
         f"do not get to the end: {listed(none)};" if none else "",

@@ -20,8 +20,8 @@ from ..drawing.distributions import distributions
 from ..references import reference
 from ..references.problems import attitude_error, described
 from .budget import Task
+from .formatting import in_a_row, number
 from .part import Part, csv_text
-from .words import in_a_row, number
 
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
@@ -228,7 +228,7 @@ def of_kind(lines):
 
 
 PART = Part(
-    "ensemble",
+    "random_tops",
     "Random tops",
     "Random tops, at equal time",
     tasks,
@@ -236,6 +236,6 @@ PART = Part(
     shown,
     concluded,
     short="Random tops",
-    files=lambda runs, about: [("ensemble.csv", csv_text(COLUMNS, runs))],
+    files=lambda runs, about: [("random_tops.csv", csv_text(COLUMNS, runs))],
     methods=lambda runs: {run["method"] for run in runs},
 )

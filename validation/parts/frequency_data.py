@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 
-from . import cuts
+from . import section_data
 
 LONG, STATES = 600.0, 4096  # of a path whose frequencies are sought
 
@@ -12,7 +12,13 @@ def rotation(orbits, name):
     """Gives of each motion: the axial momentum where its section passes the spin angle 0, how much
     of a turn the apex goes round from lowest point to lowest point, and by how much less or more it
     does so in the second half of the time."""
-    tops = kr.starts(cuts.body(name), energy=cuts.ENERGY, vertical=cuts.VERTICAL, n=orbits, seed=2)
+    tops = kr.starts(
+        section_data.body(name),
+        energy=section_data.ENERGY,
+        vertical=section_data.VERTICAL,
+        n=orbits,
+        seed=2,
+    )
     section = kr.section(tops, n=400).check()
     spin, axial = (
         values.reshape(orbits, -1) for values in (section.spin_angle, section.axial_momentum)

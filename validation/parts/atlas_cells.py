@@ -14,13 +14,13 @@ from ..competitors import single_runs
 from ..competitors.single_runs import steered
 from ..references import reference
 from ..references.problems import attitude_error, described
-from . import judge
+from . import verdicts
 
 TOL, FINER_TOL = 1e-9, 1e-11
 LOOKS = 16
 # For a horizon beyond these angles a peer takes more than about a second [rad].
 LONGEST = {"heyoka": 1e5, "scipy_dop853": 600.0}
-MARKS = {"ERR_NOT_FINITE": judge.BLOW_UP, "ERR_CONVERGENCE": judge.NOT_CONVERGED}
+MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CONVERGED}
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,9 @@ def looked_at(problem, scene, who, times, setting, true):
 def stopped(error):
     """Words a run that came to no end."""
     if isinstance(error, ValueError):
-        return {"verdict": "refused", "mark": judge.REFUSED, "message": str(error)}
+        return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
     status = getattr(error, "status", None)  # a peer's errors have none
-    mark = MARKS.get(status, judge.STOPPED)
+    mark = MARKS.get(status, verdicts.STOPPED)
     return {"verdict": "stopped", "mark": mark, "message": str(error)}
 
 
@@ -106,7 +106,7 @@ def judged(case, problem, scene, who, true, end, step):
     except (kr.Error, ArithmeticError, ValueError) as error:
         return without_attitude(cell) | stopped(error)
     cell["second_run"] = attitude_error(again["q"], cell["q"])
-    return without_attitude(judge.judge(cell, again["attitude_error"], problem, true, who))
+    return without_attitude(verdicts.judge(cell, again["attitude_error"], problem, true, who))
 
 
 def without_attitude(cell):

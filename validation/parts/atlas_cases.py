@@ -12,7 +12,7 @@ from math import cos, pi, sin, tan
 
 import kreisel as kr
 
-from .judge import RESOLVED
+from .verdicts import RESOLVED
 
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 
