@@ -1,4 +1,4 @@
-"""The programs of validation/bench and trust: each can be asked what it measures."""
+"""The programs of validation/benchmarks and trust: each can be asked what it measures."""
 
 import importlib
 import re
@@ -6,19 +6,26 @@ import re
 import pytest
 from toolbox import ROOT, core_sources
 
-from validation.bench import compiling
+from validation.benchmarks import compiling
 
-FILES = sorted(file for name in ("bench", "trust") for file in ROOT.glob(f"validation/{name}/*.py"))
+FILES = sorted(
+    file for name in ("benchmarks", "trust") for file in ROOT.glob(f"validation/{name}/*.py")
+)
 PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in file.read_text()]
 
 
 def test_programs_are_found():
-    assert {"bench.exact", "bench.steps", "trust.mutate", "trust.coverage"} <= set(PROGRAMS)
+    assert {
+        "benchmarks.closed_form_speed",
+        "benchmarks.step_costs",
+        "trust.mutate",
+        "trust.coverage",
+    } <= set(PROGRAMS)
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_a_program_says_what_it_measures(name, capsys):
-    if name == "bench.page":
+    if name == "benchmarks.viewer_speed":
         pytest.importorskip("playwright")
     program = importlib.import_module(f"validation.{name}")
     with pytest.raises(SystemExit) as done:

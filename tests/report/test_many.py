@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from validation.bench import ensemble as bench
+from validation.benchmarks import ensemble_speed as bench
 from validation.competitors import ensemble_runs, equal_error
 from validation.competitors.equal_error import Run
 from validation.competitors.single_runs import Setting

@@ -4,10 +4,10 @@ import kreisel as kr
 import mpmath as mp
 import pytest
 
-from validation.bench import estimates
 from validation.competitors import single_runs
 from validation.references import multiprecision, reference
 from validation.references.problems import HORIZONS, SHORT, attitude_error, described, load
+from validation.studies import error_estimates
 
 TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
 
@@ -63,11 +63,11 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
     assert 0.0 < multiprecision.angles(multiprecision.attitudes(path), truth).max() < 3e-31
 
 
-@pytest.mark.parametrize("way", estimates.WAYS)
+@pytest.mark.parametrize("way", error_estimates.WAYS)
 def test_a_path_says_what_its_error_is(way):
     scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
     truth = multiprecision.AnyTop()(scene, times)
-    assert 1 / 3 < estimates.said_over_true(scene, times, truth, way) < 3
+    assert 1 / 3 < error_estimates.said_over_true(scene, times, truth, way) < 3
 
 
 @pytest.mark.parametrize("name", HORIZONS)

@@ -1,5 +1,5 @@
 """Sweeps: what files cost beside the same ensembles without them, in time and memory; how soon a
-plan stands, and how soon Ctrl-C ends the making: python -m validation.bench.sweep [cost memory
+plan stands, and how soon Ctrl-C ends the making: python -m validation.benchmarks.sweep_costs [cost memory
 plan stop check]
 
 `must` is what was promised. Both ways of `cost` make the same tops part by part and are timed in
@@ -20,7 +20,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .ensemble import BUSY, graded
+from .ensemble_speed import BUSY, graded
 
 KEPT = {"nutation": ("min", "max", "mean")}
 TIMES = np.linspace(0, 100, 101)
@@ -35,7 +35,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 """
 STOPPED = """
 import sys
-from validation.bench.sweep import swept
+from validation.benchmarks.sweep_costs import swept
 def tell(share):
     print(share, flush=True)
 swept(sys.argv[1], int(sys.argv[2]), progress=tell)
@@ -152,7 +152,9 @@ FIGURES = {f.__name__: f for f in (cost, memory, plan, stop, check)}
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.sweep", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.sweep_costs", description=__doc__
+    )
     parser.add_argument("what", nargs="*", choices=[*FIGURES, []], help="which figures; else all")
     parser.add_argument("--tops", type=int, default=MILLION)
     parser.add_argument("--rounds", type=int, default=5)

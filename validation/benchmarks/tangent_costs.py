@@ -1,4 +1,4 @@
-"""What tangents cost: python -m validation.bench.tangents [scalar ensemble heyoka rate]
+"""What tangents cost: python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
 
 scalar    a path with one tangent, with six and with all fourteen, over the path alone
 ensemble  the indicators of chaos over the paths alone, of tops that differ in gravity, on a thread
@@ -127,7 +127,7 @@ PARTS = {"scalar": scalar, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.tangents",
+        prog="python -m validation.benchmarks.tangent_costs",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

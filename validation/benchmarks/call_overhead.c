@@ -1,5 +1,5 @@
 /* What the core itself takes for a short call: a top made, its states recorded, the top freed.
- * Usage: calls METHOD STEP BLOCK T ..., BLOCK the bytes of a kr_scene in hexadecimal; prints the
+ * Usage: call_overhead METHOD STEP BLOCK T ..., BLOCK the bytes of a kr_scene in hexadecimal; prints the
  * nanoseconds of one, the fastest of rounds. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>

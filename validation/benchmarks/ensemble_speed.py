@@ -1,5 +1,5 @@
 """Many tops at once, beside heyoka's batches, GSL and SciPy at equal error: python -m
-validation.bench.ensemble [throughput threads large single]
+validation.benchmarks.ensemble_speed [throughput threads large single]
 
 Random tops of one body to t = 100, in two threads. Each contender runs at several tolerances, all
 in turn, round by round; times are those of a top, read off where the median attitude errors of a
@@ -184,7 +184,7 @@ FIGURES = {f.__name__: f for f in (throughput, threads, large, single)}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.ensemble", description=__doc__
+        prog="python -m validation.benchmarks.ensemble_speed", description=__doc__
     )
     parser.add_argument("what", nargs="*", choices=[*FIGURES, []], help="which figures; else all")
     parser.add_argument("--tops", type=int, default=10_000)

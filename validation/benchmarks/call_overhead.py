@@ -1,8 +1,8 @@
 """Calls: what kr.solve takes beside the core's own work, and what a scene takes to be made.
 
-    python -m validation.bench.calls [--beside OTHER_PYTHON] [--rounds 15]
+    python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
-The fixed share is the time of a call less that of the core's own work, which calls.c measures: a
+The fixed share is the time of a call less that of the core's own work, which call_overhead.c measures: a
 top made, its states recorded, the top freed, in C. Every case is timed in a process of its own,
 this kreisel's and that of the other interpreter in turn; the fastest of 25 repeats counts, and of
 these the median of the rounds, in microseconds.
@@ -61,7 +61,7 @@ def seconds_of_core(folder):
     """Measures the core's own work in each solve, in microseconds."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
-    source = HERE / "calls.c"
+    source = HERE / "call_overhead.c"
     subprocess.run(
         ["cc", "-O2", f"-I{ROOT}/csrc", source, library, "-lm", *gsl(), "-o", program], check=True
     )
@@ -93,7 +93,7 @@ def timed(interpreter, call, folder):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.calls", description=__doc__.splitlines()[0]
+        prog="python -m validation.benchmarks.call_overhead", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--beside", help="another interpreter, with another kreisel")
     parser.add_argument("--rounds", type=int, default=15)

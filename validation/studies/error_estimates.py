@@ -1,7 +1,7 @@
 """Whether path.error is what it says, in doubles and with 20 and 30 digits: python -m
-validation.bench.estimates
+validation.studies.error_estimates
 
-On random tops of the families of validation.bench.promise, to random times up to 30 and back, what
+On random tops of the families of validation.benchmarks.error_contract, to random times up to 30 and back, what
 a path says of its error is held against its true one, the largest of its states', by heyoka with
 60 digits.
 """
@@ -12,8 +12,8 @@ import math
 import kreisel as kr
 import numpy as np
 
+from ..benchmarks.error_contract import FAMILIES
 from ..references.multiprecision import AnyTop, angles, attitudes
-from .promise import FAMILIES
 
 LOOKS = 41
 FACTOR = 3.0  # said over true, within which a path's word is taken
@@ -66,7 +66,7 @@ def line(name, ratios):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.estimates", description=__doc__.splitlines()[0]
+        prog="python -m validation.studies.error_estimates", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--seed", type=int, default=5)

@@ -1,5 +1,5 @@
 """What sections, starts and frequencies cost, and how exact they are: python -m
-validation.bench.sections [time frequencies layer]
+validation.benchmarks.section_speed [time frequencies layer]
 
 `time`: sections of 100 asymmetric tops of one energy and vertical momentum by 500 crossings, in one
 thread and in two, beside the way there with events looked for top by top and without any; and a
@@ -14,7 +14,7 @@ import kreisel as kr
 
 from ..competitors import timing
 from ..parts import chaos, frequency_data
-from .ensemble import graded
+from .ensemble_speed import graded
 
 BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
 TOPS, CROSSINGS, ROUNDS = 100, 500, 7
@@ -61,7 +61,7 @@ ALL = {"time": time, "frequencies": frequencies, "layer": layer}
 
 def main(words=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.sections",
+        prog="python -m validation.benchmarks.section_speed",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -1,4 +1,4 @@
-"""The Taylor method against heyoka in its best setting: python -m validation.bench.taylor [ratios
+"""The Taylor method against heyoka in its best setting: python -m validation.benchmarks.taylor_speed [ratios
 long digits dense]
 
 Everything runs in one process, in turn; times are medians, errors are of the attitude at the end,
@@ -254,7 +254,9 @@ PARTS = {f.__name__: f for f in (ratios, long, digits, dense)}
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.taylor", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.taylor_speed", description=__doc__
+    )
     parser.add_argument("what", nargs="*", choices=[*PARTS, []], help="which figures; else all")
     for name in parser.parse_args(argv).what or PARTS:
         PARTS[name]()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .compiling import ISAS, compiled
+from ..benchmarks.compiling import ISAS, compiled
 
 SOURCE = Path(__file__).with_suffix(".c")
 TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")

@@ -1,4 +1,4 @@
-/* For lanes.py: many tops by taylor with a given instruction set, order and tolerance, which users
+/* For lane_orders.py: many tops by taylor with a given instruction set, order and tolerance, which users
  * cannot choose. */
 #include <stdlib.h>
 #include "ensemble/worker.h"

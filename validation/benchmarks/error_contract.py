@@ -1,5 +1,5 @@
 """Whether kr.solve(..., method="geometric", error=...) keeps its word: python -m
-validation.bench.promise
+validation.benchmarks.error_contract
 
 On random tops of several families, to random times up to 100 and back, for targets from 1e-3 to
 1e-10, the true attitude error on [0, t] is held against the target, by the Taylor series with 30
@@ -288,7 +288,7 @@ def judged(scenes, seed, verbose=False):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.promise", description=__doc__.splitlines()[0]
+        prog="python -m validation.benchmarks.error_contract", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--seed", type=int, default=5)

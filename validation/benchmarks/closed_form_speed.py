@@ -1,7 +1,7 @@
 """What the closed form costs beside heyoka's steps and dense output, interleaved: python -m
-validation.bench.exact
+validation.benchmarks.closed_form_speed
 
-Ours is timed in C, by exact.c; heyoka in its own loops, so that what Python adds to a call is lost
+Ours is timed in C, by closed_form_speed.c; heyoka in its own loops, so that what Python adds to a call is lost
 in them. The best of all rounds counts, of both: what else the machine does falls on the longer of
 the two, which is heyoka's.
 """
@@ -189,7 +189,9 @@ def from_python(scene, rounds):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.exact", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.closed_form_speed", description=__doc__
+    )
     parser.add_argument(
         "scenes", nargs="*", default=list(SCENES), metavar="scene", help=", ".join(SCENES)
     )

@@ -1,4 +1,4 @@
-"""Taylor series in lanes: python -m validation.bench.lanes [orders isas]
+"""Taylor series in lanes: python -m validation.studies.lane_orders [orders isas]
 
 The orders and tolerances that csrc/ensemble/fleet.c chooses rest on the time and error of each,
 beside the errors of single tops at the same tolerance. The truth has 20 digits. All runs are timed
@@ -13,8 +13,8 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from .compiling import compiled
-from .taylor import medians
+from ..benchmarks.compiling import compiled
+from ..benchmarks.taylor_speed import medians
 
 SOURCE = Path(__file__).with_suffix(".c")
 TOPS, ROUNDS = 200, 5

@@ -1,4 +1,4 @@
-/* For kernels.py: the Taylor method with a given kernel and tolerance, which users cannot
+/* For taylor_kernels.py: the Taylor method with a given kernel and tolerance, which users cannot
  * choose. */
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>

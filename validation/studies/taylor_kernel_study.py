@@ -1,16 +1,14 @@
-"""Inside the Taylor method: python -m validation.bench.kernels [isas headless limits orders depth]
+"""Inside the Taylor method: python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
 
 Kernels, orders, tolerances and numbers of terms that users cannot choose are timed from C, without
-Python's share. As in taylor.py all runs in one process, in turn, and medians of ratios count.
+Python's share. As in taylor_speed.py all runs in one process, in turn, and medians of ratios count.
 """
 
 import argparse
 import ctypes
 from statistics import median
 
-from ..competitors import compiled_core, timing
-from ..references.problems import load
-from .taylor import (
+from ..benchmarks.taylor_speed import (
     EPS,
     SCENES,
     error,
@@ -22,6 +20,8 @@ from .taylor import (
     real128,
     truth_error,
 )
+from ..competitors import compiled_core, timing
+from ..references.problems import load
 from .taylor_kernels import Kernels
 
 
@@ -167,7 +167,9 @@ PARTS = {f.__name__: f for f in (isas, headless, limits, orders, depth)}
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.bench.kernels", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.taylor_kernel_study", description=__doc__
+    )
     parser.add_argument(
         "what", nargs="*", choices=[*PARTS, []], help="which figures; all but orders and depth"
     )

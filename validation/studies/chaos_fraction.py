@@ -1,7 +1,7 @@
 """How many of random tops a rule calls chaotic: MEGNO above a bound at t = 1000. Of those that are
 integrable none may be; of the asymmetric scene's body most are.
 
-    python -m validation.bench.chaotic TOPS --seed 0 --tol 1e-9
+    python -m validation.studies.chaos_fraction TOPS --seed 0 --tol 1e-9
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def count(n: int, seed: int, tol: float | None) -> None:
 
 def main(argv: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.chaotic",
+        prog="python -m validation.studies.chaos_fraction",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -1,4 +1,4 @@
-"""What it costs to watch for an event, beside heyoka: python -m validation.bench.events
+"""What it costs to watch for an event, beside heyoka: python -m validation.benchmarks.event_costs
 
 The seconds of a run to t = 1000 with one event are divided by those of a run without, for us and
 for heyoka's own detection of events on one function, all in one process, in turn; at the tightest
@@ -15,7 +15,7 @@ import numpy as np
 
 from ..references import equations
 from ..references.problems import load
-from .taylor import EPS, medians
+from .taylor_speed import EPS, medians
 
 END = 1000.0
 EVENTS = {
@@ -100,7 +100,7 @@ def beside_heyoka(problem, tol, theirs, word):
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.bench.events", description=__doc__
+        prog="python -m validation.benchmarks.event_costs", description=__doc__
     ).parse_args(argv)
     for name in ("thesis", "asymmetric_regular"):
         for tol, theirs in ((None, EPS), (1e-9, 1e-9)):

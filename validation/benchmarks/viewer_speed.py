@@ -1,5 +1,5 @@
 """What the page weighs and how fast it is, in headless Chromium that draws in software: python -m
-validation.bench.page
+validation.benchmarks.viewer_speed
 
 A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the
 largest behind it. Of drags the 99th percentile is told too, and the most that the page's own thread
@@ -149,9 +149,9 @@ def weigh():
 
 
 def main(argv=None):
-    argparse.ArgumentParser(prog="python -m validation.bench.page", description=__doc__).parse_args(
-        argv
-    )
+    argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.viewer_speed", description=__doc__
+    ).parse_args(argv)
     weigh()
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)

@@ -1,7 +1,7 @@
 """What a step costs: heyoka's at its tightest tolerance over ours, on one top in one run; and
 recording.
 
-    python -m validation.bench.steps [scene ...] [--rounds 25]
+    python -m validation.benchmarks.step_costs [scene ...] [--rounds 25]
 
 A step of heyoka goes much further than one of ours: this says how light the methods and the driver
 are, not who is better.
@@ -119,7 +119,7 @@ def built_beside_the_library(folder):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.steps", description=__doc__.splitlines()[0]
+        prog="python -m validation.benchmarks.step_costs", description=__doc__.splitlines()[0]
     )
     parser.add_argument("scenes", nargs="*", default=["thesis", "asymmetric"])
     parser.add_argument("--rounds", type=int, default=25)

@@ -1,5 +1,5 @@
 """How exact kreisel.exact is, against truths that share no formula with it: python -m
-validation.bench.exact_truth
+validation.benchmarks.closed_form_accuracy
 
 The tops of exact_cases, by name and at random, are computed by quadrature in 50 digits, some of
 them by heyoka in 128 bit, too, which checks the quadrature; and the k-th state of the Bobenko-Suris
@@ -194,12 +194,11 @@ def header():
                 f"{{{row(attitude)}, {row(momentum)}}}}},"
             )
             lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
-    print(HEADER.replace("ORIGIN", ORIGIN).replace("ROWS", "\n".join(lines)), end="")
+    print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 
-ORIGIN = "by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`"
-HEADER = """/* Where tops are, ORIGIN
- * prints this file. */
+HEADER = """/* States of tops by quadrature in 50 digits. This file is printed by
+ * `python -m validation.benchmarks.closed_form_accuracy --header`. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
 #define KR_EXACT_TRUTH_H
@@ -224,7 +223,7 @@ ROWS
 
 def command_line(argv):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.exact_truth", description=__doc__
+        prog="python -m validation.benchmarks.closed_form_accuracy", description=__doc__
     )
     parser.add_argument(
         "--full", action="store_true", help="20,000 tops, the map to k = 1e6; minutes"

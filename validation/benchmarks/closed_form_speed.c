@@ -1,4 +1,4 @@
-/* What exact.py times beside heyoka: loops in C, with their own clock; as called, or by an
+/* What closed_form_speed.py times beside heyoka: loops in C, with their own clock; as called, or by an
  * instruction set. */
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>

@@ -1,7 +1,7 @@
 """Running: what leaving out saves, in time and memory; how soon Ctrl-C stops; what a checkpoint
 costs.
 
-    python -m validation.bench.running [--rounds 25]
+    python -m validation.benchmarks.omission_costs [--rounds 25]
 
 Each ratio is the time of the whole over the time of what is wanted, the fastest of rounds in turn;
 must and stretch stand beside it.
@@ -184,7 +184,7 @@ def checkpoints(rounds):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.running", description=__doc__.splitlines()[0]
+        prog="python -m validation.benchmarks.omission_costs", description=__doc__.splitlines()[0]
     )
     parser.add_argument("--rounds", type=int, default=25)
     rounds = parser.parse_args(argv).rounds

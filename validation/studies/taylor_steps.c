@@ -1,5 +1,5 @@
 /* Does so many steps of taylor's kernels, of each order and with and without the heading, and
- * nothing else that counts: steps.c COUNT [whole|headless|digits ORDER]. */
+ * nothing else that counts: taylor_steps COUNT [whole|headless|digits ORDER]. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-"""What a step of the Taylor series takes on other processors: python -m validation.bench.processors
+"""What a step of the Taylor series takes on other processors: python -m validation.studies.processors
 
 A processor with fewer vectors is this one, which leaves its own unused. The last row is for what
 the library saves: where there is no AVX2 its kernels of 20 and 30 digits are small before fast. The
@@ -43,7 +43,7 @@ def seconds(call, least=2e-3):
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.bench.processors", description=__doc__.splitlines()[0]
+        prog="python -m validation.studies.processors", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     scene = compiled_core.block(load("asymmetric").scene())
     rows, calls, steps = list(libraries()), [], []

@@ -1,4 +1,4 @@
-"""The figures of the geometric methods, each beside its bound: python -m validation.bench.geometric
+"""The figures of the geometric methods, each beside its bound: python -m validation.benchmarks.geometric_methods
 [section ...] [--full]
 
 Without --full the timing has fewer rounds, and the promise of kr.solve(..., method="geometric") is
@@ -20,7 +20,7 @@ from ..competitors import compiled_core, timing
 from ..parts.published import problems as literature
 from ..references import equations, orders
 from ..references.problems import PROBLEMS, attitude_error, described, load
-from . import by_hand, promise
+from . import error_contract
 
 PUBLISHED = json.loads(PROBLEMS.read_text())["published"]
 EPS = np.finfo(float).eps
@@ -229,30 +229,10 @@ def bruels(extent):
     say("heyoka's time / the best's at an error of 1e-13", best, 3.5, most=False)
 
 
-def left_out(extent):
-    """Counts kicks of order 8 to an attitude error of 1e-8, and what another choice would have
-    saved of them."""
-    for body, more in by_hand.suzuki_umeno():
-        say(
-            f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's", more, 0.8, most=False
-        )
-    price = by_hand.price_of_closed_form()
-    for spin, fewer in by_hand.free_flow():
-        say(
-            f"asymmetric, spin x {spin}: kicks with the turns over those with the exact free flow",
-            fewer,
-            price,
-        )
-    print(
-        "  the bound is the price of a closed form in drifts and kicks: below it, the exact flow "
-        "does not pay"
-    )
-
-
 def promised(extent):
     """Tries `error=` on scenes of a fresh seed, here that of the day."""
     scenes = extent.scenes
-    kept, needless, price = promise.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
+    kept, needless, price = error_contract.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
     say(
         f"{scenes} scenes: per cent with an error of at most the target",
         100 * kept,
@@ -264,15 +244,15 @@ def promised(extent):
 
 
 SECTIONS = {
-    f.__name__: f
-    for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, left_out, promised)
+    f.__name__: f for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, promised)
 }
 
 
 def main(argv=None):
     failed.clear()
     parser = argparse.ArgumentParser(
-        prog="python -m validation.bench.geometric", description=__doc__.splitlines()[0]
+        prog="python -m validation.benchmarks.geometric_methods",
+        description=__doc__.splitlines()[0],
     )
     parser.add_argument(
         "sections",

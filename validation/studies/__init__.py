@@ -1,0 +1,1 @@
+"""Studies that chose constants of the library once: python -m validation.studies.NAME."""
