@@ -1,4 +1,4 @@
-"""The programs of validation/benchmarks and trust: each can be asked what it measures."""
+"""The programs of validation/benchmarks and mutation: each can be asked what it measures."""
 
 import importlib
 import re
@@ -9,7 +9,7 @@ from toolbox import ROOT, core_sources
 from validation.benchmarks import compiling
 
 FILES = sorted(
-    file for name in ("benchmarks", "trust") for file in ROOT.glob(f"validation/{name}/*.py")
+    file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
 )
 PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in file.read_text()]
 
@@ -18,8 +18,8 @@ def test_programs_are_found():
     assert {
         "benchmarks.closed_form_speed",
         "benchmarks.step_costs",
-        "trust.mutate",
-        "trust.coverage",
+        "mutation.mutate",
+        "mutation.coverage",
     } <= set(PROGRAMS)
 
 

@@ -1,12 +1,12 @@
-"""The mutants of validation/trust: what is changed, and what its trials make of a small tree."""
+"""The mutants of validation/mutation: what is changed, and what its trials make of a small tree."""
 
 import pytest
 from toolbox import need
 
-from validation.trust import mutate as front
-from validation.trust import of_c, of_python
-from validation.trust.ledger import Ledger
-from validation.trust.mutant import Mutant, sampled
+from validation.mutation import mutate as front
+from validation.mutation import mutate_c, mutate_python
+from validation.mutation.mutant import Mutant, sampled
+from validation.mutation.trial_log import Ledger
 
 HEADER = "int larger(int a, int b);\nint half(int a);\n"
 SOURCE = """#include "sums.h"
@@ -51,7 +51,7 @@ def told(mutants):
 
 
 def test_a_c_source_is_changed_where_it_computes():
-    assert told(of_c.mutants("sums.c", SOURCE)) == {
+    assert told(mutate_c.mutants("sums.c", SOURCE)) == {
         (5, "> -> >="),
         (5, "> -> <"),
         (9, "7 -> 8"),
@@ -84,7 +84,7 @@ def test_a_c_source_is_changed_where_it_computes():
 )
 def test_what_is_changed_in_c(line, changes):
     text = f"void f(int a)\n{{\n{line}\n}}\n"
-    found = {mutant.change for mutant in of_c.mutants("f.c", text)}
+    found = {mutant.change for mutant in mutate_c.mutants("f.c", text)}
     assert found == changes
 
 
@@ -100,11 +100,11 @@ def test_what_is_changed_in_c(line, changes):
     ],
 )
 def test_what_is_changed_in_python(line, changes):
-    assert {mutant.change for mutant in of_python.mutants("f.py", line + "\n")} == changes
+    assert {mutant.change for mutant in mutate_python.mutants("f.py", line + "\n")} == changes
 
 
 def test_more_points_begin_with_those_of_fewer():
-    mutants = of_c.mutants("sums.c", SOURCE)
+    mutants = mutate_c.mutants("sums.c", SOURCE)
     assert sampled(mutants, 1, 5)[:3] == sampled(mutants, 1, 3) and len({*mutants}) == 6
     assert sampled(mutants, 1, 100) != sampled(mutants, 2, 100)
 

@@ -1,5 +1,5 @@
 """Does a file stay whole when its writer is killed? Processes that save again and again, each ended
-by kill -9 at a random moment: python -m validation.trust.kills [--times 400] [--seed S]
+by kill -9 at a random moment: python -m validation.mutation.crash_safety [--times 400] [--seed S]
 
 Each process writes two contents in turn over an old one. Whatever then stands under the name is
 one of the three, to the byte; what else is left is named as no file of a user is.
@@ -106,7 +106,9 @@ def tried(file, ways, times, chance):
 
 
 def command_line():
-    parser = argparse.ArgumentParser(prog="python -m validation.trust.kills", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.mutation.crash_safety", description=__doc__
+    )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--times", type=int, default=400, help="of each writer")
     parser.add_argument("--seed", type=int, default=20261122, help="of the moments")

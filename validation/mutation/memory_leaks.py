@@ -1,5 +1,5 @@
 """Is memory steady? What each call of the package leaves behind when it is made again and again:
-python -m validation.trust.memory [--calls 1000000]
+python -m validation.mutation.memory_leaks [--calls 1000000]
 """
 
 import argparse
@@ -148,7 +148,9 @@ def left(call, number):
 
 
 def main(argv=None):
-    parser = argparse.ArgumentParser(prog="python -m validation.trust.memory", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.mutation.memory_leaks", description=__doc__
+    )
     parser.add_argument("--calls", type=int, default=1_000_000, help="of all together")
     parser.add_argument("--only", default="", help="those whose name begins so")
     asked = parser.parse_args(argv)

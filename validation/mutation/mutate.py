@@ -1,5 +1,5 @@
 """Do the tests notice? Small changes of the source, drawn by a seed, each tried by them: python -m
-validation.trust.mutate core|package
+validation.mutation.mutate core|package
 
 A trial that was ended goes on where it was; --again tries what has survived once more.
 """
@@ -11,17 +11,19 @@ from pathlib import Path
 from queue import SimpleQueue
 from time import monotonic
 
-from . import core, package
-from .ledger import Ledger, table
+from . import core_trials, package_trials
 from .mutant import sampled
-from .tree import Refused
+from .sandbox import Refused
+from .trial_log import Ledger, table
 
 ROOT = Path(__file__).parents[2]
-SIDES = {"core": core, "package": package}
+SIDES = {"core": core_trials, "package": package_trials}
 
 
 def command_line():
-    parser = argparse.ArgumentParser(prog="python -m validation.trust.mutate", description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.mutation.mutate", description=__doc__
+    )
     parser.add_argument("side", choices=SIDES)
     parser.add_argument("--points", type=int, default=150, help="how many mutants")
     parser.add_argument("--seed", type=int, default=20261122)

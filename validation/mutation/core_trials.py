@@ -11,8 +11,8 @@ import sysconfig
 from dataclasses import replace
 from time import monotonic
 
-from . import of_c
-from .tree import MEMORY, Refused, Verdict, copied, pytest, run
+from . import mutate_c
+from .sandbox import MEMORY, Refused, Verdict, copied, pytest, run
 
 FLAGS = (
     *("-std=c99", "-O1", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Icsrc"),
@@ -42,7 +42,7 @@ def mutants(root, only=""):
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
     names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]
     kept = [name for name in names if name.startswith(only) and not name.endswith("wasm.c")]
-    return [mutant for name in kept for mutant in of_c.mutants(name, (root / name).read_text())]
+    return [mutant for name in kept for mutant in mutate_c.mutants(name, (root / name).read_text())]
 
 
 class Trial:

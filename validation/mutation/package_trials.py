@@ -5,9 +5,9 @@ import marshal
 import shutil
 from time import monotonic
 
-from . import of_python
-from .tree import Verdict, copied, pytest
-from .used import all_used
+from . import mutate_python
+from .line_usage import all_used
+from .sandbox import Verdict, copied, pytest
 
 FOLDERS = ("python", "report", "repo")  # of tests; those of the page want a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
@@ -34,7 +34,7 @@ def mutants(root, only=""):
     return [
         mutant
         for name in sources(root, only)
-        for mutant in of_python.mutants(name, (root / name).read_text())
+        for mutant in mutate_python.mutants(name, (root / name).read_text())
     ]
 
 
@@ -83,7 +83,7 @@ class Trial:
 
     def asked(self, mutant):
         """The tests that may kill, a few good ones and then all others: with their times [s]."""
-        lines, at_import = {mutant.line}, of_python.runs_at_import(mutant.text)
+        lines, at_import = {mutant.line}, mutate_python.runs_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # all that uses the file may feel it
             lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
         tests = sorted(t for uses in self.uses for t in uses.tests_of(mutant.file, lines))

@@ -16,9 +16,9 @@ from pathlib import Path
 
 from coverage import CoverageData
 
-from .tree import Refused, run
+from .sandbox import Refused, run
 
-PLUGIN = Path(__file__).with_name("told_apart.py")
+PLUGIN = Path(__file__).with_name("pytest_contexts.py")
 SET_UP = ""  # the context of what runs outside of a test: import, fixtures, other processes
 
 

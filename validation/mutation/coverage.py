@@ -1,4 +1,4 @@
-"""Which branches no test takes: python -m validation.trust.coverage core|package
+"""Which branches no test takes: python -m validation.mutation.coverage core|package
 
 core     csrc, by the tests in C and those in Python that need no browser; what is compiled for
          several orders and instruction sets counts once, and what says beside it "untaken: "
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .tree import copied, environment
+from .sandbox import copied, environment
 
 ROOT = Path(__file__).parents[2]
 WITHOUT_BROWSER = ("tests/python", "tests/report/test_truths.py", "tests/report/test_errata.py")
@@ -25,7 +25,7 @@ FUZZ = ("1", "10000")  # the seed, and how many rounds
 
 def command_line():
     parser = argparse.ArgumentParser(
-        prog="python -m validation.trust.coverage", description=__doc__
+        prog="python -m validation.mutation.coverage", description=__doc__
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("side", choices=SIDES)

@@ -1,0 +1,1 @@
+"""How far the tests can be trusted: programs that measure it, python -m validation.mutation.NAME."""
