@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from validation.thesis import chapter, errata_maps, su2
-from validation.thesis.courses import SCENE, fixed, theorem42, truth
 from validation.thesis.integrals import adjusted
+from validation.thesis.trajectories import SCENE, fixed, theorem42, truth
 
 STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected version may be
     1: (2.42, 5e-3),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from validation.__main__ import main
-from validation.thesis import chapter, courses, integrals
+from validation.thesis import chapter, integrals, trajectories
 from validation.thesis.line_charts import thinned
 
 FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
@@ -133,9 +133,9 @@ def test_experiment_63(results):
 
 
 def test_begun_anew_at_each_interval():
-    once = kr.solve(courses.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    once = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
     twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
-    course = courses.restarted(courses.SCENE, 0.4, 0.8)
+    course = trajectories.restarted(trajectories.SCENE, 0.4, 0.8)
     assert np.array_equal(course.path.q[1:], [once.q[-1], twice.q[-1]])
     assert course.t.tolist() == [0.0, 0.4, 0.8]
     assert course.evaluations == once.stats.evaluations + twice.stats.evaluations

@@ -16,7 +16,7 @@ from pathlib import Path
 from .sandbox import copied, environment
 
 ROOT = Path(__file__).parents[2]
-WITHOUT_BROWSER = ("tests/python", "tests/report/test_truths.py", "tests/report/test_errata.py")
+WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/report/test_errata.py")
 
 C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
 UNTAKEN = r".*/\* untaken: \w.*"

@@ -21,8 +21,8 @@ from . import (
     sentences_chapters3_to_5,
     sentences_conclusions,
 )
-from .courses import HALF, IMPROVED, SCENE, Course, frame_error, truth
 from .line_charts import BLUE, ORANGE, scatter
+from .trajectories import HALF, IMPROVED, SCENE, Course, frame_error, truth
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"

@@ -4,8 +4,8 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import HALF, SCENE, theorem42, truth
 from .errata import erratum
+from .trajectories import HALF, SCENE, theorem42, truth
 
 UNITS = kr.scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)

@@ -4,9 +4,9 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import SCENE, truth
 from .errata import erratum
 from .integrals import adjusted, in_body
+from .trajectories import SCENE, truth
 
 
 @erratum(

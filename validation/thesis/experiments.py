@@ -7,7 +7,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .courses import (
+from .trajectories import (
     FAILING,
     IMPROVED,
     SCENE,

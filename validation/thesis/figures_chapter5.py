@@ -3,11 +3,11 @@
 import kreisel as kr
 import numpy as np
 
-from . import line_charts, stills
-from .courses import HALF, PIVOT, SCENE, truth
+from . import frames, line_charts
 from .figure import Figure
 from .integrals import STRETCHED, adjusted
 from .line_charts import BLUE, GREEN, OCHRE, ORANGE, RED
+from .trajectories import HALF, PIVOT, SCENE, truth
 
 NAMES = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
 INTEGRALS = {"kowalewski": ("K", "5.5"), "goryachev_chaplygin": ("G", "5.5, for G")}
@@ -30,7 +30,7 @@ def special():
         yield Figure(
             f"5.4({letter})",
             f"A {name} top",
-            [stills.one_top(scene, *cuboid_of(kind), ORANGE)],
+            [frames.one_top(scene, *cuboid_of(kind), ORANGE)],
             f"Kind by its moments: {scene.body.kind}. Momentum green, angular velocity blue.",
         )
 
@@ -53,13 +53,13 @@ def analogies():
     yield Figure(
         "5.6",
         "What the tab Rod & Apex Trace offered",
-        [stills.rod(rod, OCHRE), stills.trace(lagrange)],
+        [frames.rod(rod, OCHRE), frames.trace(lagrange)],
         "Here it is typed: kr.rod(path).plot() and path.plot().",
     )
     yield Figure(
         "5.7",
         "A Lagrange top with its isotropic elastic rod",
-        [stills.rod(rod, ORANGE), stills.one_top(SCENE, HALF, PIVOT, ORANGE)],
+        [frames.rod(rod, ORANGE), frames.one_top(SCENE, HALF, PIVOT, ORANGE)],
         f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} towards every "
         f"side, against twist {rod.stiffness[2]:.4g}.",
     )
@@ -68,7 +68,7 @@ def analogies():
     yield Figure(
         "5.9",
         "The apex trace of a Lagrange top",
-        [stills.trace(lagrange)],
+        [frames.trace(lagrange)],
         f"From height {np.cos(nutation.least):.4f} to {np.cos(nutation.greatest):.4f} and back in "
         f"{nutation.period:.4f}. It begins upright, so it comes back through the vertical each "
         "time.",
@@ -81,7 +81,7 @@ def anisotropic_rods():
         yield Figure(
             f"5.8({letter})",
             f"The anisotropic rod of the {name} top",
-            [stills.rod(rod, ORANGE)],
+            [frames.rod(rod, ORANGE)],
             f"Stiffness {rod.stiffness[0]:.4g} towards N and {rod.stiffness[1]:.4g} towards B, "
             f"hence {rod.section[1]:.3g} times as thick towards B.",
         )
@@ -91,7 +91,7 @@ def comparing(four, equal_ends):
     yield Figure(
         "5.10",
         "A top with its duplicate",
-        [stills.two_tops(SCENE, HALF, PIVOT, (RED, OCHRE))],
+        [frames.two_tops(SCENE, HALF, PIVOT, (RED, OCHRE))],
         "Left by Bobenko-Suris, right by Extrap; at the start.",
     )
     yield Figure(
@@ -129,7 +129,7 @@ def diagrams(four):
 
 
 def picture(four, t):
-    return stills.four_tops({name: getattr(four, name) for name in TOPS}, t, HALF, PIVOT)
+    return frames.four_tops({name: getattr(four, name) for name in TOPS}, t, HALF, PIVOT)
 
 
 def integrals_of(four):

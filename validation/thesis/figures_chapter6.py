@@ -4,11 +4,11 @@ with the truth's verdict on more methods, where that tells more."""
 import numpy as np
 
 from . import line_charts
-from .courses import HALF, PIVOT, frame_error, largest
 from .figure import Figure
 from .figures_chapter5 import picture
+from .frames import four_tops
 from .line_charts import BLUE, GREEN, IMPROVED, INK, OCHRE, ORANGE, RED
-from .stills import four_tops
+from .trajectories import HALF, PIVOT, frame_error, largest
 
 HALF_PI = np.pi / 2
 TIMES, PI = "\N{MULTIPLICATION SIGN}", "\N{GREEK SMALL LETTER PI}"

@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .courses import SCENE, restarted, truth
+from .trajectories import SCENE, restarted, truth
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .courses import exponent
 from .sentence import Sentence
+from .trajectories import exponent
 
 EPS, PI = "\N{GREEK SMALL LETTER EPSILON}", "\N{GREEK SMALL LETTER PI}"
 TIMES = "\N{MULTIPLICATION SIGN}"

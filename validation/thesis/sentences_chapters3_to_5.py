@@ -4,11 +4,11 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import HALF, SCENE, fixed, theorem42, truth
 from .experiments import grid
 from .figures_chapter5 import rod_of
 from .integrals import FORMS, adjusted
 from .sentence import Sentence
+from .trajectories import HALF, SCENE, fixed, theorem42, truth
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
 SQUARE, INVERSE = "\N{SUPERSCRIPT TWO}", "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}"

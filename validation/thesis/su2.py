@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .courses import truth
+from .trajectories import truth
 
 ID = np.eye(2, dtype=complex)
 E1 = 0.5 * np.array([[0, -1j], [-1j, 0]])
