@@ -19,7 +19,7 @@ from validation.parts import (
     random_tops,
     verdicts,
 )
-from validation.references.problems import attitude_error, described
+from validation.references.problems import attitude_error, problem_of_scene
 
 CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.cases()}
 
@@ -333,16 +333,18 @@ def test_published_references_are_met(problem):
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(
-        who for who in single_runs.ours(described("it", problem.scene)) if who.name == "extrap"
+        who
+        for who in single_runs.list_contenders(problem_of_scene("it", problem.scene))
+        if who.name == "extrap"
     )
     row = published.run(
-        problem, described("it", problem.scene), who, single_runs.Setting(tol=1e-12)
+        problem, problem_of_scene("it", problem.scene), who, single_runs.Setting(tol=1e-12)
     )
     assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
 
 
 def test_the_symmetric_form_is_the_same_top():
-    problem = omissions.load("thesis")
+    problem = omissions.load_problem("thesis")
     ends = [
         kr.solve(scene, 2 * pi, method="extrap", tol=1e-12).q[-1]
         for scene in omissions.forms(problem).values()

@@ -17,18 +17,21 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 def test_the_ten_regions_differ():
     """In the order of their critical values; two that agree in it are parted at g = 1."""
-    kinds = [tuple(kind for _, kind in kowalewski.critical(g, h)) for g, h in kowalewski.REGIONS]
+    kinds = [
+        tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
+    ]
     assert len(set(kinds)) == 9 and kinds[3] == kinds[6]
     assert kowalewski.REGIONS[3][0] < 1.0 < kowalewski.REGIONS[6][0]
 
 
 def test_the_borders_are_where_critical_values_change_places():
-    for g, h in kowalewski.borders(1.3):
+    for g, h in kowalewski.region_borders(1.3):
         changes = 0
         inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
         for at, high in zip(g[inside][::20], h[inside][::20], strict=True):
             below, above = (
-                [kind for _, kind in kowalewski.critical(at, high + step)] for step in (-1e-4, 1e-4)
+                [kind for _, kind in kowalewski.critical_values(at, high + step)]
+                for step in (-1e-4, 1e-4)
             )
             changes += below != above
         assert changes > 0.9 * len(g[inside][::20])
@@ -37,28 +40,30 @@ def test_the_borders_are_where_critical_values_change_places():
 @pytest.mark.parametrize("region", range(10))
 def test_the_least_and_greatest_K_are_critical(region):
     g, h = kowalewski.REGIONS[region]
-    words = {"energy": h, "vertical": kowalewski.vertical(g)}
+    words = {"energy": h, "vertical": kowalewski.vertical_momentum(g)}
     tops = kr.starts(kowalewski.BODY, n=20000, **words)
     K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0]
-    values = [value for value, _ in kowalewski.critical(g, h)]
+    values = [value for value, _ in kowalewski.critical_values(g, h)]
     assert values[0] <= K.min() < values[0] + 0.01 * values[-1]
     assert 0.98 * values[-1] < K.max() <= values[-1]
 
 
 def test_swings_change_the_momentum_as_melnikov_says():
-    assert melnikov.lowest().body.kind == "lagrange"
-    assert kr.exact(melnikov.lowest()).period > 30.0 / melnikov.ESCAPE
+    assert melnikov.lowest_scene().body.kind == "lagrange"
+    assert kr.exact(melnikov.lowest_scene()).period > 30.0 / melnikov.ESCAPE
     for row in part.layer(60):
-        assert row["kick"] == pytest.approx(melnikov.amplitude(), rel=2.0 * row["e"] + 2e-5)
+        assert row["kick"] == pytest.approx(
+            melnikov.melnikov_amplitude(), rel=2.0 * row["e"] + 2e-5
+        )
         assert 0.2 < row["half_width"] / row["predicted"] < 4.0
 
 
 def test_the_integral_is_that_of_finer_points(monkeypatch):
-    coarse = melnikov.amplitude()
-    melnikov.amplitude.cache_clear()
+    coarse = melnikov.melnikov_amplitude()
+    melnikov.melnikov_amplitude.cache_clear()
     monkeypatch.setattr(melnikov, "POINTS", 12001)
-    assert melnikov.amplitude() == pytest.approx(coarse, rel=1e-9)
-    melnikov.amplitude.cache_clear()
+    assert melnikov.melnikov_amplitude() == pytest.approx(coarse, rel=1e-9)
+    melnikov.melnikov_amplitude.cache_clear()
 
 
 def test_a_section_of_kowalewskis_top_has_every_K():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from validation.competitors.method_families import families
+from validation.competitors.method_families import group_methods
 from validation.drawing import cost_curves
 from validation.drawing.style import COLOURS, MARKERS, line_styles, panel, plt
 
@@ -68,7 +68,7 @@ def pair(style):
 
 
 def test_no_two_methods_of_a_panel_share_a_colour():
-    for family, peers in families().values():
+    for family, peers in group_methods().values():
         styles = line_styles(family, peers)
         own = [name for name in family if name not in peers]
         assert len({styles[name]["color"] for name in own}) == len(own)

@@ -7,16 +7,16 @@ import pytest
 from validation.parts import atlas, fastest, omissions, scene_runs, truth, workprecision
 from validation.parts.verdicts import DRIFT
 from validation.references import reference
-from validation.references.problems import HORIZONS, SHORT, load
+from validation.references.problems import HORIZONS, SHORT, load_problem
 
 
 @pytest.mark.parametrize("name", HORIZONS)
 def test_the_truths_agree_within_the_conditioning_and_the_sentence_says_so(name):
-    kept = reference.stored(name, SHORT)
+    kept = reference.load_truth(name, SHORT)
     line = {
         "scene": name,
         "conditioning": kept["conditioning"],
-        "ways": list(reference.ways(load(name), SHORT, kept)),
+        "ways": list(reference.compare_computations(load_problem(name), SHORT, kept)),
     }
     ((_, many, _),) = truth.agreement([line])
     assert many < 1e-6, "of a rounding of the data"
@@ -91,7 +91,7 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
 
 
 def test_what_is_left_out_is_said_and_measured():
-    found = omissions.examine(load("thesis"), SHORT, 1)
+    found = omissions.examine(load_problem("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}
     assert set(found["plans"]) == {"all", "level"} and all(
         "left out" in text for text in found["plans"].values()

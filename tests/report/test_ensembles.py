@@ -29,7 +29,7 @@ def problem_of(tops, k):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_more_tops_begin_with_the_same(kind):
-    few, more = tops_of.random(kind, 3), tops_of.random(kind, 20)
+    few, more = tops_of.draw_tops(kind, 3), tops_of.draw_tops(kind, 20)
     assert np.array_equal(few.momenta, more.momenta[:3])
     assert np.array_equal(few.starts, more.first(3).starts)
     assert len(set(map(tuple, more.momenta))) == 20
@@ -37,35 +37,35 @@ def test_more_tops_begin_with_the_same(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_truths_are_those_of_heyoka_in_128_bit(kind):
-    tops = tops_of.random(kind, 2, end=10.0)
-    for k, q in enumerate(tops_of.truths(tops)):
-        (true,) = reference.states(problem_of(tops, k), [tops.end])
+    tops = tops_of.draw_tops(kind, 2, end=10.0)
+    for k, q in enumerate(tops_of.compute_truths(tops)):
+        (true,) = reference.integrate_states(problem_of(tops, k), [tops.end])
         assert attitude_error(q, [mp.nstr(x, 25) for x in true[:4]]) < 1e-18
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_peers_start_where_the_tops_do(kind):
-    tops = tops_of.random(kind, 2)
+    tops = tops_of.draw_tops(kind, 2)
     for k in range(2):
-        start = [float(x) for x in equations.start(problem_of(tops, k))]
+        start = [float(x) for x in equations.start_state(problem_of(tops, k))]
         np.testing.assert_allclose(tops.starts[k], start, rtol=3e-16, atol=1e-17)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_is_that_of_the_references(kind):
     """Those also move the body: by no less, and not by much more."""
-    tops = tops_of.random(kind, 2, end=10.0)
-    for k, own in enumerate(tops_of.conditioning(tops)):
-        (other,) = reference.conditioning(problem_of(tops, k), [tops.end], "velocity")
+    tops = tops_of.draw_tops(kind, 2, end=10.0)
+    for k, own in enumerate(tops_of.compute_conditioning(tops)):
+        (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
         assert 0.05 * other < own < 2 * other
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
     """Eleven tops do not fill the lanes; each comes out in its place."""
-    tops = tops_of.random(kind, 11, end=10.0)
-    true = tops_of.truths(tops)
-    for who in ensemble_runs.suited(tops):
+    tops = tops_of.draw_tops(kind, 11, end=10.0)
+    true = tops_of.compute_truths(tops)
+    for who in ensemble_runs.select_movers(tops):
         setting = TIGHT if who.settings[0].tol else who.settings[0]
         call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
         for q in (call(), call()):
@@ -98,18 +98,20 @@ def test_a_lucky_error_and_a_dear_one_do_not_count():
 
 def test_ratios_are_medians_of_rounds():
     other = runs([1e-6], [[6.0, 40.0]])
-    value, theirs, ours = equal_error.ratio(other, STRAIGHT, 1e-6)
+    value, theirs, ours = equal_error.time_ratio(other, STRAIGHT, 1e-6)
     assert (value, theirs, ours) == pytest.approx((2.5, 23.0, 11.0))
-    assert isnan(equal_error.ratio(other, STRAIGHT, 1e-9)[0])
-    assert equal_error.tightest(STRAIGHT, other) == pytest.approx(equal_error.NEAR * 1e-6)
+    assert isnan(equal_error.time_ratio(other, STRAIGHT, 1e-9)[0])
+    assert equal_error.tightest_common_error(STRAIGHT, other) == pytest.approx(
+        equal_error.NEAR * 1e-6
+    )
 
 
 def test_the_tightest_error_is_reached_by_both():
     """Floors scatter: the least error is not the one at the tightest setting."""
     scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
     straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
-    target = equal_error.tightest(straight, scattered)
-    assert not isnan(equal_error.ratio(scattered, straight, target)[0])
+    target = equal_error.tightest_common_error(straight, scattered)
+    assert not isnan(equal_error.time_ratio(scattered, straight, target)[0])
     assert target == pytest.approx(equal_error.NEAR * 6e-10)
 
 

@@ -16,7 +16,7 @@ from validation.parts import (
     random_tops,
     stiff_needle,
 )
-from validation.references.problems import load
+from validation.references.problems import load_problem
 
 MACHINERY = [
     file
@@ -63,15 +63,15 @@ def test_a_method_of_a_later_day_is_everywhere(newcomer):
     (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
     assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
     assert NEW in {row["name"] for row in omissions.by_form(1)}
-    assert NEW in {who.name for who in single_runs.ours(load("asymmetric"))}
-    assert [title for title, (own, _) in method_families.families().items() if NEW in own] == [
+    assert NEW in {who.name for who in single_runs.list_contenders(load_problem("asymmetric"))}
+    assert [title for title, (own, _) in method_families.group_methods().items() if NEW in own] == [
         "fixed step, order 3 and 4"
     ]
 
 
 def test_every_method_is_in_one_family_or_a_peer():
-    places = [name for own, _ in method_families.families().values() for name in own]
-    peers = next(iter(method_families.families().values()))[1]
+    places = [name for own, _ in method_families.group_methods().values() for name in own]
+    peers = next(iter(method_families.group_methods().values()))[1]
     assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)
 
 

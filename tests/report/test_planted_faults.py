@@ -84,7 +84,7 @@ def with_faults(led_on):
     def planting(who, fault):
         def run(problem, scene, times, setting):
             q, *rest = run_of(who)(problem, scene, times, setting)
-            true = problem.principal(kr.solve(scene, times, "taylor", digits=20).q)
+            true = problem.to_principal_axes(kr.solve(scene, times, "taylor", digits=20).q)
             return fault(np.array(q), np.array(true)), *rest
 
         return run
@@ -167,7 +167,7 @@ def jumping(name, fault):
 
     def run(problem, scene, times, setting):
         q = fault(scene, times, kr.exact(scene)(times).q)
-        return problem.principal(np.array(q)), np.tile(scene.momentum, (len(q), 1)), 0, 0
+        return problem.to_principal_axes(np.array(q)), np.tile(scene.momentum, (len(q), 1)), 0, 0
 
     return atlas_cells.Candidate(name, "", 0, run)
 

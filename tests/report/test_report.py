@@ -8,7 +8,7 @@ import pytest
 
 from validation.competitors import machine
 from validation.parts import atlas_cases, fastest, workprecision
-from validation.references.problems import HORIZONS, load
+from validation.references.problems import HORIZONS, load_problem
 from validation.report import main as report
 
 
@@ -37,7 +37,7 @@ def test_the_report_writes_its_table(quick):
         ran = {
             run["method"]: run for run in rows_of(quick) if run["scene"] == name
         }  # the tightest of each
-        scene = load(name).scene()
+        scene = load_problem(name).to_scene()
         suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
         assert set(ran) == suited | {"heyoka", "scipy_dop853"}
         for method, run in ran.items():
@@ -56,7 +56,7 @@ def test_the_report_writes_its_page(quick):
     assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", page)
     assert not re.search(r"\bsrc=|<link|@import|url\((?!#)", page), "the page stands alone"
     assert (machine.GSL_MISSING in page) == (not machine.has_gsl())
-    scenes = [load(name).scene() for name in HORIZONS]
+    scenes = [load_problem(name).to_scene() for name in HORIZONS]
     for name, method in kr.methods.items():
         assert (f">{name}<" in page) == any(method.suits(scene) for scene in scenes)
     anchors = set(re.findall(r'\bid="([^"]+)"', page))

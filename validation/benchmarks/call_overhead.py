@@ -67,7 +67,7 @@ def seconds_of_core(folder):
     )
     found = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
-        block = compiled_core.block(getattr(kr.scenes, scene)).hex()
+        block = compiled_core.scene_bytes(getattr(kr.scenes, scene)).hex()
         words = [str(program), method, str(step), block, *map(str, times)]
         found[name] = float(subprocess.run(words, capture_output=True, text=True).stdout) / 1e3
     return found

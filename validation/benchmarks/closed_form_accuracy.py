@@ -35,9 +35,9 @@ def trusted(case):
         i1, i3, lever, q, m = case
         kinetic = np.dot(m, m) / (2 * min(i1, i3))
         scale = math.sqrt(2 * max(i1, i3) * (kinetic + 2 * abs(lever)))
-        return Lagrange(i1, i3, lever, cases.unit(q), m), scale
+        return Lagrange(i1, i3, lever, cases.normalize(q), m), scale
     inertia, q, m = case
-    return Euler(inertia, cases.unit(q), m), float(np.linalg.norm(m))
+    return Euler(inertia, cases.normalize(q), m), float(np.linalg.norm(m))
 
 
 def momentum_error(truth, m, scale):
@@ -50,7 +50,7 @@ def errors(case, times):
     """Gives (attitude error, momentum error) at each time, and k'^2, the distance from a
     separatrix."""
     truth, scale = trusted(case)
-    path = kr.exact(cases.scene(case))(list(times))
+    path = kr.exact(cases.case_scene(case))(list(times))
     found = []
     for t, q, m in zip(times, path.q, path.m, strict=True):
         attitude, momentum = truth(t)
@@ -103,8 +103,11 @@ def by_heyoka():
     print("quadrature against heyoka in 128 bit at t = 7:")
     for name in names:
         case = {**cases.LAGRANGE, **cases.EULER}[name]
-        stepped = reference.states(cases.problem(name, case), [7.0])[0][:4]
-        print(f"  {name:34} {reference.angle(trusted(case)[0](7)[0], stepped):.1e}", flush=True)
+        stepped = reference.integrate_states(cases.case_problem(name, case), [7.0])[0][:4]
+        print(
+            f"  {name:34} {reference.rotation_angle(trusted(case)[0](7)[0], stepped):.1e}",
+            flush=True,
+        )
 
 
 class QuadMap:
@@ -122,7 +125,7 @@ class QuadMap:
         """Gives the states of each (case, step, whole numbers k), 7 mpmath numbers each."""
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
-            numbers = (i1, i3, lever, step, *cases.unit(q), *m)
+            numbers = (i1, i3, lever, step, *cases.normalize(q), *m)
             lines.append(
                 " ".join([*(float(x).hex() for x in numbers), str(len(ks)), *map(str, ks)])
             )
@@ -143,7 +146,7 @@ class QuadMap:
 def map_errors(job, states):
     case, step, ks = job
     try:
-        path = kr.exact(cases.scene(case), map="bobenko_suris", step=step)(ks)
+        path = kr.exact(cases.case_scene(case), map="bobenko_suris", step=step)(ks)
     except ValueError:
         return None  # next to a separatrix
     _, scale = trusted(case)
@@ -186,7 +189,7 @@ def header():
     lines = []
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
         inertia, lever = cases.inertia_and_lever(case)
-        truth, q = trusted(case)[0], cases.unit(case[-2])
+        truth, q = trusted(case)[0], cases.normalize(case[-2])
         for t in TRUTH_TIMES:
             attitude, momentum = truth(t)
             line = (

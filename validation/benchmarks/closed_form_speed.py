@@ -59,7 +59,7 @@ def isas(loops):
 
 class Ours:
     def __init__(self, loops, scene):
-        self.loops, self.scene = loops, ctypes.c_char_p(compiled_core.block(scene))
+        self.loops, self.scene = loops, ctypes.c_char_p(compiled_core.scene_bytes(scene))
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))
         self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
@@ -92,7 +92,7 @@ class Ours:
 
 class Heyoka:
     def __init__(self, problem):
-        system, self.start = equations.system(problem)
+        system, self.start = equations.build_system(problem)
         self.top = hy.taylor_adaptive(system, self.start)
         self.grid = np.linspace(0, END, OUTPUTS)
 
@@ -135,7 +135,7 @@ def calls_of(loops, scene, heyoka, is_lagrange):
 
 def bench(loops, name, rounds):
     case = {**exact_cases.LAGRANGE, **exact_cases.EULER}[SCENES[name]]
-    scene, heyoka = exact_cases.scene(case), Heyoka(exact_cases.problem(name, case))
+    scene, heyoka = exact_cases.case_scene(case), Heyoka(exact_cases.case_problem(name, case))
     ours, calls = calls_of(loops, scene, heyoka, exact_cases.is_lagrange(case))
     seconds = interleaved(calls, rounds)
     same = ours.same_bits()

@@ -24,7 +24,7 @@ from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.single_runs import Setting
 from ..parts.ensembles import TARGETS, sleeping_map
 from ..references.problems import attitude_errors
-from ..references.random_ensembles import SCENES, conditioning, random, truths
+from ..references.random_ensembles import SCENES, compute_conditioning, compute_truths, draw_tops
 
 ROOT = Path(__file__).parents[2]
 BOUNDS = {
@@ -35,8 +35,8 @@ BUSY = 0.5  # from this load on
 CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, sys
-from validation.references.random_ensembles import random
-tops = random("Lagrange", int(sys.argv[1])).ensemble()
+from validation.references.random_ensembles import draw_tops
+tops = draw_tops("Lagrange", int(sys.argv[1])).ensemble()
 kr.solve(tops, np.linspace(0, 100, 101), reduce={"nutation": ("min", "max", "mean")})
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """
@@ -53,11 +53,11 @@ def graded(what, value, must, stretch=None, unit="", at_most=False):
 
 def throughput(options):
     for kind in SCENES:
-        tops = random(kind, options.tops)
-        found = equal_error.runs(
+        tops = draw_tops(kind, options.tops)
+        found = equal_error.measure_runs(
             tops,
-            ensemble_runs.suited(tops, options.each),
-            truths(tops.first(options.sample)),
+            ensemble_runs.select_movers(tops, options.each),
+            compute_truths(tops.first(options.sample)),
             options.rounds,
         )
         print(f"\n{kind} tops: {len(tops)} to t = {tops.end:g}, {options.rounds} rounds")
@@ -67,7 +67,7 @@ def throughput(options):
                 f"{run.mover:26} {run.setting:12}{run.tops:6}{1e6 * median(run.seconds):10.2f}"
                 f"{run.middle:9.1e}{run.bad:9.1e}{run.worst:9.1e}"
             )
-        groups = equal_error.by_mover(found)
+        groups = equal_error.group_by_mover(found)
         if kind == "Lagrange":
             closed(groups)
         at_equal_error(kind, groups)
@@ -76,7 +76,7 @@ def throughput(options):
 def closed(groups):
     own, peer = groups[ensemble_runs.CLOSED.name], groups[ensemble_runs.HEYOKA]
     graded("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
-    value, *_ = equal_error.ratio(peer, own, 1e-6)
+    value, *_ = equal_error.time_ratio(peer, own, 1e-6)
     graded(f"Lagrange: {ensemble_runs.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
 
 
@@ -84,8 +84,8 @@ def at_equal_error(kind, groups):
     own = groups[ensemble_runs.SERIES.name]
     for name, peer in groups.items():
         if name not in ensemble_runs.OWN:
-            for target in (*TARGETS, equal_error.tightest(own, peer)):
-                told = equal_error.ratio(peer, own, target)
+            for target in (*TARGETS, equal_error.tightest_common_error(own, peer)):
+                told = equal_error.time_ratio(peer, own, target)
                 compared(f"{kind} at {target:.1e}: {name} / taylor", told, bounds_of(kind, name))
 
 
@@ -109,8 +109,8 @@ def threads(options):
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():
         for n in (options.tops, 10 * options.tops) if method == "exact" else (options.tops,):
-            tops = random(kind, n)
-            one, two = (ensemble_runs.by_kreisel(method, tops, setting, k) for k in (1, 2))
+            tops = draw_tops(kind, n)
+            one, two = (ensemble_runs.make_kreisel_call(method, tops, setting, k) for k in (1, 2))
             gain, given = gains(one, two, options.rounds)
             graded(f"{n} {kind} tops, {method}: one thread / two", gain, 1.8)
             print(f"{'two such calls one after the other / beside each other':62} {given:9.3g}")
@@ -126,7 +126,9 @@ def gains(one, two, rounds):
                 future.result()
 
         calls = one, two, beside
-        samples, _ = timing.interleaved(calls, [timing.once(call) for call in calls], rounds)
+        samples, _ = timing.time_interleaved(
+            calls, [timing.time_once(call) for call in calls], rounds
+        )
     gain = median(a / b for a, b in zip(samples[0], samples[1], strict=True))
     return gain, median(2.0 * a / c for a, c in zip(samples[0], samples[2], strict=True))
 
@@ -134,12 +136,12 @@ def gains(one, two, rounds):
 def large(options):
     """Prints what very many tops take of time and memory."""
     n = options.large
-    side, build = options.side, random("Lagrange", n).ensemble
+    side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (
         (f"an ensemble of {n:.0e} built", build, 0.5),
         (f"the {side} x {side} sleeping map", partial(sleeping_map, side), 0.5),
     ):
-        seconds = median(timing.once(call) for _ in range(options.rounds))
+        seconds = median(timing.time_once(call) for _ in range(options.rounds))
         graded(what, seconds, must, unit=" s", at_most=True)
     command = [sys.executable, "-c", LARGE, str(n)]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
@@ -156,16 +158,16 @@ def single(options):
     """Prints the errors of an ensemble over those of single runs, in units of what a rounding of
     the start does to each top."""
     for kind in SCENES:
-        tops = random(kind, options.sample)
-        true, unit = truths(tops), conditioning(tops)
+        tops = draw_tops(kind, options.sample)
+        true, unit = compute_truths(tops), compute_conditioning(tops)
         closed = [("exact", Setting())] if kind == "Lagrange" else []
         for method, setting in [
             *closed,
             *(("taylor", Setting(tol=10.0**-k)) for k in range(6, 16, 3)),
         ]:
-            many_q = ensemble_runs.by_kreisel(method, tops, setting, 2)()
+            many_q = ensemble_runs.make_kreisel_call(method, tops, setting, 2)()
             one_q = [
-                kr.solve(tops.scene(k), [tops.end], method, **setting.words).q[-1]
+                kr.solve(tops.scene(k), [tops.end], method, **setting.keywords).q[-1]
                 for k in range(len(tops))
             ]
             errors = [attitude_errors(q, true) / unit for q in (many_q, one_q)]

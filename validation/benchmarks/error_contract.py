@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import kreisel as kr
 import numpy as np
 
-from ..references.multiprecision import AnyTop
+from ..references.multiprecision import MultiprecisionIntegrator
 from ..references.problems import attitude_errors
 
 SAMPLES = 200
@@ -270,7 +270,7 @@ def summary(cases):
 
 
 def judged(scenes, seed, verbose=False):
-    rng, second, cases = np.random.default_rng(seed), AnyTop(), []
+    rng, second, cases = np.random.default_rng(seed), MultiprecisionIntegrator(), []
     for i in range(scenes):
         family = FAMILIES[i % len(FAMILIES)]
         t, target = float(10 ** rng.uniform(0, 2)), float(10 ** rng.uniform(-10, -3))

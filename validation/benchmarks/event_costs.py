@@ -14,7 +14,7 @@ import kreisel as kr
 import numpy as np
 
 from ..references import equations
-from ..references.problems import load
+from ..references.problems import load_problem
 from .taylor_speed import EPS, medians
 
 END = 1000.0
@@ -53,7 +53,7 @@ def functions(problem):
 
 
 def ours(problem, tol, event=None):
-    scene = problem.scene()
+    scene = problem.to_scene()
 
     def run():
         path = kr.solve(scene, END, "taylor", tol=tol, events=None if event is None else [event])
@@ -63,7 +63,7 @@ def ours(problem, tol, event=None):
 
 
 def heyoka(problem, tol, function=None):
-    system, start = equations.system(problem)
+    system, start = equations.build_system(problem)
     found = []
     watched = (
         []
@@ -105,7 +105,7 @@ def main(argv=None):
     for name in ("thesis", "asymmetric_regular"):
         for tol, theirs in ((None, EPS), (1e-9, 1e-9)):
             for word in EVENTS:
-                beside_heyoka(load(name), tol, theirs, word)
+                beside_heyoka(load_problem(name), tol, theirs, word)
     return 0
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from ..competitors import compiled_core, timing
 from ..parts.published import problems as literature
 from ..references import equations, orders
-from ..references.problems import PROBLEMS, attitude_error, described, load
+from ..references.problems import PROBLEMS, attitude_error, load_problem, problem_of_scene
 from . import error_contract
 
 PUBLISHED = json.loads(PROBLEMS.read_text())["published"]
@@ -54,7 +54,7 @@ def say(what, value, must, stretch=None, most=True):
 def published(name):
     """Gives a published top in its principal axes."""
     (top,) = (top for top in literature() if top.name == name)
-    return described(name, top.scene)
+    return problem_of_scene(name, top.scene)
 
 
 def order(extent):
@@ -67,7 +67,7 @@ def order(extent):
         ]
         if method.adaptive or not bodies:
             continue
-        slopes = [slope for body in bodies for slope in orders.measured(name, body).values()]
+        slopes = [slope for body in bodies for slope in orders.measure_order(name, body).values()]
         off = max(np.inf if slope is None else abs(slope - method.order) for slope in slopes)
         say(f"{name}, order {method.order}, on {', '.join(bodies)}", off, 0.2)
 
@@ -117,7 +117,7 @@ class Heyoka:
     """A top at a tolerance; its steps are counted."""
 
     def __init__(self, problem, end, tol=EPS):
-        system, self.start = equations.system(problem)
+        system, self.start = equations.build_system(problem)
         self.top, self.end = hy.taylor_adaptive(system, self.start, tol=tol), end
 
     def __call__(self):
@@ -128,8 +128,8 @@ class Heyoka:
 
 
 def interleaved(rounds, *calls):
-    about = [min(timing.once(call) for _ in range(3)) for call in calls]
-    return timing.interleaved(calls, about, rounds)[0]
+    about = [min(timing.time_once(call) for _ in range(3)) for call in calls]
+    return timing.time_interleaved(calls, about, rounds)[0]
 
 
 def ratio(one, two):
@@ -146,8 +146,8 @@ def cost(extent):
         "takahashi_imada4": (20, 27),
     }
     for name, wanted in (("thesis", bounds), ("asymmetric", {"strang": (12, 14)})):
-        problem, steps = load(name), 20000
-        scene, peer = problem.scene(), Heyoka(problem, 100.0)
+        problem, steps = load_problem(name), 20000
+        scene, peer = problem.to_scene(), Heyoka(problem, 100.0)
         runs = [partial(kr.solve, scene, 0.05 * steps, method, step=0.05) for method in wanted]
         times, *others = interleaved(extent.rounds, peer, *runs)
         print(f"  heyoka's step on {name}: {1e9 * min(times) / peer.steps:.0f} ns")
@@ -166,7 +166,7 @@ def drift_of_energy(scene, end, method, step):
 
 def gni(extent):
     """Holds the energy error of suzuki4 against the published table."""
-    scene = published("gni_asymmetric_heavy_top").scene()
+    scene = published("gni_asymmetric_heavy_top").to_scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
     for step in steps:
@@ -182,7 +182,7 @@ def gni(extent):
 
 def simo_wong(extent):
     """Holds energy errors at the published step against those of the published problem."""
-    scene = published("simo_wong_fast_top").scene()
+    scene = published("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {
         name: drift_of_energy(scene, 10, name, step)
@@ -201,7 +201,7 @@ def bruels(extent):
     """Sets the cheapest geometric run with an attitude error of 1e-13 at t = 2 against the cheapest
     of heyoka's."""
     problem = published("bruels_cardona_heavy_top")
-    scene, truth = problem.scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
+    scene, truth = problem.to_scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
     runs = []
     for name in ("takahashi_imada4", "blanes_moan6", "kahan_li6", "kahan_li8"):
         for n in np.unique(np.round(2.0 ** np.arange(6, 13, 0.0625))):
@@ -218,7 +218,7 @@ def bruels(extent):
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
     calls = [
-        compiled_core.recording(compiled_core.block(scene), name, end, step=2 / n)
+        compiled_core.make_recording_call(compiled_core.scene_bytes(scene), name, end, step=2 / n)
         for n, name, _ in runs
     ]
     times, *own = interleaved(extent.rounds, peer, *calls)

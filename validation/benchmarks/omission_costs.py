@@ -55,7 +55,7 @@ def verdict(value, must, better):
 def ratio(rounds, name, whole, part, must=None, stretch=None):
     for call in (whole, part):
         call()
-    slow, fast = timing.best_of([whole, part], rounds)
+    slow, fast = timing.best_times([whole, part], rounds)
     bound = "" if must is None else f"must {must}, stretch {stretch}"
     print(
         f"{name:<66}{slow * 1e6:10.1f} us {fast * 1e6:10.1f} us {slow / fast:6.2f}  {bound:<24}"
@@ -64,8 +64,8 @@ def ratio(rounds, name, whole, part, must=None, stretch=None):
 
 
 def record(scene, times, leave_heading=False):
-    return compiled_core.recording(
-        compiled_core.block(scene), "taylor", times, leave_heading=leave_heading
+    return compiled_core.make_recording_call(
+        compiled_core.scene_bytes(scene), "taylor", times, leave_heading=leave_heading
     )
 
 
@@ -148,7 +148,9 @@ def of_the_problem():
 def by_step(scene):
     """Takes so many steps of a top that they take about as long as a call can tell, one number for
     every scene."""
-    return compiled_core.recording(compiled_core.block(scene), "taylor", np.array([1e5]), most=1000)
+    return compiled_core.make_recording_call(
+        compiled_core.scene_bytes(scene), "taylor", np.array([1e5]), most=1000
+    )
 
 
 def seconds_to_stop(code):
@@ -178,7 +180,7 @@ def checkpoints(rounds):
         run.to(5.0)
         saved = run.checkpoint
         calls = [partial(getattr, run, "checkpoint"), partial(kr.resume, saved)]
-        make, read = (1e6 * seconds for seconds in timing.best_of(calls, rounds))
+        make, read = (1e6 * seconds for seconds in timing.best_times(calls, rounds))
         print(f"{name:<40}{make:8.0f} us {read:8.0f} us {len(saved):8} bytes")
 
 

@@ -22,7 +22,7 @@ LOW = kr.events.nutation(direction=1, most=CROSSINGS, terminal=True)
 
 
 def best(function):
-    return min(timing.once(function) for _ in range(ROUNDS))
+    return min(timing.time_once(function) for _ in range(ROUNDS))
 
 
 def time():
@@ -36,7 +36,7 @@ def time():
     graded("a section in two threads", cut[2], 0.2, unit=" s", at_most=True)
     print(f"in one thread {cut[1]:.3f} s; top by top {alone:.3f} s; without events {bare:.3f} s")
     many = partial(kr.starts, BODY, energy=2.0, vertical=1.0, n=10**6)
-    print(f"a million starts {timing.once(many):.2f} s")
+    print(f"a million starts {timing.time_once(many):.2f} s")
 
 
 def frequencies():

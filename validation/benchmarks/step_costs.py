@@ -18,8 +18,8 @@ from statistics import median, quantiles
 import kreisel as kr
 
 from ..competitors import timing
-from ..competitors.single_runs import EPS, HeyokaRun, Setting, ours
-from ..references.problems import load
+from ..competitors.single_runs import EPS, HeyokaRun, Setting, list_contenders
+from ..references.problems import load_problem
 
 STEP, STEPS = 2.0**-10, 100_000
 HERE = Path(__file__).parent
@@ -28,7 +28,7 @@ HEYOKA = {"heyoka": {}, "heyoka, fast math": {"fast_math": True}}
 
 
 def a_solve(problem, method, **words):
-    scene = problem.scene()
+    scene = problem.to_scene()
     return lambda: kr.solve(scene, t=STEPS * STEP, method=method, step=STEP, **words)
 
 
@@ -36,8 +36,8 @@ def samples_of(calls, rounds):
     """Gives the seconds of each call in each round."""
     for call in calls.values():
         call()
-    about = [timing.once(call) for call in calls.values()]
-    samples, _ = timing.interleaved(calls.values(), about, rounds)
+    about = [timing.time_once(call) for call in calls.values()]
+    samples, _ = timing.time_interleaved(calls.values(), about, rounds)
     return dict(zip(calls, samples, strict=True))
 
 
@@ -48,12 +48,12 @@ def with_spread(values, form):
 
 def steps(scene, rounds):
     """Prints the median cost of a step and the ratios to heyoka's, round by round."""
-    problem = load(scene)
+    problem = load_problem(scene)
     heyokas = {
         name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
         for name, options in HEYOKA.items()
     }
-    methods = [who.name for who in ours(problem) if who.steered == "step"]
+    methods = [who.name for who in list_contenders(problem) if who.steered == "step"]
     times = samples_of(
         {
             **{name: run.solve for name, run in heyokas.items()},
@@ -77,9 +77,9 @@ def steps(scene, rounds):
 def recording(scene, rounds):
     """Times a run that keeps every step over one that keeps none, from Python: with new memory each
     time."""
-    problem = load(scene)
+    problem = load_problem(scene)
     print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
-    for who in ours(problem):
+    for who in list_contenders(problem):
         if who.steered == "step":
             times = samples_of(
                 {"none": a_solve(problem, who.name), "all": a_solve(problem, who.name, every=1)},

@@ -72,8 +72,8 @@ def cost(options):
                 kr.solve(tops[begin : begin + part], TIMES, reduce=KEPT)
 
         for k in range(options.rounds):
-            files = timing.once(lambda k=k: swept(f"{folder}/{k}", options.tops))
-            ratios.append(files / timing.once(without))
+            files = timing.time_once(lambda k=k: swept(f"{folder}/{k}", options.tops))
+            ratios.append(files / timing.time_once(without))
         size = sum(file.stat().st_size for file in Path(folder, "0").iterdir())
     print(f"{options.tops} tops: {1e-6 * size:.3g} MB in {-(-options.tops // part)} parts")
     print(f"rounds: {', '.join(f'{ratio:.3f}' for ratio in ratios)}")
@@ -105,7 +105,7 @@ def plan(options):
         seconds = []
         for _ in range(options.rounds):
             with tempfile.TemporaryDirectory(dir=options.to) as folder:
-                seconds.append(timing.once(lambda f=folder, m=make: planned(m(), f)))
+                seconds.append(timing.time_once(lambda f=folder, m=make: planned(m(), f)))
         graded(f"1e8 tops planned: {name}", median(seconds), 1, unit=" s", at_most=True)
 
 
@@ -144,7 +144,7 @@ def check(options):
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         found = swept(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())
-        seconds = median(timing.once(found.check) for _ in range(options.rounds))
+        seconds = median(timing.time_once(found.check) for _ in range(options.rounds))
     print(f"{'a look at each bit of them':62} {1e-6 * size / seconds:9.3g} MB/s")
 
 

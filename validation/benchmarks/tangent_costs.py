@@ -20,7 +20,7 @@ import numpy as np
 from kreisel._core import start
 
 from ..references import equations
-from ..references.problems import load
+from ..references.problems import load_problem
 
 SCENES = ("thesis", "kowalewski", "asymmetric")
 BY = {"alone": 0, "one": 8, "six": 1, "fourteen": 31}
@@ -82,9 +82,9 @@ def of_quaternion(path, inertia):
 
 def heyoka():
     for name in SCENES:
-        problem = load(name)
-        scene, end = problem.scene(), 30.0
-        system, begin = equations.system(problem)
+        problem = load_problem(name)
+        scene, end = problem.to_scene(), 30.0
+        system, begin = equations.build_system(problem)
         varied = hy.var_ode_sys(system, hy.var_args.vars, order=1)
         top = hy.taylor_adaptive(varied, begin, tol=2.0**-52, compact_mode=True)
         fresh = top.state.copy()

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..competitors import compiled_core, timing
 from ..references import equations, reference
-from ..references.problems import load
+from ..references.problems import load_problem
 
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
@@ -34,7 +34,7 @@ def horizon(name, target):
 
 @functools.cache
 def thirty_digits(name, t):
-    return kr.solve(load(name).scene(), t, digits=30)
+    return kr.solve(load_problem(name).to_scene(), t, digits=30)
 
 
 def error(name, t, q):
@@ -51,8 +51,8 @@ def error(name, t, q):
 def ours(name, t, tol=0.0, digits=0, method="taylor"):
     """Makes a call that solves, and gives the attitude at the end and what that leaves out."""
     # The core takes what was made beforehand, as heyoka does.
-    block, times = compiled_core.block(load(name).scene()), np.array([t])
-    call = compiled_core.recording(block, method, times, tol=tol, digits=digits)
+    block, times = compiled_core.scene_bytes(load_problem(name).to_scene()), np.array([t])
+    call = compiled_core.make_recording_call(block, method, times, tol=tol, digits=digits)
 
     def run():
         status, states, low, *_ = call()
@@ -63,7 +63,7 @@ def ours(name, t, tol=0.0, digits=0, method="taylor"):
 
 
 def heyoka(name, t, tol):
-    system, start = equations.system(load(name))
+    system, start = equations.build_system(load_problem(name))
     top = hy.taylor_adaptive(system, start, tol=tol)
 
     def run():
@@ -76,7 +76,7 @@ def heyoka(name, t, tol):
 
 
 def real128(name, t, tol):
-    system, start = equations.system(load(name), hy.real128)
+    system, start = equations.build_system(load_problem(name), hy.real128)
     top = hy.taylor_adaptive(system, start, tol=hy.real128(tol), fp_type=hy.real128)
 
     def run():
@@ -94,8 +94,8 @@ def real128(name, t, tol):
 def medians(calls, rounds=41):
     """Gives the median seconds of the first call, interleaved, and of each other by the median of
     its ratio to the first."""
-    about = [min(timing.once(call) for _ in range(2)) for call in calls]
-    (first, *others), _ = timing.interleaved(calls, about, rounds)
+    about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
+    (first, *others), _ = timing.time_interleaved(calls, about, rounds)
     ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
     return [median(first), *(median(first) * ratio for ratio in ratios)]
 
@@ -213,11 +213,11 @@ def truth_error(want, q):
         return [mp.mpf(x) + mp.mpf(y) for x, y in zip(high, low, strict=True)]
 
     with mp.workdps(reference.DIGITS):
-        return reference.angle(sums(want), sums(q))
+        return reference.rotation_angle(sums(want), sums(q))
 
 
 def heyoka_at_its_tightest(name):
-    system, start = equations.system(load(name))
+    system, start = equations.build_system(load_problem(name))
     return hy.taylor_adaptive(system, start, tol=EPS), start
 
 
@@ -230,13 +230,13 @@ def on_grid(top, start, times):
 def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
-        block = compiled_core.block(load(name).scene())
+        block = compiled_core.scene_bytes(load_problem(name).to_scene())
         grid = partial(on_grid, *heyoka_at_its_tightest(name))
         few = times[[0, -1]]
         calls = [
-            compiled_core.recording(block, "taylor", few),
+            compiled_core.make_recording_call(block, "taylor", few),
             partial(grid, few),
-            compiled_core.recording(block, "taylor", times),
+            compiled_core.make_recording_call(block, "taylor", times),
             partial(grid, times),
         ]
         a, b, c, d = medians(calls, 9)

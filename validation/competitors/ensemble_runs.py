@@ -22,9 +22,9 @@ from .single_runs import EPS, ScipyRun, Setting
 BATCH = 8
 
 
-def by_kreisel(method, tops, setting, threads):
+def make_kreisel_call(method, tops, setting, threads):
     ensemble, times = tops.ensemble(), [tops.end]
-    words = {"method": method, "threads": threads} | setting.words
+    words = {"method": method, "threads": threads} | setting.keywords
 
     def move():
         paths = kr.solve(ensemble, times, **words)
@@ -34,27 +34,27 @@ def by_kreisel(method, tops, setting, threads):
     return move
 
 
-def integrator(tops, setting):
-    system, _ = equations.system(tops.problem)
+def make_integrator(tops, setting):
+    system, _ = equations.build_system(tops.problem)
     hy.llvm_state.set_diskcache_enabled(False)
     return hy.taylor_adaptive_batch(system, np.zeros((7, BATCH)), tol=setting.tol)
 
 
-def in_batches(tops):
+def pad_to_batches(tops):
     """Gives the starts with the tops in columns, the last repeated until batches are full."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
 
-def landed(results):
+def check_end_reached(results):
     if any(outcome != hy.taylor_outcome.time_limit for outcome, *_ in results):
         raise ArithmeticError("heyoka stopped before the end")
 
 
-def by_hand(tops, setting, threads):
+def make_batch_call(tops, setting, threads):
     """Leads batches of eight to the end one after the other, whichever thread is free."""
-    starts, end = in_batches(tops), tops.end
-    own = [integrator(tops, setting) for _ in range(threads)]
+    starts, end = pad_to_batches(tops), tops.end
+    own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
 
     def work(top, batches, found):
@@ -62,7 +62,7 @@ def by_hand(tops, setting, threads):
             top.set_time(0.0)
             top.state[:] = starts[:, i : i + BATCH]
             top.propagate_until(end)
-            landed(top.propagate_res)
+            check_end_reached(top.propagate_res)
             found[:, i : i + BATCH] = top.state[:4]
 
     def move():
@@ -74,8 +74,8 @@ def by_hand(tops, setting, threads):
     return move
 
 
-def by_its_own_call(tops, setting, threads):
-    starts, top = in_batches(tops), integrator(tops, setting)
+def make_ensemble_call(tops, setting, threads):
+    starts, top = pad_to_batches(tops), make_integrator(tops, setting)
 
     def begin(copy, i):
         copy.state[:] = starts[:, BATCH * i : BATCH * (i + 1)]
@@ -87,13 +87,13 @@ def by_its_own_call(tops, setting, threads):
             top, tops.end, iterations, begin, max_workers=threads
         )
         for led, *_ in done:
-            landed(led.propagate_res)
+            check_end_reached(led.propagate_res)
         return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
 
     return move
 
 
-def by_scipy(tops, setting, threads):
+def make_scipy_call(tops, setting, threads):
     """Leads one top after the other. Python keeps one thread at work, so that a time of it may be
     divided by the number of threads: processes would share the tops."""
     runs = [
@@ -120,23 +120,31 @@ class Mover:
         return tops.first(max(self.least, round(self.part * len(tops))))
 
 
-def tolerances(decades, tightest=None):
+def make_settings(decades, tightest=None):
     more = (Setting(tol=tightest),) if tightest else ()
     return (*(Setting(tol=10.0**-k) for k in decades), *more)
 
 
 HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
-CLOSED = Mover("exact", partial(by_kreisel, "exact"), (Setting(),))
-SERIES = Mover("taylor", partial(by_kreisel, "taylor"), tolerances(range(4, 16), 2.0**-53))
+CLOSED = Mover("exact", partial(make_kreisel_call, "exact"), (Setting(),))
+SERIES = Mover(
+    "taylor", partial(make_kreisel_call, "taylor"), make_settings(range(4, 16), 2.0**-53)
+)
 OWN = CLOSED.name, SERIES.name
 PEERS = (
-    Mover(HEYOKA, by_hand, tolerances(range(4, 16), EPS)),
-    Mover(OWN_CALL, by_its_own_call, tolerances(range(4, 15, 5), EPS), 0.1, 64),
-    Mover("gsl_rk8pd", partial(by_kreisel, "gsl_rk8pd"), tolerances(range(5, 15, 3)), 0.05, 64),
+    Mover(HEYOKA, make_batch_call, make_settings(range(4, 16), EPS)),
+    Mover(OWN_CALL, make_ensemble_call, make_settings(range(4, 15, 5), EPS), 0.1, 64),
+    Mover(
+        "gsl_rk8pd",
+        partial(make_kreisel_call, "gsl_rk8pd"),
+        make_settings(range(5, 15, 3)),
+        0.05,
+        64,
+    ),
     Mover(
         "scipy_dop853",
-        by_scipy,
-        tolerances(range(5, 14, 4)),
+        make_scipy_call,
+        make_settings(range(5, 14, 4)),
         0.0,
         8,
         is_timed_once=True,
@@ -145,7 +153,7 @@ PEERS = (
 )
 
 
-def suited(tops, each=1):
+def select_movers(tops, each=1):
     """Gives those who can move these tops, kreisel first; at each setting, or at each second or
     third of them from the tightest on."""
     closed = (CLOSED,) if tops.problem.symmetric else ()

@@ -31,7 +31,7 @@ class Run:
         return 1e6 * median(self.seconds)
 
 
-def runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
+def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
     """Makes each call, takes its errors on the tops whose truths are known, and times all in turn:
     first all at their loosest, so that what is compared ran within a short time."""
     asked = [
@@ -47,7 +47,7 @@ def runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
         for i in in_turn:
             (_, who, _, own), took = asked[i], seconds[i]
             is_known = took and who.is_timed_once
-            took.append(took[0] if is_known else timed(calls[i], who, own, threads))
+            took.append(took[0] if is_known else time_per_top(calls[i], who, own, threads))
             tick()
     return [
         Run(who.name, str(setting), len(own), *spread, took)
@@ -62,20 +62,20 @@ def sample_errors(q, truths):
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
 
 
-def timed(call, who, tops, threads):
+def time_per_top(call, who, tops, threads):
     """Gives the seconds of one top; a mover of one thread is taken to share the tops perfectly."""
-    with timing.undisturbed():
-        return timing.once(call) / len(tops) / (threads if who.is_serial else 1)
+    with timing.pause_gc():
+        return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
 
-def by_mover(found):
+def group_by_mover(found):
     groups = {}
     for run in found:
         groups.setdefault(run.mover, []).append(run)
     return groups
 
 
-def tightest(own, other):
+def tightest_common_error(own, other):
     """Gives the smallest error that both reach, and keep at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
@@ -93,7 +93,7 @@ def seconds_at(target, own):
     return [float(np.exp(np.interp(np.log(target), x, row))) for row in y.T]
 
 
-def ratio(other, own, target):
+def time_ratio(other, own, target):
     """Gives the median over the rounds of the other's time over the own, and both times [s]; nan
     where one does not reach the error."""
     theirs, ours = seconds_at(target, other), seconds_at(target, own)

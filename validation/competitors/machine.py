@@ -16,7 +16,7 @@ from . import compiled_core
 GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
 
 
-def processor():
+def processor_name():
     try:
         info = Path("/proc/cpuinfo").read_text()
     except OSError:
@@ -25,12 +25,12 @@ def processor():
     return name[1].strip() if name else platform.processor() or platform.machine()
 
 
-def cores():
+def describe_cores():
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return f"{usable} core{'s' if usable != 1 else ''}"
 
 
-def compiler():
+def compiler_version():
     """Tells what compiled the extension, as compilers write it into what they make."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
@@ -39,7 +39,7 @@ def compiler():
     return ", ".join(sorted(names)) or "not known"
 
 
-def commit():
+def commit_name():
     git = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
     try:
         return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
@@ -58,17 +58,17 @@ def fingerprint(*more):
         *sorted(here.rglob("*.json")),
     ]
     code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    about = described()
+    about = describe_machine()
     return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
 
 
-def described():
+def describe_machine():
     packages = ", ".join(f"{name} {version(name)}" for name in ("heyoka", "numpy", "scipy"))
     return {
         "date": date.today().isoformat(),
-        "machine": f"{processor()}, {cores()}, {platform.system()}",
-        "compiler": compiler(),
-        "commit": commit(),
+        "machine": f"{processor_name()}, {describe_cores()}, {platform.system()}",
+        "compiler": compiler_version(),
+        "commit": commit_name(),
         "versions": f"Python {platform.python_version()}, {packages}",
         "GSL": "built in" if has_gsl() else GSL_MISSING,
     }

@@ -4,17 +4,17 @@ finds its place unasked."""
 import kreisel as kr
 
 from .machine import is_of_gsl
-from .single_runs import PEERS, steered
+from .single_runs import PEERS, control_of
 
 TITLES = {
-    "series, closed form and other adaptive": lambda m: steered(m) != "step",
-    "fixed step, order 1 and 2": lambda m: steered(m) == "step" and m.order <= 2,
-    "fixed step, order 3 and 4": lambda m: steered(m) == "step" and 2 < m.order <= 4,
-    "fixed step, higher order": lambda m: steered(m) == "step" and m.order > 4,
+    "series, closed form and other adaptive": lambda m: control_of(m) != "step",
+    "fixed step, order 1 and 2": lambda m: control_of(m) == "step" and m.order <= 2,
+    "fixed step, order 3 and 4": lambda m: control_of(m) == "step" and 2 < m.order <= 4,
+    "fixed step, higher order": lambda m: control_of(m) == "step" and m.order > 4,
 }
 
 
-def families():
+def group_methods():
     """Gives {title: (the methods of the family, the peers to show beside them)}."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..references import equations
-from ..references.problems import turn
+from ..references.problems import rotate_to_space
 from .machine import is_of_gsl
 
 EPS = np.finfo(float).eps
@@ -34,7 +34,7 @@ class Setting:
     tol: float = None
 
     @property
-    def words(self):
+    def keywords(self):
         """Gives the keywords of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
@@ -48,8 +48,8 @@ class KreiselRun:
     setup = None
 
     def __init__(self, method, problem, end, setting):
-        self.problem, self.scene, self.end = problem, problem.scene(), end
-        self.words = {"method": method} | setting.words
+        self.problem, self.scene, self.end = problem, problem.to_scene(), end
+        self.words = {"method": method} | setting.keywords
 
     def solve(self):
         path = kr.solve(self.scene, t=self.end, **self.words)
@@ -57,11 +57,11 @@ class KreiselRun:
         return path.q[-1]
 
     def attitude(self):
-        return self.problem.principal(self.solve())
+        return self.problem.to_principal_axes(self.solve())
 
     def record(self, times):
         path = kr.solve(self.scene, t=times, **self.words)
-        return self.problem.principal(path.q), path.m
+        return self.problem.to_principal_axes(path.q), path.m
 
 
 class HeyokaRun:
@@ -73,7 +73,7 @@ class HeyokaRun:
         hy.llvm_state.set_diskcache_enabled(False)  # or set-up times are fiction
         hy.llvm_state.clear_memcache()
         begin = time.perf_counter()
-        system, self.start = equations.system(problem)
+        system, self.start = equations.build_system(problem)
         self.top = hy.taylor_adaptive(system, self.start, tol=setting.tol, **options)
         self.setup = time.perf_counter() - begin
         self.inertia, self.end = np.array(problem.inertia), end
@@ -94,7 +94,7 @@ class HeyokaRun:
     def record(self, times):
         self.rewind()
         states = self.top.propagate_grid(times)[5]
-        return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
+        return states[:, :4], rotate_to_space(states[:, :4], states[:, 4:] * self.inertia)
 
 
 class ScipyRun:
@@ -103,7 +103,7 @@ class ScipyRun:
     setup = None
 
     def __init__(self, problem, end, setting):
-        self.start = np.array([float(x) for x in equations.start(problem)])
+        self.start = np.array([float(x) for x in equations.start_state(problem)])
         self.inertia, self.end, self.tol = np.array(problem.inertia), end, setting.tol
         (self.J1, self.J2, self.J3), (self.l1, self.l2, self.l3) = problem.inertia, problem.lever
 
@@ -137,16 +137,16 @@ class ScipyRun:
 
     def record(self, times):
         states = self.integrate(times)
-        return states[:, :4], turn(states[:, :4], states[:, 4:] * self.inertia)
+        return states[:, :4], rotate_to_space(states[:, :4], states[:, 4:] * self.inertia)
 
 
 @cache
-def general_heyoka(tol):
+def compile_general_heyoka(tol):
     """Compiles one integrator for every top, which is slower than one for a single top, and errs
     alike."""
     zeros = np.zeros(equations.COEFFICIENTS)
     return hy.taylor_adaptive(
-        equations.general(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
+        equations.build_general_system(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
     )
 
 
@@ -156,23 +156,23 @@ def series_order(tol):
     return math.ceil(1 - math.log(tol) / 2)
 
 
-def recorded_by_heyoka(problem, times, tol):
-    top = general_heyoka(tol)
-    top.pars[:] = equations.in_precision(equations.coefficients(problem), float)
-    top.state[:] = equations.in_precision(equations.start(problem), float)
+def record_with_heyoka(problem, times, tol):
+    top = compile_general_heyoka(tol)
+    top.pars[:] = equations.round_to(equations.compute_coefficients(problem), float)
+    top.state[:] = equations.round_to(equations.start_state(problem), float)
     top.time = 0.0
     outcome, _, _, steps, _, states = top.propagate_grid(times)
     if outcome != hy.taylor_outcome.time_limit or not np.isfinite(states).all():
         raise ArithmeticError(f"heyoka stopped: {outcome}")
     return (
         states[:, :4],
-        turn(states[:, :4], states[:, 4:] * np.array(problem.inertia)),
+        rotate_to_space(states[:, :4], states[:, 4:] * np.array(problem.inertia)),
         steps,
         steps * series_order(tol),
     )
 
 
-def recorded_by_scipy(problem, times, tol):
+def record_with_scipy(problem, times, tol):
     run = ScipyRun(problem, times[-1], Setting(tol=tol))
     q, m = run.record(times)
     return q, m, run.evaluations // DOP853_STAGES, run.evaluations
@@ -180,7 +180,7 @@ def recorded_by_scipy(problem, times, tol):
 
 # (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody
 # looks at the time
-RECORDERS = {"heyoka": recorded_by_heyoka, "scipy_dop853": recorded_by_scipy}
+RECORDERS = {"heyoka": record_with_heyoka, "scipy_dop853": record_with_scipy}
 
 
 @dataclass(frozen=True)
@@ -194,23 +194,23 @@ class Contender:
     peer: bool = False  # something to compare with, also where kreisel gives access to it (GSL)
 
 
-def steered(method):
+def control_of(method):
     """Says by what a method is steered: a closed form has neither step nor tolerance."""
     return "" if method.exact else "tol" if method.adaptive else "step"
 
 
-def setting(method, step, tol):
+def choose_setting(method, step, tol):
     """Gives the setting by which the method is steered, of a step and a tolerance."""
-    return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(steered(method), Setting())
+    return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 
-def ours(problem):
+def list_contenders(problem):
     """Gives every method of kreisel that can move this top."""
-    scene = problem.scene()
+    scene = problem.to_scene()
     for name, method in kr.methods.items():
         if method.suits(scene):
             make = partial(KreiselRun, name)
-            yield Contender(name, method.text, steered(method), make, peer=is_of_gsl(name))
+            yield Contender(name, method.text, control_of(method), make, peer=is_of_gsl(name))
 
 
 PEERS = (

@@ -11,7 +11,7 @@ SAMPLE = 2e-3  # a call shorter than this is repeated until it fills it [s]
 
 
 @contextmanager
-def undisturbed():
+def pause_gc():
     gc.disable()
     try:
         yield
@@ -19,46 +19,46 @@ def undisturbed():
         gc.enable()
 
 
-def once(call):
+def time_once(call):
     begin = perf_counter()
     call()
     return perf_counter() - begin
 
 
-def sample(call, seconds):
+def time_repeated(call, seconds):
     """Measures the seconds of one call, where it is known to take about as long."""
     number = max(1, math.ceil(SAMPLE / seconds))
-    with undisturbed():
+    with pause_gc():
         begin = perf_counter()
         for _ in range(number):
             call()
         return (perf_counter() - begin) / number
 
 
-def interleaved(calls, seconds, rounds, tick=lambda: None):
+def time_interleaved(calls, seconds, rounds, tick=lambda: None):
     """Takes a sample of each call in each round; `seconds` says about how long each takes. Gives
     the samples, and whether Ctrl-C ended it early."""
     samples = [[] for _ in calls]
     try:
         for _ in range(rounds):
             for call, about, got in zip(calls, seconds, samples, strict=True):
-                got.append(sample(call, about))
+                got.append(time_repeated(call, about))
                 tick()
     except KeyboardInterrupt:
         return samples, True
     return samples, False
 
 
-def best_of(calls, rounds, trials=1):
+def best_times(calls, rounds, trials=1):
     """Gives the least seconds of each call over the rounds, for a disturbance only ever adds."""
-    about = [min(once(call) for _ in range(trials)) for call in calls]
-    samples, interrupted = interleaved(calls, about, rounds)
+    about = [min(time_once(call) for _ in range(trials)) for call in calls]
+    samples, interrupted = time_interleaved(calls, about, rounds)
     if interrupted:
         raise KeyboardInterrupt
     return [min(got) for got in samples]
 
 
-def spread(samples):
+def relative_spread(samples):
     """Gives the distance of the quartiles, as a part of the median."""
     if len(samples) < 2:
         return 0.0

@@ -11,9 +11,9 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import single_runs
-from ..competitors.single_runs import steered
+from ..competitors.single_runs import control_of
 from ..references import reference
-from ..references.problems import attitude_error, described
+from ..references.problems import attitude_error, problem_of_scene
 from . import verdicts
 
 TOL, FINER_TOL = 1e-9, 1e-11
@@ -38,9 +38,9 @@ class Candidate:
 def ours(method):
     def run(problem, scene, times, setting):
         path = kr.solve(scene, times, method.name, **setting)
-        return problem.principal(path.q), path.m, path.stats.steps, path.stats.evaluations
+        return problem.to_principal_axes(path.q), path.m, path.stats.steps, path.stats.evaluations
 
-    return Candidate(method.name, steered(method), method.order, run)
+    return Candidate(method.name, control_of(method), method.order, run)
 
 
 def peer(name):
@@ -78,7 +78,7 @@ def looked_at(problem, scene, who, times, setting, true):
     return {
         "attitude_error": attitude_error(q[-1], true["attitude"]),
         "energy_error": float(energies.max()),
-        "fastest": problem.fastest(np.asarray(q), np.asarray(m)),
+        "fastest": problem.highest_rate(np.asarray(q), np.asarray(m)),
         "drift": len(times) > LOOKS and drifts(energies),
         "steps": steps,
         "evaluations": evaluations,
@@ -121,10 +121,10 @@ def examine(case, who=everybody):
         scene = case.scene()
     except ValueError as error:
         return [{**about, "method": name, **stopped(error)} for name in kr.methods]
-    problem = described(case.key, scene)
+    problem = problem_of_scene(case.key, scene)
     step = 2 * pi / (case.rate or problem.rate) / case.steps
     end = step * round(case.turns * case.steps)
-    trusted = reference.closed_form if case.closed else reference.on_the_way
+    trusted = reference.truth_by_quadrature if case.closed else reference.compute_truth
     true = trusted(problem, end)
     about |= {
         "conditioning": true["worst"],

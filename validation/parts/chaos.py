@@ -58,20 +58,20 @@ def integrable(size):
             "least": float(K.min()),
             "greatest": float(K.max()),
             "off": float(np.ptp(K, axis=1).max() / K.max()),
-            "critical": [value for value, _ in kowalewski.critical(g, h)],
+            "critical": [value for value, _ in kowalewski.critical_values(g, h)],
         }
 
 
 def layer(swings):
     for e in SMALL:
-        spin, axial = melnikov.swings(e, swings)
+        spin, axial = melnikov.measure_swings(e, swings)
         change, wave = np.diff(axial, axis=1) / e, np.sin(2.0 * spin)
         yield {
             "e": e,
             "kick": float((change * wave).sum() / (wave * wave).sum()),
-            "melnikov": melnikov.amplitude(),
+            "melnikov": melnikov.melnikov_amplitude(),
             "half_width": float(np.abs(axial - melnikov.VERTICAL).max()),
-            "predicted": e * melnikov.width(),
+            "predicted": e * melnikov.layer_half_width(),
         }
 
 
@@ -124,13 +124,15 @@ def panels_of_regions(size):
 def pictures_of_layer(rows, size):
     angles, changes = {}, {}
     for e in SHOWN:
-        spin, axial = melnikov.swings(e, size["swings"] // 10)
+        spin, axial = melnikov.measure_swings(e, size["swings"] // 10)
         name = f"e = {power(e)}"
         angles[name], changes[name] = spin.ravel(), (np.diff(axial, axis=1) / e).ravel()
     return (
-        drawing.kicks(angles, changes, melnikov.amplitude()),
+        drawing.kicks(angles, changes, melnikov.melnikov_amplitude()),
         drawing.widths(
-            [row["e"] for row in rows], [row["half_width"] for row in rows], melnikov.width()
+            [row["e"] for row in rows],
+            [row["half_width"] for row in rows],
+            melnikov.layer_half_width(),
         ),
     )
 
@@ -160,7 +162,7 @@ def shown(findings):
     if "kowalewski" in findings:
         told["regions"] = drawing.cuts(dict(panels_of_regions(size)), 5, 2.4)
         told["plane"] = drawing.map_of_regions(
-            kowalewski.borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
+            kowalewski.region_borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
         )
         told["values"] = findings["kowalewski"]
     if "layer" in findings:

@@ -13,7 +13,7 @@ from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.equal_error import Run
 from ..drawing.field import field
 from ..drawing.throughput import throughput
-from ..references.random_ensembles import SCENES, random, truths
+from ..references.random_ensembles import SCENES, compute_truths, draw_tops
 from .budget import Task
 from .formatting import brief, digits, in_a_row, power
 from .part import Part, csv_text
@@ -39,14 +39,14 @@ def sleeping_map(side):
 
 
 def examine(kind, n, rounds, each):
-    tops = random(kind, n)
-    who = ensemble_runs.suited(tops, each)
-    runs = equal_error.runs(tops, who, truths(tops.first(min(n, SAMPLE))), rounds)
+    tops = draw_tops(kind, n)
+    who = ensemble_runs.select_movers(tops, each)
+    runs = equal_error.measure_runs(tops, who, compute_truths(tops.first(min(n, SAMPLE))), rounds)
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
 
 def time_of_map():
-    return min(timing.once(partial(sleeping_map, SIDE)) for _ in range(3))
+    return min(timing.time_once(partial(sleeping_map, SIDE)) for _ in range(3))
 
 
 def tasks(problems, budget, store):
@@ -59,7 +59,7 @@ def tasks(problems, budget, store):
 
 def found(problems, store):
     kinds = [
-        each | {"groups": equal_error.by_mover([Run(**run) for run in each["runs"]])}
+        each | {"groups": equal_error.group_by_mover([Run(**run) for run in each["runs"]])}
         for each in store.under("many/")
     ]
     return {"kinds": kinds, "map": store.known.get("many tops mapped")} if kinds else None
@@ -70,8 +70,8 @@ def equal_errors(groups):
     take."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
-    for target in (*TARGETS, equal_error.tightest(own, peers[ensemble_runs.HEYOKA])):
-        told = [equal_error.ratio(runs, own, target) for runs in peers.values()]
+    for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
+        told = [equal_error.time_ratio(runs, own, target) for runs in peers.values()]
         yield {
             "target": digits(target, ".1e"),
             "own": brief(1e6 * median(equal_error.seconds_at(target, own))),
@@ -118,8 +118,8 @@ def concluded(findings):
 def of_kind(kind, groups):
     """Says how many tops a second are moved, and by what that beats heyoka."""
     peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
-    target = max(1e-9, equal_error.tightest(own, peer))
-    value, _, seconds = equal_error.ratio(peer, own, target)
+    target = max(1e-9, equal_error.tightest_common_error(own, peer))
+    value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
         f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a "
         f"median error of {power(target)} rad, {brief(value)} times as many as heyoka in "
@@ -128,7 +128,7 @@ def of_kind(kind, groups):
     if ensemble_runs.CLOSED.name not in groups:
         return f"{said}."
     closed = groups[ensemble_runs.CLOSED.name]
-    value, _, seconds = equal_error.ratio(peer, closed, 1e-6)
+    value, _, seconds = equal_error.time_ratio(peer, closed, 1e-6)
     return (
         f"{said}; the closed form {1 / seconds:.0f} to {power(closed[0].middle)} rad, "
         f"{brief(value)} times as many as heyoka to 1e-6."

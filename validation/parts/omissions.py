@@ -9,8 +9,8 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from ..competitors.single_runs import setting
-from ..references.problems import load
+from ..competitors.single_runs import choose_setting
+from ..references.problems import load_problem
 from .budget import Task
 from .formatting import brief, in_a_row
 from .part import Part, csv_text
@@ -57,25 +57,25 @@ def unequal(problem):
     """Gives the top with its two equal moments made different, so that all that is known of
     symmetric ones is lost."""
     i1, i2, i3 = problem.inertia
-    return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).scene()
+    return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
 def forms(problem):
     """Gives one top as a general body, as a symmetric one, and without gravity."""
-    scene = problem.scene()
+    scene = problem.to_scene()
     return dict(zip(FORMS, (unequal(problem), scene, scene.replace(gravity=0.0)), strict=True))
 
 
 def by_form(rounds):
     """Measures each method, to one end, on each form of the thesis' top."""
     calls, keys = [], []
-    for form, scene in forms(load("thesis")).items():
+    for form, scene in forms(load_problem("thesis")).items():
         for method in kr.methods.values():
             if method.suits(scene):
-                words = setting(method, STEP, TOL).words
+                words = choose_setting(method, STEP, TOL).keywords
                 keys.append({"kind": "form", "name": method.name, "case": form})
                 calls.append(partial(kr.solve, scene, STEPS * STEP, method.name, **words))
-    seconds = timing.best_of(calls, rounds, trials=2)
+    seconds = timing.best_times(calls, rounds, trials=2)
     return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
 
 
@@ -90,7 +90,7 @@ def all_quantities(path):
 
 def omissions(problem, end):
     """Gives (what is left out, a run with it, a run without it) of each; a run gives its bytes."""
-    scene = problem.scene()
+    scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 
     def solved(scene, t=times, count=memory, **words):
@@ -113,9 +113,9 @@ def omissions(problem, end):
 
 def examine(problem, end, rounds):
     """Measures a row an omission."""
-    scene, cases = problem.scene(), list(omissions(problem, end))
+    scene, cases = problem.to_scene(), list(omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
-    sizes, seconds = [call() for call in calls], timing.best_of(calls, rounds)
+    sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
     return {
         "scene": problem.name,
         "plans": {"all": str(kr.plan(scene)), "level": str(kr.plan(scene, want=WANT))},

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..competitors import single_runs, timing
 from ..competitors.single_runs import Setting
-from ..references.problems import PROBLEMS, attitude_error, described
+from ..references.problems import PROBLEMS, attitude_error, problem_of_scene
 from .budget import Task
 from .part import Part, csv_text
 
@@ -146,7 +146,7 @@ def run(published, problem, who, setting):
         short = who.make(problem, published.end, setting)
         q, m = short.record(np.array([0.0, published.end]))
         row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
-        row["seconds"] = min(timing.once(short.solve) for _ in range(3))
+        row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
         if "w_space" in published.reference:
             end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
             row["velocity_error"] = abs(velocity(end)[1] - published.reference["w_space"][1])
@@ -169,12 +169,12 @@ def relative_energy(problem, q, m):
 
 
 def examine(published, quick=False):
-    problem = described(published.name, published.scene)
+    problem = problem_of_scene(published.name, published.scene)
     rows = [
         {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
         for row in published.literature
     ]
-    for who in (*single_runs.ours(problem), *(() if quick else single_runs.PEERS)):
+    for who in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
         rows += [
             run(published, problem, who, setting)
             for setting in settings(who, published.steps, quick)

@@ -14,11 +14,11 @@ import mpmath as mp
 import numpy as np
 
 from ..competitors import timing
-from ..competitors.method_families import families
-from ..competitors.single_runs import Setting, steered
+from ..competitors.method_families import group_methods
+from ..competitors.single_runs import Setting, control_of
 from ..drawing.distributions import distributions
 from ..references import reference
-from ..references.problems import attitude_error, described
+from ..references.problems import attitude_error, problem_of_scene
 from .budget import Task
 from .formatting import in_a_row, number
 from .part import Part, csv_text
@@ -62,21 +62,21 @@ def scene(kind, random):
     made = body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
     top = kr.Scene(made, momentum, q / np.linalg.norm(q))
-    rate = described(kind, top).rate
+    rate = problem_of_scene(kind, top).rate
     return top.replace(momentum=np.array(top.momentum) / rate, gravity=top.gravity / rate**2)
 
 
 def tops(kind, members):
     random = np.random.default_rng([SEED, list(KINDS).index(kind)])
-    return [described(kind, scene(kind, random)) for _ in range(members)]
+    return [problem_of_scene(kind, scene(kind, random)) for _ in range(members)]
 
 
 def timed(problems, name, setting):
     """Gives the seconds of a run, and the paths of all."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
-    with timing.undisturbed():
+    with timing.pause_gc():
         begin = timing.perf_counter()
-        paths = kr.solve(ensemble, [END], name, threads=1, **setting.words)
+        paths = kr.solve(ensemble, [END], name, threads=1, **setting.keywords)
         return (timing.perf_counter() - begin) / len(problems), paths
 
 
@@ -86,9 +86,9 @@ def fitted(method, some):
     def seconds(setting):
         return min(timed(some, method.name, setting)[0] for _ in range(TRIALS))
 
-    if not steered(method):
+    if not control_of(method):
         return Setting()
-    if steered(method) == "step":
+    if control_of(method) == "step":
         count = max(1, round(GIVEN / (seconds(Setting(step=END / STEPS)) / STEPS)))
         return Setting(step=END / count)
     fit = TOLERANCES[0]
@@ -111,7 +111,7 @@ def outcomes(problems, truths, name, setting):
     except ValueError as error:
         return [{"failure": str(error)}] * len(problems)
     return [
-        {"seconds": seconds, "attitude_error": attitude_error(problem.principal(q), true)}
+        {"seconds": seconds, "attitude_error": attitude_error(problem.to_principal_axes(q), true)}
         if status == 0
         else {"failure": paths.why(i)}
         for i, (problem, true, q, status) in enumerate(
@@ -121,7 +121,7 @@ def outcomes(problems, truths, name, setting):
 
 
 def true_attitude(problem):
-    (state,) = reference.states(problem, [END], fp=reference.FINER)
+    (state,) = reference.integrate_states(problem, [END], fp=reference.FINER)
     return [mp.nstr(x, 25) for x in state[:4]]
 
 
@@ -201,7 +201,7 @@ def kinds_shown(runs):
 def panels(errors):
     return [
         {"label": title, "svg": distributions(errors, family, peers)}
-        for title, (family, peers) in families().items()
+        for title, (family, peers) in group_methods().items()
         if any(name in errors for name in family)
     ]
 

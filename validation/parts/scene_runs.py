@@ -60,7 +60,7 @@ class Measurement:
 
     @property
     def spread(self):
-        return timing.spread(self.samples) if self.samples else None
+        return timing.relative_spread(self.samples) if self.samples else None
 
 
 def turn_length(problem):
@@ -81,7 +81,7 @@ class SceneRuns:
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
         self.contenders = {
-            who.name: who for who in (*single_runs.ours(problem), *single_runs.PEERS)
+            who.name: who for who in (*single_runs.list_contenders(problem), *single_runs.PEERS)
         }
         self.runs = {}
 
@@ -99,7 +99,7 @@ class SceneRuns:
         try:
             run = self.run(row)
             q, m = run.record(looks(self.end, setting.step))
-            row.about = min(timing.once(run.solve) for _ in range(2))
+            row.about = min(timing.time_once(run.solve) for _ in range(2))
             row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
             row.energy_error = self.problem.energy_error(q, m)
             row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
@@ -128,7 +128,7 @@ class SceneRuns:
     def times(self, rows):
         """Measures the seconds of each run that came to an end, one after the other."""
         return {
-            row.key: timing.sample(self.run(row).solve, row.about)
+            row.key: timing.time_repeated(self.run(row).solve, row.about)
             for row in rows
             if not row.failure
         }
@@ -146,7 +146,7 @@ def enough(rows, longest):
 
 def truth_task(problem, end):
     """Makes the truth of a scene, which all errors on it are measured against."""
-    return Task(truth_key(problem), partial(reference.of, problem, end), 0.2)
+    return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
 
 
 def truth_key(problem):

@@ -42,7 +42,7 @@ def about(problem):
 def drawn(problem, end):
     """Gives a scene in words and in a picture, and how often it turns to the end."""
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
-    path = kr.solve(problem.scene(), t=np.linspace(0, shown, SEEN))
+    path = kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
     turns = np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)  # in a unit of time
     return {
         "name": problem.name,

@@ -32,7 +32,7 @@ def of_kowalewski(region, orbits, crossings):
     """Gives a section with motions of every K, evenly by its fourth root."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
-        kowalewski.BODY, energy=h, vertical=kowalewski.vertical(g), n=MANY * orbits, seed=1
+        kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
     )
     K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0] ** 0.25
     wanted = np.linspace(K.min(), K.max(), orbits)

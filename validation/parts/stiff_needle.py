@@ -10,7 +10,7 @@ resolved, and of the size of the torque's part along V where it is not, whatever
 import kreisel as kr
 import numpy as np
 
-from ..competitors.single_runs import setting
+from ..competitors.single_runs import choose_setting
 from ..references.problems import attitude_error
 from .atlas_cases import stiff
 from .atlas_cells import TOL
@@ -36,7 +36,7 @@ def kind(method):
 
 def solved(scene, times, method, step):
     """Gives the path, as far as it came, and what was said of its end."""
-    words = setting(method, step, TOL).words
+    words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
         return kr.solve(scene, times, method.name, **words, **limit), ""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..competitors.method_families import families
+from ..competitors.method_families import group_methods
 from ..drawing import cost_curves
 from . import fastest, scene_runs, scene_table
 from .formatting import brief, count, counted, in_a_row, listed, power
@@ -109,7 +109,7 @@ def scene_shown(comparison, problem, end, groups_of):
 
 
 def shown(comparison):
-    rows, groups_of = comparison.rows, families()
+    rows, groups_of = comparison.rows, group_methods()
     return {
         "references": fastest.references({row.method for row in rows}),
         "summary": list(fastest.summary(rows, comparison.scenes)),

@@ -27,7 +27,7 @@ def product(p, q):
     ]
 
 
-def start(problem, form="velocity", digits=40):
+def start_state(problem, form="velocity", digits=40):
     """Gives the unit attitude, and the angular velocity or momentum in the body, as mpmath
     numbers."""
     with mp.workdps(digits):
@@ -43,19 +43,19 @@ def start(problem, form="velocity", digits=40):
         )
 
 
-def in_precision(numbers, fp):
+def round_to(numbers, fp):
     return np.array([fp(mp.nstr(x, 38)) for x in numbers], dtype=fp)
 
 
-def coefficients(problem, form="velocity", digits=40):
+def compute_coefficients(problem, form="velocity", digits=40):
     """Gives by what variables become velocities, the coefficients of the products of two of them,
     and those of the torque: 3 + 3 + 6 mpmath numbers."""
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
-        return coefficients_of(J, lever, form)
+        return coefficients_from(J, lever, form)
 
 
-def coefficients_of(J, lever, form="velocity"):
+def coefficients_from(J, lever, form="velocity"):
     """The same of moments and a lever in numbers of any kind."""
     one = J[0] / J[0]
     velocity = form == "velocity"
@@ -65,7 +65,7 @@ def coefficients_of(J, lever, form="velocity"):
     return to_velocity + pairs + torque
 
 
-def equations(numbers, fp):
+def build_equations(numbers, fp):
     """Gives (variable, its derivative) of each of the seven, with these coefficients; what is zero
     is left out."""
     variables = hy.make_vars(*NAMES)
@@ -95,13 +95,13 @@ def equations(numbers, fp):
     return list(zip(variables, turning + spinning, strict=True))
 
 
-def system(problem, fp=float, form="velocity"):
+def build_system(problem, fp=float, form="velocity"):
     """Gives equations and start for heyoka.taylor_adaptive, for this top alone."""
-    return equations(in_precision(coefficients(problem, form), fp), fp), in_precision(
-        start(problem, form), fp
+    return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
+        start_state(problem, form), fp
     )
 
 
-def general(fp):
+def build_general_system(fp):
     """Gives equations for any top: its coefficients are the parameters."""
-    return equations([hy.par[i] for i in range(COEFFICIENTS)], fp)
+    return build_equations([hy.par[i] for i in range(COEFFICIENTS)], fp)

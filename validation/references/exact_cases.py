@@ -14,7 +14,7 @@ UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
 
 
-def tilt(angle, axis=(0.0, 1.0, 0.0)):
+def tilt_attitude(angle, axis=(0.0, 1.0, 0.0)):
     return (math.cos(angle / 2), *(math.sin(angle / 2) * x for x in axis))
 
 
@@ -23,19 +23,19 @@ def axis_of(q):
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y])
 
 
-def precessing(angle, axial, sign):
+def precession_momentum(angle, axial, sign):
     """Gives the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
     root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
     rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
-    a = axis_of(tilt(angle))
+    a = axis_of(tilt_attitude(angle))
     return I1 * rate * (np.array([0, 0, 1]) - math.cos(angle) * a) + axial * a
 
 
-def spinning(q, axial, more=(0.0, 0.0, 0.0)):
+def spin_momentum(q, axial, more=(0.0, 0.0, 0.0)):
     return axial * axis_of(q) + np.array(more)
 
 
-LEANING = tilt(1.1)
+LEANING = tilt_attitude(1.1)
 ODD = (0.8, 0.4, -0.2, 0.4)
 LAGRANGE = {  # I1, I3, lever, attitude, momentum
     "the thesis' top": (I1, I3, LEVER, UPRIGHT, (0.172, -1.862, 1.46)),
@@ -53,47 +53,65 @@ LAGRANGE = {  # I1, I3, lever, attitude, momentum
     ),
     "through the upper pole": (I1, I3, LEVER, UPRIGHT, (3.0, -2.0, 5.0)),
     "through the lower pole": (I1, I3, LEVER, HANGING, (3.0, -2.0, 5.0)),
-    "1e-9 from the upper pole": (I1, I3, LEVER, tilt(1e-9), (0.3, 0.2, 4.0)),
-    "1e-9 from the lower pole": (I1, I3, LEVER, tilt(math.pi - 1e-9), (3.0, -2.0, 5.0)),
-    "regular precession, slow": (I1, I3, LEVER, tilt(0.7), precessing(0.7, 20.0, -1)),
-    "regular precession, fast": (I1, I3, LEVER, tilt(0.7), precessing(0.7, 20.0, 1)),
+    "1e-9 from the upper pole": (I1, I3, LEVER, tilt_attitude(1e-9), (0.3, 0.2, 4.0)),
+    "1e-9 from the lower pole": (I1, I3, LEVER, tilt_attitude(math.pi - 1e-9), (3.0, -2.0, 5.0)),
+    "regular precession, slow": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(0.7),
+        precession_momentum(0.7, 20.0, -1),
+    ),
+    "regular precession, fast": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(0.7),
+        precession_momentum(0.7, 20.0, 1),
+    ),
     "stable sleep, kicked": (I1, I3, LEVER, UPRIGHT, (1e-9, 0.0, 1.5 * CRITICAL)),
-    "critical sleep, leaning 1e-5": (I1, I3, LEVER, tilt(1e-5), spinning(tilt(1e-5), CRITICAL)),
+    "critical sleep, leaning 1e-5": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(1e-5),
+        spin_momentum(tilt_attitude(1e-5), CRITICAL),
+    ),
     "unstable sleep, leaning 1e-2": (
         I1,
         I3,
         LEVER,
-        tilt(1e-2),
-        spinning(tilt(1e-2), 0.5 * CRITICAL),
+        tilt_attitude(1e-2),
+        spin_momentum(tilt_attitude(1e-2), 0.5 * CRITICAL),
     ),
     "unstable sleep, leaning 1e-5": (
         I1,
         I3,
         LEVER,
-        tilt(1e-5),
-        spinning(tilt(1e-5), 0.5 * CRITICAL),
+        tilt_attitude(1e-5),
+        spin_momentum(tilt_attitude(1e-5), 0.5 * CRITICAL),
     ),
     "unstable sleep, leaning 1e-9": (
         I1,
         I3,
         LEVER,
-        tilt(1e-9),
-        spinning(tilt(1e-9), 0.5 * CRITICAL),
+        tilt_attitude(1e-9),
+        spin_momentum(tilt_attitude(1e-9), 0.5 * CRITICAL),
     ),
     "unstable sleep, kicked 1e-9": (I1, I3, LEVER, UPRIGHT, (1e-9, 0.0, 0.5 * CRITICAL)),
     "hanging, leaning 1e-5": (
         I1,
         I3,
         LEVER,
-        tilt(math.pi - 1e-5),
-        spinning(tilt(math.pi - 1e-5), 3.0),
+        tilt_attitude(math.pi - 1e-5),
+        spin_momentum(tilt_attitude(math.pi - 1e-5), 3.0),
     ),
     "spherical": (I1, I1, LEVER, ODD, (0.172, -1.862, 14.6)),
     "upside down": (I1, I3, -LEVER, ODD, (0.4, -2.0, 5.0)),
     "hardly any gravity": (I1, I3, 1e-9, ODD, (0.3, 0.7, 1.1)),
-    "needle": (I1, 1e-6 * I1, LEVER, ODD, spinning(ODD, 1e-6 * I1, (0.5, -1.0, 0.3))),
+    "needle": (I1, 1e-6 * I1, LEVER, ODD, spin_momentum(ODD, 1e-6 * I1, (0.5, -1.0, 0.3))),
     "disc": (I1, 2 * I1, LEVER, ODD, (4.0, -2.0, 15.0)),
-    "spin 1e4": (I1, I3, LEVER, LEANING, spinning(LEANING, 1e4 * I3)),
+    "spin 1e4": (I1, I3, LEVER, LEANING, spin_momentum(LEANING, 1e4 * I3)),
     "tumbling 1e4": (I1, I3, LEVER, LEANING, (1e4 * I1, 2e4, 3e4)),
     "1e-9 m": (5e-33, 2e-33, 3e-24, ODD, (1e-28, -4e-29, 2e-28)),
     "1e12 kg": (3e12, 1e12, 2e13, ODD, (4e12, -3e12, 9e12)),
@@ -108,14 +126,14 @@ EULER = {  # moments, attitude, momentum
 }
 
 
-def unit(q):
+def normalize(q):
     return tuple(float(x) for x in np.asarray(q, float) / np.linalg.norm(q))
 
 
 def random_attitude(rng, near_pole):
     """Gives an attitude anywhere, or 1e-9 .. 1 from a pole."""
     if not near_pole:
-        return unit(rng.normal(size=4))
+        return normalize(rng.normal(size=4))
     half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
     q = (math.cos(half), math.sin(half) * math.cos(way), math.sin(half) * math.sin(way), 0.0)
     return q if rng.integers(2) else (-q[1], q[0], -q[3], q[2])
@@ -142,7 +160,7 @@ def random_euler(rng):
     inertia = rng.permutation(parts.sum() - parts)
     return (
         tuple(map(float, inertia)),
-        unit(rng.normal(size=4)),
+        normalize(rng.normal(size=4)),
         tuple(map(float, 10 ** rng.uniform(-3, 3) * rng.normal(size=3))),
     )
 
@@ -163,19 +181,19 @@ def inertia_and_lever(case):
     return case[0], 0.0
 
 
-def scene(case):
+def case_scene(case):
     """Gives a case as kreisel takes it."""
     inertia, lever = inertia_and_lever(case)
     body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), made_up=True)
     gravity = math.copysign(1.0, lever)
-    return kr.Scene(body, momentum=case[-1], attitude=unit(case[-2]), gravity=gravity)
+    return kr.Scene(body, momentum=case[-1], attitude=normalize(case[-2]), gravity=gravity)
 
 
-def problem(name, case):
+def case_problem(name, case):
     """Gives a case as heyoka takes it."""
     inertia, lever = inertia_and_lever(case)
     momentum = tuple(map(float, case[-1]))
-    return Problem(name, inertia, (0.0, 0.0, lever), unit(case[-2]), momentum)
+    return Problem(name, inertia, (0.0, 0.0, lever), normalize(case[-2]), momentum)
 
 
 MAPS = [  # named tops, and steps of the Bobenko-Suris map

@@ -32,12 +32,12 @@ REGIONS = (  # one (g, h) of each
 )
 
 
-def vertical(g):
+def vertical_momentum(g):
     """Gives <m, e3> of the body."""
     return np.sqrt(2.0) * g
 
 
-def critical(g, h):
+def critical_values(g, h):
     """Gives the critical values of K that are met, upwards, each with the number of its line
     above."""
     parabola = (h - g * g) ** 2
@@ -51,7 +51,7 @@ def critical(g, h):
     return sorted(value for value in found if value[0] >= least)
 
 
-def borders(greatest):
+def region_borders(greatest):
     """Gives the curves between the regions, each (g, h), up to this g."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)

@@ -27,38 +27,38 @@ LONG, POINTS = 18.0, 6001  # of the way back to the upright, in times of escape
 PUSH, PUSHES = 1e-5, 16  # momentum across the upright, and its directions
 
 
-def body(e):
+def make_body(e):
     return kr.Body(1.0, (I1 / (1.0 - e), I1 / (1.0 + e), I3), (0.0, 0.0, 1.0), made_up=True)
 
 
-def lowest():
+def lowest_scene():
     """Gives the scene at the lowest point of the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
-    return kr.Scene(body(0.0), body_momentum=(0.0, across, VERTICAL), attitude=attitude)
+    return kr.Scene(make_body(0.0), body_momentum=(0.0, across, VERTICAL), attitude=attitude)
 
 
 @cache
-def amplitude():
+def melnikov_amplitude():
     """Gives A. The way to the lowest point is the one from there, mirrored."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
-    across = kr.solve(lowest(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
+    across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
 
 
-def width():
+def layer_half_width():
     """Gives half the width of the layer in c, for each unit of e."""
-    return 2.0 * TURN * amplitude() / ESCAPE
+    return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 
-def swings(e, n):
+def measure_swings(e, n):
     """Gives of n swings of some tops that were pushed from the upright: the spin angle at their
     lowest points, and the axial momentum at the highest ones before, (tops, n) and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
-    tops = kr.Ensemble(body(e), body_momentum=np.stack(across, axis=1))
+    tops = kr.Ensemble(make_body(e), body_momentum=np.stack(across, axis=1))
     section = kr.section(tops, kr.events.nutation(), n=2 * n + 3).check()
     spin, axial, tilt = (
         values.reshape(PUSHES, -1)

@@ -14,39 +14,41 @@ BODIES = {
 TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
-def tilted(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
+def tilted_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Makes a tilted scene: over an upright start no torque acts, which hides an error of first
     order."""
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
-def slope(steps, errors, rounding):
+def fit_slope(steps, errors, rounding):
     """Gives the slope of log error over log step, for the eight smallest steps whose error is not
     rounding; None for under three."""
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
 
 
-def errors_of(path, truth):
+def compute_errors(path, truth):
     """Gives the errors in q and, relatively, in m; over several times, for at one of them an error
     may just change its sign."""
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
 
 
-def measured(name, body):
+def measure_order(name, body):
     """Gives the slopes in q and, unless it is kept, in m. High orders show on a fast top only: on a
     slow one the leading term drowns in rounding before it leads."""
     high = kr.methods[name].order > 4
-    top = tilted(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
+    top = tilted_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
     times = np.arange(3.0 if body == "asymmetric" else 6.0)
     truth = kr.solve(top, times, method="kahan_li8", step=1 / 840)
-    rounding = errors_of(kr.solve(top, times, method="kahan_li8", step=1 / 600), truth)
+    rounding = compute_errors(kr.solve(top, times, method="kahan_li8", step=1 / 600), truth)
     steps = 1 / np.unique(np.round(2.0 ** np.arange(1 if high else 3, 8, 0.125)))
-    errors = np.array([errors_of(kr.solve(top, times, method=name, step=h), truth) for h in steps])
+    errors = np.array(
+        [compute_errors(kr.solve(top, times, method=name, step=h), truth) for h in steps]
+    )
     kept = body == "free" and errors[:, 1].max() < 1e-11
     return {
-        what: slope(steps, errors[:, i], rounding[i])
+        what: fit_slope(steps, errors[:, i], rounding[i])
         for i, what in enumerate("qm")
         if not (kept and what == "m")
     }

@@ -34,7 +34,7 @@ class Problem:
     momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
     user: kr.Scene | None = None  # as it was described, where that is not all
 
-    def scene(self):
+    def to_scene(self):
         """Gives the top as kreisel takes it; mass and gravity are 1, so that the centre of mass is
         the lever."""
         if self.user:
@@ -45,7 +45,7 @@ class Problem:
             attitude=self.attitude,
         )
 
-    def principal(self, q):
+    def to_principal_axes(self, q):
         """Refers attitudes, as kreisel gives them, to the principal axes."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
@@ -62,20 +62,20 @@ class Problem:
     def rate(self):
         """Says about how fast it turns: its angular velocity at the start, or its pendulum's
         frequency [T^-1]."""
-        spin = self.fastest(np.array(self.attitude), np.array(self.momentum))
+        spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
-    def fastest(self, q, m):
+    def highest_rate(self, q, m):
         """Says how fast the fastest of these states turns [T^-1]."""
-        return float(np.max(np.linalg.norm(turn_back(q, m) / self.inertia, axis=-1)))
+        return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
         """Gives kinetic and potential energy of states in rows, in extended precision: what is
         reported as an energy error is the state's own, not that of evaluating it."""
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
-        kinetic = (turn_back(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
-        up = turn_back(q, np.array([0, 0, 1], np.longdouble))
+        kinetic = (rotate_to_body(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
+        up = rotate_to_body(q, np.array([0, 0, 1], np.longdouble))
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
@@ -90,7 +90,7 @@ class Problem:
     def energy_error(self, q, m):
         return float(self.energy_errors(q, m).max())
 
-    def in_own_units(self):
+    def scale_to_own_units(self):
         """Gives the top in units in which its largest moment and its rate are about one, and these
         two units: powers of two, so that nothing is rounded."""
         moment, rate = (
@@ -113,16 +113,16 @@ class Problem:
         )
 
 
-def turn_back(q, v):
+def rotate_to_body(q, v):
     """Sees vectors of space from the body: q* v q, in rows."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
-def turn(q, v):
+def rotate_to_space(q, v):
     """Sees vectors of the body from space: q v q*, in rows."""
-    return turn_back(q * np.array([1, -1, -1, -1]), v)
+    return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_errors(q, truth):
@@ -139,13 +139,13 @@ def attitude_error(q, truth):
     return float(attitude_errors(q, truth))
 
 
-def load(name):
+def load_problem(name):
     entry = json.loads(PROBLEMS.read_text())["scenes"][name]
     own = {key: tuple(map(float.fromhex, values)) for key, values in entry["principal"].items()}
     return Problem(name, own["inertia"], own["mass_g_com"], own["q0"], tuple(entry["momentum"]))
 
 
-def described(name, scene):
+def problem_of_scene(name, scene):
     """Gives a scene of kreisel in its principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)

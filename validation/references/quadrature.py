@@ -22,13 +22,13 @@ def product(p, q):
     ]
 
 
-def conj(q):
+def conjugate(q):
     return [q[0], -q[1], -q[2], -q[3]]
 
 
-def turn(q, v):
+def rotate(q, v):
     """Turns v by a unit quaternion: q v q*."""
-    return product(product(q, [0, *v]), conj(q))[1:]
+    return product(product(q, [0, *v]), conjugate(q))[1:]
 
 
 def dot(a, b):
@@ -39,13 +39,13 @@ def cross(a, b):
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
-def unit(q):
+def normalize(q):
     q = [mp.mpf(x) for x in q]
     norm = mp.sqrt(dot(q, q))
     return [x / norm for x in q]
 
 
-def frame(n, b, t):
+def attitude_of_axes(n, b, t):
     """Gives the attitude whose axes are these."""
     sizes = [
         1 + n[0] + b[1] + t[2],
@@ -59,18 +59,18 @@ def frame(n, b, t):
         [t[0] - n[2], n[1] + b[0], sizes[2], b[2] + t[1]],
         [n[1] - b[0], n[2] + t[0], b[2] + t[1], sizes[3]],
     ]
-    return unit(max(zip(sizes, rows, strict=True), key=lambda row: row[0])[1])
+    return normalize(max(zip(sizes, rows, strict=True), key=lambda row: row[0])[1])
 
 
 def attitude_error(truth, q):
     """Gives the angle between a truth and a unit quaternion in doubles; more than 7 if the sign is
     the other one."""
     with mp.workdps(DIGITS):
-        d = product(conj(truth), [mp.mpf(float(x)) for x in q])
+        d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
         return float(2 * mp.sqrt(dot(d[1:], d[1:]))) + (10 if d[0] < 0 else 0)
 
 
-def roots(c2, c1, c0):
+def cubic_roots(c2, c1, c0):
     """Gives the three real roots of x^3 + c2 x^2 + c1 x + c0, ascending."""
     with mp.workdps(3 * DIGITS):
         p, q = c1 - c2**2 / 3, c2 * (2 * c2**2 - 9 * c1) / 27 + c0
@@ -133,7 +133,7 @@ class Lagrange:
     def __init__(self, i1, i3, lever, q, m):
         with mp.workdps(DIGITS):
             self.i1, self.i3, self.below = mp.mpf(i1), mp.mpf(i3), lever < 0
-            q, m = unit(q), [mp.mpf(x) for x in m]
+            q, m = normalize(q), [mp.mpf(x) for x in m]
             if self.below:
                 q, m = product([0, 1, 0, 0], q), [m[0], -m[1], -m[2]]
             self.q, self.m = q, m
@@ -141,14 +141,14 @@ class Lagrange:
             self._integrals()
 
     def _integrals(self):
-        a, w = turn(self.q, [0, 0, 1]), [x / self.i1 for x in self.m]
+        a, w = rotate(self.q, [0, 0, 1]), [x / self.i1 for x in self.m]
         self.wz, self.w3, u = w[2], dot(w, a), a[2]
         self.climb = cross(w, a)[2]
         e = dot(w, w) + self.g * u
         if self.g:  # u'^2 = (e - g u - w3^2)(1 - u^2) - (wz - w3 u)^2, a cubic in u over g
             with mp.workdps(3 * DIGITS):
                 h, g = e - self.w3**2, self.g
-                u1, u2, u3 = roots(
+                u1, u2, u3 = cubic_roots(
                     -(h + self.w3**2) / g, (2 * self.wz * self.w3 - g) / g, (h - self.wz**2) / g
                 )
                 self.u1, self.d, self.g31, k2 = u1, u2 - u1, g * (u3 - u1), (u2 - u1) / (u3 - u1)
@@ -214,9 +214,9 @@ class Euler:
 
     def __init__(self, inertia, q, m):
         with mp.workdps(DIGITS):
-            self.q, self.m = unit(q), [mp.mpf(x) for x in m]
+            self.q, self.m = normalize(q), [mp.mpf(x) for x in m]
             self.size = mp.sqrt(dot(self.m, self.m))
-            body = turn(conj(self.q), self.m)
+            body = rotate(conjugate(self.q), self.m)
             self._order([mp.mpf(x) for x in inertia], body)
             w, x, y, z = [
                 self.m[2] + self.size,
@@ -224,8 +224,10 @@ class Euler:
                 -self.m[0],
                 mp.mpf(0),
             ]  # carries m to e3
-            self.upright = unit([w, x, y, z]) if w else [mp.mpf(0), mp.mpf(1), mp.mpf(0), mp.mpf(0)]
-            self._integrals(turn(conj(self.relabel), body))
+            self.upright = (
+                normalize([w, x, y, z]) if w else [mp.mpf(0), mp.mpf(1), mp.mpf(0), mp.mpf(0)]
+            )
+            self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order(self, inertia, body):
         """Puts the axes in the order 1, 2 (the middle moment), 3 (which circulates), with M3 > 0;
@@ -239,7 +241,7 @@ class Euler:
             [sign * int(i == third) for i in range(3)],
         )
         self.inertia = [inertia[first], inertia[middle], inertia[third]]
-        self.relabel = frame(cross(second, axis), second, axis)
+        self.relabel = attitude_of_axes(cross(second, axis), second, axis)
 
     def _integrals(self, body):
         one, two, three = self.inertia
@@ -286,7 +288,7 @@ class Euler:
         with mp.workdps(DIGITS):
             here, angle = self._angles(t)
             first = product(
-                product(self.upright, product(self.q, self.relabel)), conj(self.start[0])
+                product(self.upright, product(self.q, self.relabel)), conjugate(self.start[0])
             )  # about e3
             q = product([mp.cos(angle), 0, 0, mp.sin(angle)], product(first, here))
-            return product(product(conj(self.upright), q), conj(self.relabel)), self.m
+            return product(product(conjugate(self.upright), q), conjugate(self.relabel)), self.m

@@ -10,7 +10,7 @@ from functools import cached_property
 import kreisel as kr
 import numpy as np
 
-from .problems import Problem, load, turn_back
+from .problems import Problem, load_problem, rotate_to_body
 
 SEED, SCATTER, END = 15, 0.3, 100.0
 SCENES = {"asymmetric": "asymmetric", "Lagrange": "thesis"}
@@ -18,7 +18,7 @@ ROUNDING = 2.0**-53
 
 
 @dataclass(frozen=True)
-class Many:
+class TopEnsemble:
     """Tops that have a body, an attitude and gravity in common."""
 
     problem: Problem
@@ -32,42 +32,42 @@ class Many:
         return replace(self, momenta=self.momenta[:n])
 
     def scene(self, k):
-        return self.problem.scene().replace(momentum=self.momenta[k])
+        return self.problem.to_scene().replace(momentum=self.momenta[k])
 
     @cached_property
     def starts(self):
         """Gives unit attitudes and angular velocities in the body, (n, 7), for the peers."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
-        velocity = turn_back(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
+        velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
         return np.concatenate((q, velocity), axis=1).astype(float)
 
     def ensemble(self):
         """Gives the tops as kreisel takes them."""
-        scene = self.problem.scene()
+        scene = self.problem.to_scene()
         return kr.Ensemble(
             scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
         )
 
 
-def random(kind, n, end=END):
-    problem = load(SCENES[kind])
+def draw_tops(kind, n, end=END):
+    problem = load_problem(SCENES[kind])
     scattered = np.random.default_rng(SEED).normal(problem.momentum, SCATTER, (n, 3))
-    return Many(problem, scattered, end)
+    return TopEnsemble(problem, scattered, end)
 
 
-def end_of(scene, end, digits):
+def solve_end(scene, end, digits):
     """Gives the attitude at the end, with what its doubles leave out."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 
 
-def truths(tops):
+def compute_truths(tops):
     """Gives the attitudes of the tops at the end, (n, 4)."""
-    return np.array([end_of(tops.scene(k), tops.end, 30) for k in range(len(tops))])
+    return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
-def conditioning(tops):
+def compute_conditioning(tops):
     """Gives by what angle roundings of the start move the end of each top [rad]: what one in
     doubles may be off by, and more so the more chaotic it is."""
 

@@ -19,7 +19,7 @@ import mpmath as mp
 import numpy as np
 
 from . import equations
-from .problems import HORIZONS, SHORT, load
+from .problems import HORIZONS, SHORT, load_problem
 from .quadrature import Euler, Lagrange
 
 FILE = Path(__file__).with_name("reference.json")
@@ -36,11 +36,11 @@ LONG = 600.0  # beyond this angle 128 bit take longer than about a second [rad]
 
 
 @cache
-def compiled(fp):
+def build_integrator(fp):
     """Compiles one integrator in each precision, for every top."""
     zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
     return hy.taylor_adaptive(
-        equations.general(fp),
+        equations.build_general_system(fp),
         np.zeros(7, dtype=fp),
         pars=zeros,
         tol=fp(TOLERANCES[fp]),
@@ -49,7 +49,7 @@ def compiled(fp):
     )
 
 
-def spun(problem, form, t, q, s):
+def attitude_and_momentum(problem, form, t, q, s):
     """Gives attitude and momentum from the variables at t; `symmetric` left out the turn about the
     axis, which is uniform."""
     if form == "velocity":
@@ -64,20 +64,20 @@ def spun(problem, form, t, q, s):
     return equations.product(q, half) + turned_m
 
 
-def sphere_of(problem):
+def equivalent_sphere(problem):
     """Gives the sphere under the torque of a Lagrange top, whose axis it moves alike."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
-def states(problem, times, form="velocity", fp=hy.real128):
+def integrate_states(problem, times, form="velocity", fp=hy.real128):
     """Gives attitude and angular momentum in the body at the times, as mpmath numbers. Forms:
     velocity, momentum; symmetric for Lagrange tops, a sphere under the torque of the top."""
-    own, moment, rate = problem.in_own_units()
-    model = sphere_of(own) if form == "symmetric" else own
+    own, moment, rate = problem.scale_to_own_units()
+    model = equivalent_sphere(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
-    top = compiled(fp)
-    top.pars[:] = equations.in_precision(equations.coefficients(model, variables), fp)
-    top.state[:] = equations.in_precision(equations.start(model, variables), fp)
+    top = build_integrator(fp)
+    top.pars[:] = equations.round_to(equations.compute_coefficients(model, variables), fp)
+    top.state[:] = equations.round_to(equations.start_state(model, variables), fp)
     top.time, found = fp(0), []
     for t in times:
         outcome = top.propagate_until(fp(t) * fp(rate))[0]
@@ -85,21 +85,23 @@ def states(problem, times, form="velocity", fp=hy.real128):
             raise ArithmeticError(f"heyoka stopped on {problem.name} before t = {t}: {outcome}")
         with mp.workdps(DIGITS):
             state = [mp.mpf(str(x)) for x in top.state]
-            variables_at_t = spun(own, form, mp.mpf(t) * rate, state[:4], state[4:])
+            variables_at_t = attitude_and_momentum(
+                own, form, mp.mpf(t) * rate, state[:4], state[4:]
+            )
             q, m = variables_at_t[:4], variables_at_t[4:]
             norm = mp.sqrt(sum(x * x for x in q))
             found.append([x / norm for x in q] + [x * moment * rate for x in m])
     return found
 
 
-def angle(p, q):
+def rotation_angle(p, q):
     """Gives the angle of the rotation between two attitudes [rad], in many digits."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
 
 
-def energy(problem, state):
+def compute_energy(problem, state):
     w, x, y, z = state[:4]
     up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
     kinetic = sum(m * m / mp.mpf(J) for m, J in zip(state[4:], problem.inertia, strict=True)) / 2
@@ -109,11 +111,15 @@ def energy(problem, state):
 def energy_error(problem, state):
     with mp.workdps(DIGITS):
         return float(
-            abs(1 - energy(problem, state) / energy(problem, equations.start(problem, "momentum")))
+            abs(
+                1
+                - compute_energy(problem, state)
+                / compute_energy(problem, equations.start_state(problem, "momentum"))
+            )
         )
 
 
-def nudged(problem, nudge):
+def perturb_data(problem, nudge):
     """Gives the top with its data moved by a few roundings, one after the other; a symmetric one
     stays symmetric."""
     with mp.workdps(DIGITS):
@@ -135,21 +141,22 @@ def nudged(problem, nudge):
             )
 
 
-def conditioning(problem, times, form, fp=FINER):
+def compute_conditioning(problem, times, form, fp=FINER):
     """Says by what angle one rounding of each of the data moves the attitude, at each time
     [rad]."""
-    own, _, rate = problem.in_own_units()
+    own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
-    here = states(own, times, form, fp)
-    moved = [states(near, times, form, fp) for near in nudged(own, NUDGES[fp])]
+    here = integrate_states(own, times, form, fp)
+    moved = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
     return [
-        sum(angle(state, near[i]) for near in moved) / NUDGES[fp] for i, state in enumerate(here)
+        sum(rotation_angle(state, near[i]) for near in moved) / NUDGES[fp]
+        for i, state in enumerate(here)
     ]
 
 
-def by_tangents(problem, times):
+def conditioning_by_tangents(problem, times):
     """Says the same of any top, by derivatives that ride along with one run of 20 digits."""
-    scene = problem.scene()
+    scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
     data = np.concatenate(
@@ -162,31 +169,31 @@ def by_tangents(problem, times):
     return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
 
 
-def on_the_way(problem, end):
+def compute_truth(problem, end):
     """Gives the truth of any scene in about a second: where 128 bit would take longer, in 80."""
     form = "symmetric" if problem.symmetric else "velocity"
-    fast = sphere_of(problem).rate if problem.symmetric else problem.rate
+    fast = equivalent_sphere(problem).rate if problem.symmetric else problem.rate
     brief = fast * end < LONG
-    (finer,) = states(problem, [end], form, FINER)
-    state = states(problem, [end], form)[0] if brief else finer
-    again = finer if brief else states(problem, [end], form, float)[0]
-    moved = by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
+    (finer,) = integrate_states(problem, [end], form, FINER)
+    state = integrate_states(problem, [end], form)[0] if brief else finer
+    again = finer if brief else integrate_states(problem, [end], form, float)[0]
+    moved = conditioning_by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
     return {
         "attitude": [mp.nstr(x, 34) for x in state[:4]],
-        "agreement": angle(state, again),
+        "agreement": rotation_angle(state, again),
         "bits": 128 if brief else 80,
         "conditioning": moved[-1],
         "worst": max(moved),
     }
 
 
-def closed_form(problem, end):
+def truth_by_quadrature(problem, end):
     """Gives the truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how
     far its roundings move it."""
 
     def state(top, t):
-        start = equations.start(top, "momentum")
-        m = turned(start[:4], start[4:])
+        start = equations.start_state(top, "momentum")
+        m = rotate_vector(start[:4], start[4:])
         kind = (
             Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m)
             if top.symmetric
@@ -194,11 +201,14 @@ def closed_form(problem, end):
         )
         return kind(t)[0]
 
-    own, _, rate = problem.in_own_units()
+    own, _, rate = problem.scale_to_own_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
     here = [state(own, t) for t in times]
-    moved = [[state(near, t) for t in times] for near in nudged(own, NUDGES[FINER])]
-    angles = [sum(angle(q, near[i]) for near in moved) / NUDGES[FINER] for i, q in enumerate(here)]
+    moved = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]
+    angles = [
+        sum(rotation_angle(q, near[i]) for near in moved) / NUDGES[FINER]
+        for i, q in enumerate(here)
+    ]
     return {
         "attitude": [mp.nstr(x, 34) for x in here[-1]],
         "agreement": None,
@@ -208,43 +218,54 @@ def closed_form(problem, end):
     }
 
 
-def turned(q, v):
+def rotate_vector(q, v):
     """Turns v by a unit quaternion, q v q*, in many digits."""
     with mp.workdps(DIGITS):
         return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
 
 
-def ways(problem, end, kept):
+def compare_computations(problem, end, kept):
     """Gives the angle [rad] between the truth and each other way to compute it."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
-    yield "heyoka, 128 bit, momentum", angle(true, states(problem, [end], "momentum")[0])
+    yield (
+        "heyoka, 128 bit, momentum",
+        rotation_angle(true, integrate_states(problem, [end], "momentum")[0]),
+    )
     if problem.symmetric:
-        yield "heyoka, 128 bit, spin apart", angle(true, states(problem, [end], "symmetric")[0])
-    yield "heyoka, 80 bit", angle(true, states(problem, [end], "velocity", FINER)[0])
+        yield (
+            "heyoka, 128 bit, spin apart",
+            rotation_angle(true, integrate_states(problem, [end], "symmetric")[0]),
+        )
+    yield (
+        "heyoka, 80 bit",
+        rotation_angle(true, integrate_states(problem, [end], "velocity", FINER)[0]),
+    )
     for name, method in kr.methods.items():
-        many, scene = method.digits, problem.scene()
+        many, scene = method.digits, problem.to_scene()
         if (many or method.exact) and method.suits(scene):
             path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
-            q = problem.principal(path.q[-1])
-            low = problem.principal(path.q_low[-1]) if many else np.zeros(4)
+            q = problem.to_principal_axes(path.q[-1])
+            low = problem.to_principal_axes(path.q_low[-1]) if many else np.zeros(4)
             with mp.workdps(DIGITS):
                 yield (
                     f"{name}, 30 digits" if many else name,
-                    angle(true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]),
+                    rotation_angle(
+                        true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]
+                    ),
                 )
 
 
-def compute(problem, times):
+def compute_stored_entry(problem, times):
     """Gives the truth by time, with what shows how good it is."""
     form = "symmetric" if problem.symmetric else "velocity"
-    found, again = states(problem, times), states(problem, times, "momentum")
-    moved = conditioning(problem, times, form)
+    found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
+    moved = compute_conditioning(problem, times, form)
     return {
         f"{t:g}": {
             "attitude": [mp.nstr(x, 34) for x in state[:4]],
             "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
-            "agreement": angle(state, other),
+            "agreement": rotation_angle(state, other),
             "energy_error": energy_error(problem, state),
             "conditioning": condition,
         }
@@ -252,16 +273,18 @@ def compute(problem, times):
     }
 
 
-def stored(name, t):
+def load_truth(name, t):
     """Gives the truth of a scene at a time that reference.json holds."""
     return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
 
 
-def of(problem, end):
+def truth_of(problem, end):
     """Gives the truth of a scene of the report, as it is kept, or of any other, computed now."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
-        known[f"{end:g}"] if f"{end:g}" in known and not problem.user else on_the_way(problem, end)
+        known[f"{end:g}"]
+        if f"{end:g}" in known and not problem.user
+        else compute_truth(problem, end)
     )
 
 
@@ -269,7 +292,10 @@ def main(argv=None):
     argparse.ArgumentParser(
         prog="python -m validation.references.reference", description=__doc__
     ).parse_args(argv)
-    truths = {name: compute(load(name), [SHORT, end]) for name, end in HORIZONS.items()}
+    truths = {
+        name: compute_stored_entry(load_problem(name), [SHORT, end])
+        for name, end in HORIZONS.items()
+    }
     about = {
         "command": "python -m validation.references.reference",
         "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",

@@ -15,7 +15,7 @@ from ..competitors import machine
 from ..parts.budget import BUDGETS, work_through
 from ..parts.result_cache import Store, put_whole
 from ..parts.scene_runs import turn_length
-from ..references.problems import HORIZONS, SHORT, described, load
+from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scene
 from . import page
 from .contents import PARTS
 
@@ -86,8 +86,10 @@ def progress_bar(console):
 def chosen_problems(files, budget):
     """Gives each problem with where it ends: those of the files, or those of the report."""
     if not files:
-        return [(load(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()]
-    problems = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+        return [
+            (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
+        ]
+    problems = [problem_of_scene(file.stem, kr.Scene.from_toml(file)) for file in files]
     names = [problem.name for problem in problems]
     for file, problem in zip(files, problems, strict=True):
         if not problem.rate:
@@ -140,7 +142,7 @@ def make(asked):
         return 2
     parts = asked.only or (named_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
     store, missing = find(asked.out, problems, parts, budget, console)
-    about = machine.described() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
+    about = machine.describe_machine() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
     known = [(part, part.found(problems, store)) for part in PARTS]
     findings = [(part, found) for part, found in known if found]
     written = write(asked.out, findings, about)

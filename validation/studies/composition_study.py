@@ -9,8 +9,8 @@ from time import perf_counter
 import kreisel as kr
 import numpy as np
 
-from ..references.orders import tilted
-from ..references.problems import turn
+from ..references.orders import tilted_scene
+from ..references.problems import rotate_to_space
 
 # Halves of palindromes. Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
 SUZUKI_UMENO8 = (
@@ -53,7 +53,7 @@ def compose(scene, half, end, steps, flow):
     q, m = np.array(scene.attitude), np.array(scene.momentum)
 
     def kicked(part):
-        return m + part * np.cross([0.0, 0.0, 1.0], turn(q, lever))
+        return m + part * np.cross([0.0, 0.0, 1.0], rotate_to_space(q, lever))
 
     m = kicked(0.5 * parts[0])
     for _ in range(steps):
@@ -75,7 +75,7 @@ def suzuki_umeno():
     """Gives the name of a top and how many times the kicks of kahan_li8 its 15 stages need for an
     error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
-        scene = tilted(body)
+        scene = tilted_scene(body)
         one, two = (
             kicks(scene, half, 3.0, drift(scene, "strang"), 1e-8)
             for half in (SUZUKI_UMENO8, KAHAN_LI8)
@@ -85,7 +85,7 @@ def suzuki_umeno():
 
 def price_of_closed_form():
     """Gives the price of one evaluation with its set-up, in drifts and kicks of a general top."""
-    scene = tilted("asymmetric", gravity=0.0)
+    scene = tilted_scene("asymmetric", gravity=0.0)
     times = {}
     for _ in range(15):
         for name, n in (("exact", 1), ("strang", 1), ("strang", 2001)):
@@ -103,7 +103,7 @@ def free_flow():
     """Gives the spin of a general top in units of the usual, and how many times fewer kicks an
     exact drift needs."""
     for spin in (1, 8, 32):
-        scene = tilted("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
+        scene = tilted_scene("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
         one, two = (
             kicks(scene, KAHAN_LI8, 3.0 / spin, drift(scene, name), 1e-8)
             for name in ("strang", "exact")

@@ -13,7 +13,7 @@ import kreisel as kr
 import numpy as np
 
 from ..benchmarks.error_contract import FAMILIES
-from ..references.multiprecision import AnyTop, angles, attitudes
+from ..references.multiprecision import MultiprecisionIntegrator, path_attitudes, rotation_angles
 
 LOOKS = 41
 FACTOR = 3.0  # said over true, within which a path's word is taken
@@ -37,13 +37,13 @@ def said_over_true(scene, times, truth, way):
         path = kr.solve(scene, times, method, **options)
     except (ValueError, kr.Error):
         return None
-    true = angles(attitudes(path), truth).max()
+    true = rotation_angles(path_attitudes(path), truth).max()
     return path.error / true if true > ROUNDED[path.digits or 16] else None
 
 
 def judged(scenes, seed):
     """Gives for each family and way the ratios that were found."""
-    rng, exactly = np.random.default_rng(seed), AnyTop()
+    rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):
         family = FAMILIES[i % len(FAMILIES)]

@@ -10,7 +10,7 @@ from ctypes import c_int64
 from time import process_time
 
 from ..competitors import compiled_core, machine
-from ..references.problems import load
+from ..references.problems import load_problem
 from .taylor_kernels import Kernels
 
 ROUNDS, T = 30, 100.0
@@ -45,7 +45,7 @@ def main(argv=None):
     argparse.ArgumentParser(
         prog="python -m validation.studies.processors", description=__doc__.splitlines()[0]
     ).parse_args(argv)
-    scene = compiled_core.block(load("asymmetric").scene())
+    scene = compiled_core.scene_bytes(load_problem("asymmetric").to_scene())
     rows, calls, steps = list(libraries()), [], []
     for _, kernels, isa in rows:
         for log2_tol, kernel in WHAT.values():
@@ -56,7 +56,7 @@ def main(argv=None):
             steps.append(taken.value)
     rounds = [[seconds(call) for call in calls] for _ in range(ROUNDS)]
     each = iter([1e6 * min(s) / n for *s, n in zip(*rounds, steps, strict=True)])
-    print(f"{machine.processor()}\n\n| kernels for | {' | '.join(WHAT)} |")
+    print(f"{machine.processor_name()}\n\n| kernels for | {' | '.join(WHAT)} |")
     print("| --- |" + " ---: |" * len(WHAT))
     for name, _, _ in rows:
         print(f"| {NAMES[name]} | {' | '.join(f'{next(each):.2f}' for _ in WHAT)} |")

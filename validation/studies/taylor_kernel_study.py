@@ -21,12 +21,12 @@ from ..benchmarks.taylor_speed import (
     truth_error,
 )
 from ..competitors import compiled_core, timing
-from ..references.problems import load
+from ..references.problems import load_problem
 from .taylor_kernels import Kernels
 
 
 def block(name):
-    return compiled_core.block(load(name).scene())
+    return compiled_core.scene_bytes(load_problem(name).to_scene())
 
 
 def isas():
@@ -102,7 +102,7 @@ def limits():
     for i, order in enumerate(kernels.orders):
         run = kernels.run(block(name), 0, i, -40, 100.0, steps)
         run()
-        times = [(timing.once(run), clock()) for _ in range(101)]
+        times = [(timing.time_once(run), clock()) for _ in range(101)]
         cycles = median(a / b for a, b in times) / steps.value
         nanoseconds = cycles * median(b for _, b in times) * 1e9
         sums, rest = operations(order)
@@ -157,7 +157,7 @@ def look_at(kernels, deep, what, tolerances, t):
         for name in ("thesis", "asymmetric_regular"):
             run = kernels.run(block(name), 0, len(kernels.orders) + deep, log2_tol, t)
             true = real128(name, t, "1e-33")() if deep else None
-            q, seconds = run()[:, 1:5].ravel(), min(timing.once(run) for _ in range(5))
+            q, seconds = run()[:, 1:5].ravel(), min(timing.time_once(run) for _ in range(5))
             off = error(name, t, q) if true is None else truth_error(true, q)
             print(f"   {name} {seconds * 1e3:.2f} ms {off:.1e}", end="")
         print(flush=True)

@@ -172,7 +172,7 @@ def about(results, seconds):
     at its tightest."""
     timed = results.timed
     extrap = Course(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
-    return machine.described() | {
+    return machine.describe_machine() | {
         "seconds": f"{seconds:.0f}",
         "truth": timed.true.path.method,
         "improved": IMPROVED,

@@ -169,7 +169,7 @@ def seconds_of_a_period(green, rounds=9, some=40):
         return lambda: [kr.solve(scene, [t], **words) for scene in starts]
 
     calls = [of_all(t, words) for words in (bs, ext) for t in (PERIOD, 0.0)]
-    best = [seconds / some for seconds in timing.best_of(calls, rounds)]
+    best = [seconds / some for seconds in timing.best_times(calls, rounds)]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
 
 

@@ -77,7 +77,7 @@ def forms_of(name, end, rounds):
     q = truth(scene, [end]).path.q[-1]
     settings = [(form, tol) for form in FORMS for tol in TOLERANCES]
     calls = [partial(kr.solve, scene, [end], method=form, tol=tol) for form, tol in settings]
-    seconds = timing.best_of(calls, rounds)
+    seconds = timing.best_times(calls, rounds)
     for (form, tol), call, best in zip(settings, calls, seconds, strict=True):
         path = call()
         error = float(kr.attitude_error(path.q[-1], q))
