@@ -8,14 +8,14 @@ from .thesis import chapter
 
 
 def main(argv=None):
-    parser, size = report.command_line()
+    parser, size = report.make_parser()
     size.add_argument(
         "--thesis",
         action="store_true",
         help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata",
     )
     asked = parser.parse_args(argv)
-    return chapter.main(asked.out) if asked.thesis else report.make(asked)
+    return chapter.main(asked.out) if asked.thesis else report.make_report(asked)
 
 
 if __name__ == "__main__":

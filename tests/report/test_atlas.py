@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from validation.competitors import single_runs
-from validation.drawing.heatmap import heatmap
+from validation.drawing.heatmap import draw_heatmap
 from validation.parts import (
     atlas,
     atlas_cases,
@@ -21,16 +21,16 @@ from validation.parts import (
 )
 from validation.references.problems import attitude_error, problem_of_scene
 
-CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.cases()}
+CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.list_cases()}
 
 
 def examined(name):
-    return {cell["method"]: cell for cell in atlas_cells.examine(CASES[name])}
+    return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
 
 
 def test_every_family_has_cases_and_no_two_share_a_name():
     assert {case.family for case in CASES.values()} == set(atlas_cases.FAMILIES)
-    assert len(CASES) == len(list(atlas_cases.cases())) > 80
+    assert len(CASES) == len(list(atlas_cases.list_cases())) > 80
 
 
 @pytest.mark.parametrize(
@@ -95,19 +95,19 @@ def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
     ],
 )
 def test_verdicts(error, shown, per_turn, expected):
-    shown_by = verdicts.sign(error, shown, per_turn, (1e-12, 1e-11, 0.0))
-    assert verdicts.verdict(error, 1e-12, shown_by) == expected
+    shown_by = verdicts.find_sign(error, shown, per_turn, (1e-12, 1e-11, 0.0))
+    assert verdicts.choose_verdict(error, 1e-12, shown_by) == expected
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
     """On the unstable axis to the last bit, one rounding of the data is as good as any attitude."""
-    shown_by = verdicts.sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
-    assert shown_by == "rounding" and verdicts.verdict(1.0, 10.0, shown_by) == "lost"
+    shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
+    assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
 
 def test_a_tolerance_allows_what_was_asked_for():
     for error, expected in ((9e-9, "tolerance"), (2e-8, None)):
-        assert verdicts.sign(error, 0.0, np.inf, (1e-12, 1e-11, 1e-8)) == expected
+        assert verdicts.find_sign(error, 0.0, np.inf, (1e-12, 1e-11, 1e-8)) == expected
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
@@ -120,25 +120,29 @@ def test_an_error_within_the_requested_tolerance_is_as_asked():
         (1e-10, None, "degraded"),
         (0.5, 1.0, "lost"),
     ):
-        assert verdicts.verdict(error, 1e-12, "second run", tol) == expected, (error, tol)
+        assert verdicts.choose_verdict(error, 1e-12, "second run", tol) == expected, (error, tol)
 
 
 def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
     cell = examined("gravity: general, g = -1")["taylor"]
     assert cell["rounding"] < cell["attitude_error"] <= cell["tol"]
     assert cell["verdict"] == "as asked" and not cell["shown_by"] and not cell["mark"]
-    assert atlas.square(cell).text.endswith("=")
-    assert "taylor (1 cells)" in atlas.concluded(atlas.Atlas([cell], []))
+    assert atlas.make_square(cell).text.endswith("=")
+    assert "taylor (1 cells)" in atlas.conclude(atlas.Atlas([cell], []))
 
 
 def test_what_the_second_run_shows_is_the_error():
     """Of an error C h^p, two runs are C h^p (1 - 2^-p) apart."""
     for order in (1, 2, 4, 8):
-        assert verdicts.estimate(1e-3 * (1 - 2.0**-order), order) == pytest.approx(1e-3, rel=1e-12)
-    assert verdicts.reduced(4, 1e-3, 1e-3 / 4, 1e-15) and not verdicts.reduced(
-        4, 1e-3, 1e-3 / 16, 1e-15
+        assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
+            1e-3, rel=1e-12
+        )
+    assert verdicts.has_order_reduction(
+        4, 1e-3, 1e-3 / 4, 1e-15
+    ) and not verdicts.has_order_reduction(4, 1e-3, 1e-3 / 16, 1e-15)
+    assert not verdicts.has_order_reduction(4, 1e-14, 1e-14, 1e-14), (
+        "at rounding no order is to be seen"
     )
-    assert not verdicts.reduced(4, 1e-14, 1e-14, 1e-14), "at rounding no order is to be seen"
 
 
 FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc, I3 = 2 I1")
@@ -151,7 +155,7 @@ def with_fault(fault):
     def everybody(scene, radians):
         return [
             replace(who, run=lambda *args, who=who: fault(who, *args))
-            for who in atlas_cells.everybody(scene, radians)
+            for who in atlas_cells.list_candidates(scene, radians)
             if who.name in kr.methods
         ]
 
@@ -184,8 +188,8 @@ def twisted(who, problem, scene, times, setting):
 @pytest.mark.parametrize("fault", [heavier, late, mirrored, twisted])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     """In every method that is exact to better than the fault, and right in none."""
-    sound = {cell["method"]: cell for cell in atlas_cells.examine(CASES[name])}
-    for cell in atlas_cells.examine(CASES[name], with_fault(fault)):
+    sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
+    for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
         if "attitude_error" not in cell or sound[method].get("attitude_error", 1.0) > 5e-3:
             continue
@@ -202,7 +206,8 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
         return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
 
     found = {
-        cell["method"]: cell for cell in atlas_cells.examine(CASES[FAULTY[0]], with_fault(slightly))
+        cell["method"]: cell
+        for cell in atlas_cells.make_cells(CASES[FAULTY[0]], with_fault(slightly))
     }
     assert found[method]["verdict"] == "silent"
 
@@ -210,7 +215,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 def test_a_lost_kick_is_found():
     """One step in the middle has no gravity: as long however short the step, or as long as the
     step."""
-    case, method = CASES[FAULTY[0]], atlas_cells.ours(kr.methods["suzuki4"])
+    case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def losing(seconds):
         def run(who, problem, scene, times, setting):
@@ -229,7 +234,9 @@ def test_a_lost_kick_is_found():
 
         return lambda scene, radians: [replace(method, run=lambda *args: run(method, *args))]
 
-    (fixed,), (scaled,) = (atlas_cells.examine(case, losing(seconds)) for seconds in (0.05, None))
+    (fixed,), (scaled,) = (
+        atlas_cells.make_cells(case, losing(seconds)) for seconds in (0.05, None)
+    )
     assert fixed["verdict"] == "silent"
     assert scaled["verdict"] != "right" and scaled["mark"] == verdicts.REDUCED, (
         "an error of order 1 in a method of order 4"
@@ -237,7 +244,7 @@ def test_a_lost_kick_is_found():
 
 
 def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
-    case, ours = CASES["gravity: general, g = -1"], atlas_cells.ours
+    case, ours = CASES["gravity: general, g = -1"], atlas_cells.make_method_candidate
     four = replace(ours(kr.methods["strang"]), order=4)
     loose = ours(kr.methods["taylor"])
 
@@ -249,7 +256,7 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 
         return replace(loose, run=run)
 
-    found = atlas_cells.examine(
+    found = atlas_cells.make_cells(
         case, lambda scene, radians: [four, ignoring(1e7, 1), ignoring(1e-4, 0)]
     )
     assert [cell["mark"] for cell in found] == [verdicts.REDUCED, verdicts.BEYOND, verdicts.ALARM]
@@ -280,32 +287,32 @@ def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
 def test_drift_is_not_oscillation():
     t = np.linspace(0, 20, 17)
     assert (
-        atlas_cells.drifts(1e-4 * t)
-        and not atlas_cells.drifts(1e-4 * (1 - np.cos(1.7 * t)))
-        and not atlas_cells.drifts(1e-9 * t)
+        atlas_cells.has_drift(1e-4 * t)
+        and not atlas_cells.has_drift(1e-4 * (1 - np.cos(1.7 * t)))
+        and not atlas_cells.has_drift(1e-9 * t)
     )
 
 
 def test_the_atlas_is_drawn_and_told():
-    found = atlas_cells.examine(CASES["shape: rod, I3 = 0"]) + atlas_cells.examine(
+    found = atlas_cells.make_cells(CASES["shape: rod, I3 = 0"]) + atlas_cells.make_cells(
         CASES["shape: sphere"]
     )
-    squares = list(map(atlas.square, found))
-    assert heatmap(squares, atlas.columns(found)).startswith("<svg")
-    (note,) = atlas.notes(found)
+    squares = list(map(atlas.make_square, found))
+    assert draw_heatmap(squares, atlas.column_names(found)).startswith("<svg")
+    (note,) = atlas.collect_notes(found)
     (whom,) = note["whom"]
     assert (
         whom["methods"] == ", ".join(kr.methods)
         and note["verdict"] == "refused"
         and "0.0 is not positive" in note["message"]
     )
-    assert sum(sum(line["counts"]) for line in atlas.counts(found)) == len(found)
-    assert len(atlas.table(found).splitlines()) == 1 + len(found)
+    assert sum(sum(line["counts"]) for line in atlas.count_verdicts(found)) == len(found)
+    assert len(atlas.write_table(found).splitlines()) == 1 + len(found)
 
 
 @pytest.mark.parametrize("kind", random_tops.KINDS)
 def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
-    first, again = random_tops.tops(kind, 3), random_tops.tops(kind, 3)
+    first, again = random_tops.draw_problems(kind, 3), random_tops.draw_problems(kind, 3)
     assert [top.momentum for top in first] == [top.momentum for top in again]
     kinds = {top.user.body.kind for top in first}
     assert kinds <= {
@@ -316,18 +323,20 @@ def test_random_tops_are_of_their_kind_and_the_same_each_time(kind):
 
 
 def test_random_tops_are_run_by_every_method_that_suits_them():
-    found = random_tops.examine("Euler", 2)
+    found = random_tops.measure_kind("Euler", 2)
     suited = [
         name
         for name, method in kr.methods.items()
-        if method.suits(random_tops.tops("Euler", 1)[0].user)
+        if method.suits(random_tops.draw_problems("Euler", 1)[0].user)
     ]
     assert [run["method"] for run in found] == [name for name in suited for _ in range(2)]
-    worst = {line["method"]: line["worst"] for line in random_tops.summary(found, "Euler")}
+    worst = {
+        line["method"]: line["worst"] for line in random_tops.summarize_methods(found, "Euler")
+    }
     assert worst["exact"] < 1e-13 and all(0 <= error <= pi for error in worst.values())
 
 
-@pytest.mark.parametrize("problem", published.problems(), ids=lambda problem: problem.name)
+@pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
 def test_published_references_are_met(problem):
     """To their 17 digits: scene and reference say the same."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
@@ -337,7 +346,7 @@ def test_published_references_are_met(problem):
         for who in single_runs.list_contenders(problem_of_scene("it", problem.scene))
         if who.name == "extrap"
     )
-    row = published.run(
+    row = published.measure_run(
         problem, problem_of_scene("it", problem.scene), who, single_runs.Setting(tol=1e-12)
     )
     assert row["attitude_error"] < 1e-7 and row["energy_error"] < 1e-8 and "failure" not in row
@@ -347,6 +356,6 @@ def test_the_symmetric_form_is_the_same_top():
     problem = omissions.load_problem("thesis")
     ends = [
         kr.solve(scene, 2 * pi, method="extrap", tol=1e-12).q[-1]
-        for scene in omissions.forms(problem).values()
+        for scene in omissions.scene_forms(problem).values()
     ]
     assert attitude_error(ends[0], ends[1]) < 1e-7

@@ -51,7 +51,7 @@ def test_the_least_and_greatest_K_are_critical(region):
 def test_swings_change_the_momentum_as_melnikov_says():
     assert melnikov.lowest_scene().body.kind == "lagrange"
     assert kr.exact(melnikov.lowest_scene()).period > 30.0 / melnikov.ESCAPE
-    for row in part.layer(60):
+    for row in part.measure_layer(60):
         assert row["kick"] == pytest.approx(
             melnikov.melnikov_amplitude(), rel=2.0 * row["e"] + 2e-5
         )
@@ -67,7 +67,7 @@ def test_the_integral_is_that_of_finer_points(monkeypatch):
 
 
 def test_a_section_of_kowalewskis_top_has_every_K():
-    section = section_data.of_kowalewski(4, 30, 5)
+    section = section_data.compute_kowalewski_section(4, 30, 5)
     K = section.kowalewski.reshape(30, 5)
     assert np.ptp(K, axis=1).max() < 1e-11 * K.max()
     assert np.diff(K[:, 0] ** 0.25).max() < 0.15 * K.max() ** 0.25
@@ -75,23 +75,25 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 def test_frequencies_tell_regular_motions():
     """At 2 % the most are regular, and a chain of islands has one number of turns."""
-    axial, turns, change = frequency_data.rotation(16, "moments 2 % apart")
+    axial, turns, change = frequency_data.measure_rotation(16, "moments 2 % apart")
     assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16
-    assert frequency_data.off_closed_form(4) < 1e-12
+    assert frequency_data.largest_frequency_error(4) < 1e-12
 
 
 def test_exponents_part_order_from_chaos():
-    regular, chaotic = (lyapunov_exponents.told(name, 12) for name in ("a Lagrange top", "40 %"))
+    regular, chaotic = (
+        lyapunov_exponents.summarize_exponents(name, 12) for name in ("a Lagrange top", "40 %")
+    )
     assert regular["chaotic"] == 0 and regular["exponent"] is None is regular["error"]
     assert chaotic["chaotic"] > 6 and 0.1 < chaotic["exponent"] < 0.25
     assert 0.0 < chaotic["error"] < 0.05 and chaotic["certificate"] < 1e-12
 
 
 def test_the_map_is_empty_where_nothing_moves():
-    values = lyapunov_exponents.mapped(5)
+    values = lyapunov_exponents.map_exponents(5)
     energies = np.linspace(*lyapunov_exponents.ENERGIES, 5)
     verticals = np.linspace(*lyapunov_exponents.VERTICALS, 5)
-    body = section_data.body(lyapunov_exponents.MAPPED)
+    body = section_data.make_body(lyapunov_exponents.MAPPED)
     for (row, column), value in np.ndenumerate(values):
         words = {"energy": energies[row], "vertical": verticals[column], "n": 1}
         if np.isnan(value):
@@ -105,16 +107,16 @@ def test_the_map_is_empty_where_nothing_moves():
 @pytest.fixture(scope="module")
 def findings():
     return {
-        "order": part.order(SIZE),
-        "kowalewski": list(part.integrable(SIZE)),
-        "layer": list(part.layer(SIZE["swings"])),
-        "frequencies": part.turning(SIZE["turning"]),
-        "exponents": part.growing(SIZE),
+        "order": part.measure_energy_drift(SIZE),
+        "kowalewski": list(part.measure_kowalewski(SIZE)),
+        "layer": list(part.measure_layer(SIZE["swings"])),
+        "frequencies": part.measure_frequencies(SIZE["turning"]),
+        "exponents": part.measure_exponents(SIZE),
     }
 
 
 def test_what_is_shown_and_concluded(findings):
-    shown = part.shown(findings)
+    shown = part.build_context(findings)
     pictures = [
         shown["order"],
         shown["regions"],
@@ -124,7 +126,7 @@ def test_what_is_shown_and_concluded(findings):
         shown["rotation"],
     ]
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
-    said = part.concluded(findings)
+    said = part.conclude(findings)
     for word in (
         "keep their energy to",
         "on 10 of 10",
@@ -134,7 +136,7 @@ def test_what_is_shown_and_concluded(findings):
     ):
         assert word in said
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
-    files = dict(part.files(findings, None))
+    files = dict(part.list_files(findings, None))
     assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][
         -1
     ] == "10"
@@ -143,6 +145,6 @@ def test_what_is_shown_and_concluded(findings):
 
 def test_what_is_not_found_yet_is_left_out(findings):
     few = {"order": findings["order"]}
-    shown = part.shown(few)
+    shown = part.build_context(few)
     assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None
-    assert part.files(few, None) == [] and "Melnikov" not in part.concluded(few)
+    assert part.list_files(few, None) == [] and "Melnikov" not in part.conclude(few)

@@ -9,7 +9,7 @@ from matplotlib.colors import to_rgb
 
 from validation.competitors.method_families import group_methods
 from validation.drawing import cost_curves
-from validation.drawing.style import COLOURS, MARKERS, line_styles, panel, plt
+from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_panel, plt
 
 # Machado, Oliveira and Fernandes (2009), full dichromacy, on linear RGB.
 VISION = {
@@ -69,10 +69,10 @@ def pair(style):
 
 def test_no_two_methods_of_a_panel_share_a_colour():
     for family, peers in group_methods().values():
-        styles = line_styles(family, peers)
+        styles = choose_line_styles(family, peers)
         own = [name for name in family if name not in peers]
         assert len({styles[name]["color"] for name in own}) == len(own)
-    everybody = line_styles(list(kr.methods), ())
+    everybody = choose_line_styles(list(kr.methods), ())
     assert len(set(map(pair, everybody.values()))) == len(kr.methods)
     assert len(MARKERS) == len(COLOURS) + 1
 
@@ -95,9 +95,9 @@ def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatc
         "heyoka": [Run(9.0, 1e-3), Run(10.0, 1e-12)],
     }
     figure = ("attitude_error", "seconds")
-    named = cost_curves.leading(groups, ["extrap_kirchhoff", "rk4", "taylor"], [figure])
+    named = cost_curves.select_leaders(groups, ["extrap_kirchhoff", "rk4", "taylor"], [figure])
     assert named == ["extrap_kirchhoff", "taylor"]
-    cost_curves.overview(groups, named, ("heyoka",), figure[0], "error", figure[1])
+    cost_curves.draw_overview(groups, named, ("heyoka",), figure[0], "error", figure[1])
     (axes,) = drawn[0].axes
     lines = [line for line in axes.lines if len(line.get_xdata()) == 2]
     keys = [line for line in axes.lines if len(line.get_xdata()) == 1]
@@ -111,7 +111,7 @@ def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatc
 
 
 def test_panels_have_room_for_the_longest_name():
-    figure, axes = panel()
+    figure, axes = make_panel()
     longest = max(kr.methods, key=len)
     text = axes.text(1.07, 0.5, longest, transform=axes.transAxes, fontsize=9)
     figure.canvas.draw()

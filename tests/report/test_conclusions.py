@@ -18,13 +18,13 @@ def test_the_truths_agree_within_the_conditioning_and_the_sentence_says_so(name)
         "conditioning": kept["conditioning"],
         "ways": list(reference.compare_computations(load_problem(name), SHORT, kept)),
     }
-    ((_, many, _),) = truth.agreement([line])
+    ((_, many, _),) = truth.summarize_agreement([line])
     assert many < 1e-6, "of a rounding of the data"
-    assert truth.concluded([line]).startswith(
+    assert truth.conclude([line]).startswith(
         "On every scene the truths of many digits agree within the conditioning"
     )
     apart = line | {"ways": [("heyoka, 128 bit, momentum", 2 * kept["conditioning"])]}
-    assert truth.concluded([apart]).startswith(f"On all scenes but {name} the truths")
+    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the truths")
 
 
 def cell(method, verdict, mark="", shown_by="second run"):
@@ -38,7 +38,7 @@ def cell(method, verdict, mark="", shown_by="second run"):
 
 
 def concluded(found):
-    return atlas.concluded(atlas.Atlas(found, []))
+    return atlas.conclude(atlas.Atlas(found, []))
 
 
 def test_the_verdict_on_the_atlas_counts_what_is_there():
@@ -75,7 +75,7 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
         rows.append(run(scene, "taylor", own))
         rows += [run(scene, "heyoka", peer)] if peer else []
     scenes = list(dict.fromkeys(row.scene for row in rows))
-    said = workprecision.concluded(
+    said = workprecision.conclude(
         workprecision.Comparison([(SimpleNamespace(name=scene), 1.0) for scene in scenes], {}, rows)
     )
     n = len(fastest.TARGETS)
@@ -86,12 +86,15 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
     assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
     lost = said.split("A peer is faster for ")[1]
     assert lost.count("lost at") == n and lost.count(" at ") == n
-    (tie,) = [one for one in fastest.races(rows, ["ahead"]) if one[1] == 1e-3]
-    assert workprecision.tied([tie]) == "One case is a tie: ahead at 1e-3 rad (taylor and heyoka)."
+    (tie,) = [one for one in fastest.run_races(rows, ["ahead"]) if one[1] == 1e-3]
+    assert (
+        workprecision.describe_ties([tie])
+        == "One case is a tie: ahead at 1e-3 rad (taylor and heyoka)."
+    )
 
 
 def test_what_is_left_out_is_said_and_measured():
-    found = omissions.examine(load_problem("thesis"), SHORT, 1)
+    found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}
     assert set(found["plans"]) == {"all", "level"} and all(
         "left out" in text for text in found["plans"].values()
@@ -117,4 +120,4 @@ def test_what_is_left_out_is_said_and_measured():
     ],
 )
 def test_a_saving_is_worded_by_its_median(ratios, expected):
-    assert omissions.of_saving("gravity", ratios) == f"Leaving out gravity {expected}."
+    assert omissions.describe_saving("gravity", ratios) == f"Leaving out gravity {expected}."

@@ -56,13 +56,13 @@ def newcomer(monkeypatch):
 
 
 def test_a_method_of_a_later_day_is_everywhere(newcomer):
-    case = next(case for case in atlas_cases.gravities())
-    assert NEW in {cell["method"] for cell in atlas_cells.examine(case)}
-    assert NEW in {line["method"] for line in stiff_needle.examine()}
-    assert NEW in {run["method"] for run in random_tops.examine("general", 1)}
-    (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
-    assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
-    assert NEW in {row["name"] for row in omissions.by_form(1)}
+    case = next(case for case in atlas_cases.gravity_cases())
+    assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
+    assert NEW in {line["method"] for line in stiff_needle.measure_needle()}
+    assert NEW in {run["method"] for run in random_tops.measure_kind("general", 1)}
+    (problem,) = (it for it in published.load_problems() if it.name == "simo_wong_fast_top")
+    assert NEW in {row["by"] for row in published.measure_problem(problem, quick=True)}
+    assert NEW in {row["name"] for row in omissions.measure_forms(1)}
     assert NEW in {who.name for who in single_runs.list_contenders(load_problem("asymmetric"))}
     assert [title for title, (own, _) in method_families.group_methods().items() if NEW in own] == [
         "fixed step, order 3 and 4"

@@ -20,10 +20,10 @@ FILE = '''"""How many methods there are."""
 import kreisel as kr
 
 from .budget import Task
-from .part import Part, csv_text
+from .part import Part, write_csv
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     yield Task("headcount", lambda: list(kr.methods))
 
 
@@ -31,13 +31,13 @@ PART = Part(
     "headcount",
     "Heads counted",
     "How many heads?",
-    tasks,
+    list_tasks,
     lambda problems, store: store.known.get("headcount"),
     lambda names: {"names": names},
     lambda names: f"There are {len(names)} heads.",
-    short="Heads",
-    files=lambda names, about: [("heads.csv", csv_text(["name"], ({"name": n} for n in names)))],
-    told=lambda names: [f"counted {len(names)} heads"],
+    label="Heads",
+    list_files=lambda names, about: [("heads.csv", write_csv(["name"], ({"name": n} for n in names)))],
+    terminal_lines=lambda names: [f"counted {len(names)} heads"],
 )
 '''
 TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
@@ -142,7 +142,7 @@ def test_a_part_that_is_not_asked_for_does_not_run(tree, made):
 def test_every_part_has_a_template_beside_its_file(part):
     folder = ROOT / "validation/parts"
     assert (folder / f"{part.name}.py").is_file() and (folder / f"{part.name}.html").is_file()
-    assert Path(page.template(f"{part.name}.html").filename).parent == folder
+    assert Path(page.load_template(f"{part.name}.html").filename).parent == folder
 
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])

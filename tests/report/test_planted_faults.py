@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from validation.parts import atlas_cells, verdicts
-from validation.parts.atlas_cases import Case, at, cases, general, lagrange
+from validation.parts.atlas_cases import Case, general, lagrange, list_cases, scene_factory
 
 SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
 REST = {"momentum": (0.0, 0.0, 0.0)}
@@ -21,17 +21,19 @@ def nearly():
 
 
 FAMILIES = {
-    "at rest": Case("planted", "at rest", at(lagrange, 2.5, **REST), turns=4),
-    "nearly of a kind": Case("planted", "nearly", at(nearly, **SPUN), turns=6),
-    "8 steps a turn": Case("planted", "8", at(general, **SPUN), 4, 8),
-    "2 steps a turn": Case("planted", "2", at(general, **SPUN), 4, 2),
+    "at rest": Case("planted", "at rest", scene_factory(lagrange, 2.5, **REST), turns=4),
+    "nearly of a kind": Case("planted", "nearly", scene_factory(nearly, **SPUN), turns=6),
+    "8 steps a turn": Case("planted", "8", scene_factory(general, **SPUN), 4, 8),
+    "2 steps a turn": Case("planted", "2", scene_factory(general, **SPUN), 4, 2),
 }
 ALL = [*FAMILIES, "led on by reset"]
 
 
 # Where an ulp of the time turns the top by 2^-19 rad: closed forms alone get there.
-LATE = Case("planted", "late", at(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True)
-(BEYOND,) = (case for case in cases() if case.name == "Lagrange, 2^54 rad")
+LATE = Case(
+    "planted", "late", scene_factory(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True
+)
+(BEYOND,) = (case for case in list_cases() if case.name == "Lagrange, 2^54 rad")
 
 
 def offset(angle):
@@ -92,7 +94,7 @@ def with_faults(led_on):
     def everybody(scene, radians):
         return [
             replace(who, name=f"{name}/{who.name}", run=planting(who, fault))
-            for who in atlas_cells.everybody(scene, radians)
+            for who in atlas_cells.list_candidates(scene, radians)
             if who.name in kr.methods
             for name, fault in FAULTS.items()
         ]
@@ -104,9 +106,11 @@ def with_faults(led_on):
 def found(family):
     """The cells of a family: {fault: {method: cell}}, of methods whose run came to an end."""
     led_on = family not in FAMILIES
-    case = Case("planted", "led on", at(general, **SPUN), 4) if led_on else FAMILIES[family]
+    case = (
+        Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
+    )
     by_fault = {name: {} for name in FAULTS}
-    for cell in atlas_cells.examine(case, with_faults(led_on)):
+    for cell in atlas_cells.make_cells(case, with_faults(led_on)):
         fault, method = cell["method"].split("/")
         if "attitude_error" in cell:
             by_fault[fault][method] = cell
@@ -178,7 +182,7 @@ def late():
     off by a share of the time."""
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
-    found = atlas_cells.examine(LATE, lambda *_: [jumping(*one) for one in faults.items()])
+    found = atlas_cells.make_cells(LATE, lambda *_: [jumping(*one) for one in faults.items()])
     assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
     return {cell["method"]: cell for cell in found}
 
@@ -198,7 +202,9 @@ def test_nobody_is_right_at_times_that_no_double_tells():
         0,
         lambda problem, scene, t, _: (earlier(scene, t, 0.25), np.ones((len(t), 3)), 0, 0),
     )
-    found = atlas_cells.examine(BEYOND, lambda *words: [*atlas_cells.everybody(*words), goes_on])
+    found = atlas_cells.make_cells(
+        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]
+    )
     *ours, lost = found
     assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
     assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}

@@ -89,7 +89,7 @@ def test_the_report_takes_a_scene_of_ones_own(tmp_path):
 
 ODD = {
     "free": kr.Scene(kr.Body(1.0, (1.0, 0.8, 0.5), (0.0, 0.0, 0.0)), body_velocity=(0.5, 0.2, 3.0)),
-    "nanoparticle": atlas_cases.at(
+    "nanoparticle": atlas_cases.scene_factory(
         lambda: atlas_cases.lagrange(1.2e-33, 1e-33, 1e-18, 1e-9),
         body_velocity=(1e6, 0.0, 1e9),
         gravity=9.81,

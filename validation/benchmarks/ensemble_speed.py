@@ -22,7 +22,7 @@ import numpy as np
 
 from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.single_runs import Setting
-from ..parts.ensembles import TARGETS, sleeping_map
+from ..parts.ensembles import TARGETS, compute_sleeping_map
 from ..references.problems import attitude_errors
 from ..references.random_ensembles import SCENES, compute_conditioning, compute_truths, draw_tops
 
@@ -139,7 +139,7 @@ def large(options):
     side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (
         (f"an ensemble of {n:.0e} built", build, 0.5),
-        (f"the {side} x {side} sleeping map", partial(sleeping_map, side), 0.5),
+        (f"the {side} x {side} sleeping map", partial(compute_sleeping_map, side), 0.5),
     ):
         seconds = median(timing.time_once(call) for _ in range(options.rounds))
         graded(what, seconds, must, unit=" s", at_most=True)

@@ -17,7 +17,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import compiled_core, timing
-from ..parts.published import problems as literature
+from ..parts.published import load_problems as literature
 from ..references import equations, orders
 from ..references.problems import PROBLEMS, attitude_error, load_problem, problem_of_scene
 from . import error_contract

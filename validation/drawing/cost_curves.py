@@ -1,21 +1,30 @@
 """Errors against what they cost: a panel for each family of methods, or one panel for all."""
 
-from .style import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import (
+    FAINT,
+    STYLE,
+    choose_line_styles,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
 LEAST = 1e-17  # what errors of zero are drawn at
 
 
-def lines_of(groups, quantity, cost):
+def collect_lines(groups, quantity, cost):
     """Gives cost and error of each run of each method, loose to tight, and the limits that hold
     them all; no lines and no limits where nothing is known."""
 
-    def place(row):
+    def cost_and_error(row):
         return 1e3 * row.seconds if cost == "seconds" else row.evaluations
 
     known = {
         name: [
-            (place(row), max(getattr(row, quantity), LEAST))
+            (cost_and_error(row), max(getattr(row, quantity), LEAST))
             for row in rows
             if not row.failure and getattr(row, cost)
         ]
@@ -28,12 +37,12 @@ def lines_of(groups, quantity, cost):
     return lines, ((min(x) / 1.5, max(x) * 1.5), (min(y) / 3, min(10.0, max(y) * 3)))
 
 
-def lowest(points):
+def lowest_point(points):
     """Gives the point where a line's error is smallest."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
-def frame(axes, label, floor, limits, cost, ticks=8):
+def set_frame(axes, label, floor, limits, cost, ticks=8):
     if floor:
         axes.axhline(floor, color=FAINT, linewidth=0.8)
         axes.annotate(
@@ -48,36 +57,38 @@ def frame(axes, label, floor, limits, cost, ticks=8):
             color=FAINT,
         )
     axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
-    powers(axes.xaxis, ticks)
-    powers(axes.yaxis, 9)
+    set_power_ticks(axes.xaxis, ticks)
+    set_power_ticks(axes.yaxis, 9)
     axes.grid(True)
 
 
-def family_panel(lines, family, peers, label, floor, limits, cost):
+def draw_family(lines, family, peers, label, floor, limits, cost):
     """Draws one family in colours with its names, the peers in ink, and all others grey behind."""
     with plt.rc_context(STYLE):
-        figure, axes = panel()
-        styles = line_styles(family, peers)
+        figure, axes = make_panel()
+        styles = choose_line_styles(family, peers)
         for name, points in lines.items():
             if name not in styles:
                 axes.loglog(*points, color=FAINT, linewidth=0.8, alpha=0.45)
         shown = {name: style for name, style in styles.items() if name in lines}
         for name, style in shown.items():
             axes.loglog(*lines[name], markersize=4, linewidth=1.4, **style)
-        frame(axes, label, floor, limits, cost)
-        label_ends(axes, [(name, lowest(lines[name]), style) for name, style in shown.items()])
-        return as_svg(figure)
+        set_frame(axes, label, floor, limits, cost)
+        label_ends(
+            axes, [(name, lowest_point(lines[name]), style) for name, style in shown.items()]
+        )
+        return figure_to_svg(figure)
 
 
-def by_family(groups, families, quantity, label, cost, floor=None):
+def draw_families(groups, families, quantity, label, cost, floor=None):
     """Draws a panel a family. `families`: {title: (its methods, peers to show with them)}."""
-    lines, limits = lines_of(groups, quantity, cost)
+    lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
-            yield title, family_panel(lines, family, peers, label, floor, limits, cost)
+            yield title, draw_family(lines, family, peers, label, floor, limits, cost)
 
 
-def leaders(lines):
+def find_leaders(lines):
     """Gives the methods that reach some error before all others."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
@@ -91,28 +102,28 @@ def leaders(lines):
     }
 
 
-def leading(groups, methods, quantities_and_costs):
+def select_leaders(groups, methods, quantities_and_costs):
     """Return those of `methods` that lead in one of the figures, without closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
-        lines, _ = lines_of(groups, quantity, cost)
-        found |= leaders(
+        lines, _ = collect_lines(groups, quantity, cost)
+        found |= find_leaders(
             {name: lines[name] for name in methods if name in lines and len(lines[name][0]) > 1}
         )
     return [name for name in methods if name in found]
 
 
-def overview(groups, named, peers, quantity, label, cost, floor=None):
+def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
     """Draw all methods in one panel: `named` in colours, `peers` in ink and the others in grey.
 
     A method of `named` has the same colour and marker in every panel with the same `named`.
     """
-    lines, limits = lines_of(groups, quantity, cost)
+    lines, limits = collect_lines(groups, quantity, cost)
     if not lines:
         return ""
-    styles = line_styles(named, peers)
+    styles = choose_line_styles(named, peers)
     with plt.rc_context(STYLE):
-        figure, axes = panel(2.9, 3.9)
+        figure, axes = make_panel(2.9, 3.9)
         for name, points in lines.items():
             if name in styles:
                 axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
@@ -121,7 +132,7 @@ def overview(groups, named, peers, quantity, label, cost, floor=None):
                 axes.loglog(
                     *points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4
                 )
-        frame(axes, label, floor, limits, cost, 4)
-        ends = [(name, lowest(lines[name]), styles[name]) for name in styles if name in lines]
+        set_frame(axes, label, floor, limits, cost, 4)
+        ends = [(name, lowest_point(lines[name]), styles[name]) for name in styles if name in lines]
         label_ends(axes, ends)
-        return as_svg(figure)
+        return figure_to_svg(figure)

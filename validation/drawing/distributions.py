@@ -2,16 +2,25 @@
 
 import numpy as np
 
-from .style import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import (
+    FAINT,
+    STYLE,
+    choose_line_styles,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
 LEAST, NAMED_AT = 1e-17, 0.97  # what errors of zero are drawn at; where a line's name stands
 
 
-def distributions(errors, family, peers):
+def draw_distributions(errors, family, peers):
     """Draws one family in colours, all others grey. `errors`: {method: its errors, sorted}."""
     with plt.rc_context(STYLE):
-        figure, axes = panel()
-        styles = line_styles(family, peers)
+        figure, axes = make_panel()
+        styles = choose_line_styles(family, peers)
         for name, sizes in errors.items():
             part = np.arange(1, len(sizes) + 1) / len(sizes)
             known = styles.get(name, {})
@@ -28,13 +37,13 @@ def distributions(errors, family, peers):
             ylim=(0, 1),
             xlim=(3e-18, 10),
         )
-        powers(axes.xaxis, 7)
+        set_power_ticks(axes.xaxis, 7)
         axes.grid(True)
-        label_ends(axes, named_ends(errors, styles))
-        return as_svg(figure)
+        label_ends(axes, label_positions(errors, styles))
+        return figure_to_svg(figure)
 
 
-def named_ends(errors, styles):
+def label_positions(errors, styles):
     """Gives where the names are led to, from the least error on, each a little lower."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)

@@ -1,9 +1,9 @@
 """A quantity over a plane, as a picture of one dot a value."""
 
-from .style import INK, STYLE, as_svg, plt
+from .style import INK, STYLE, figure_to_svg, plt
 
 
-def field(values, extent, labels):
+def draw_field(values, extent, labels):
     """Draws values (rows from below, columns). `extent`: left, right, below, above; `labels`:
     across, up, of the values."""
     across, up, of_values = labels
@@ -20,4 +20,4 @@ def field(values, extent, labels):
         axes.set(xlabel=across, ylabel=up)
         bar = figure.colorbar(image, ax=axes, label=of_values)
         bar.outline.set_edgecolor(INK)
-        return as_svg(figure)
+        return figure_to_svg(figure)

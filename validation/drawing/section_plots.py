@@ -3,7 +3,7 @@ Dots are a picture within the picture: they are many."""
 
 import numpy as np
 
-from .style import COLOURS, FAINT, INK, STYLE, as_svg, plt
+from .style import COLOURS, FAINT, INK, STYLE, figure_to_svg, plt
 
 FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 140}
 TURN = (
@@ -12,7 +12,7 @@ TURN = (
 )
 
 
-def panels_of(rows, columns, height, **more):
+def make_panels(rows, columns, height, **more):
     """Makes panels as wide as the page."""
     figure, axes = plt.subplots(
         rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
@@ -20,7 +20,7 @@ def panels_of(rows, columns, height, **more):
     return figure, axes.flat
 
 
-def dots(axes, across, up, colour, title, size=0.45):
+def draw_dots(axes, across, up, colour, title, size=0.45):
     axes.scatter(
         across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
     )
@@ -30,24 +30,24 @@ def dots(axes, across, up, colour, title, size=0.45):
     axes.tick_params(labelsize=8, color=FAINT)
 
 
-def cuts(panels, columns, height):
+def draw_sections(panels, columns, height):
     """Draws panels, by title: spin angle, axial momentum and colour of each dot."""
     with plt.rc_context(FRAMED):
         rows = -(-len(panels) // columns)
-        figure, all_axes = panels_of(rows, columns, height)
+        figure, all_axes = make_panels(rows, columns, height)
         for axes, (title, panel) in zip(all_axes, panels.items(), strict=True):
-            dots(axes, *panel, title)
+            draw_dots(axes, *panel, title)
         figure.supxlabel("spin angle", fontsize=9)
         figure.supylabel("axial momentum", fontsize=9)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def beside_rotation(panel, title, rotation):
+def draw_section_and_rotation(panel, title, rotation):
     """Draws a section, and at the same height how far the body spins between two crossings."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
-        figure, (left, right) = panels_of(1, 2, 4.6, sharey=True)
-        dots(left, *panel, title)
+        figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
+        draw_dots(left, *panel, title)
         left.set(xlabel="spin angle", ylabel="axial momentum")
         points = right.scatter(
             turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="viridis", linewidths=0
@@ -57,10 +57,10 @@ def beside_rotation(panel, title, rotation):
             points, ax=right, label="change from one half of the time to the other, log10"
         )
         bar.outline.set_edgecolor(INK)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def map_of_regions(borders, points, greatest, highest, close):
+def draw_regions(borders, points, greatest, highest, close):
     """Draws where in the plane of vertical momentum and energy each numbered section is, and again,
     near by, the part of it that is close: from g, h to g, h."""
     with plt.rc_context(FRAMED):
@@ -78,10 +78,10 @@ def map_of_regions(borders, points, greatest, highest, close):
         axes.indicate_inset_zoom(near, edgecolor=FAINT)
         axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
         axes.set(xlabel="vertical momentum g", ylabel="energy h")
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def kicks(angles, changes, amplitude):
+def draw_kicks(angles, changes, amplitude):
     """Draws what swings change the axial momentum by, beside what theory says. `changes`: by name,
     for each unit of what perturbs."""
     turn = np.linspace(-np.pi, np.pi, 400)
@@ -95,10 +95,10 @@ def kicks(angles, changes, amplitude):
         axes.set_xticks(*TURN)
         axes.set(xlabel="spin angle at the lowest point", ylabel="change in a swing, over e")
         axes.legend(fontsize=8, markerscale=4, loc="upper right")
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def widths(e, measured, predicted):
+def draw_widths(e, measured, predicted):
     """Draws how wide the layer is."""
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
@@ -107,4 +107,4 @@ def widths(e, measured, predicted):
         axes.set(xlabel="e, by which the equal moments differ", ylabel="half width of the layer")
         axes.legend(fontsize=8, loc="upper left")
         axes.grid(True)
-        return as_svg(figure)
+        return figure_to_svg(figure)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from .style import COLOURS, FAINT, INK, STYLE, as_svg, plt
+from .style import COLOURS, FAINT, INK, STYLE, figure_to_svg, plt
 
 ELEVATION = 20.0  # of the eye above the horizontal plane [degrees]
 
 
-def seen(points, elevation=ELEVATION, azimuth=0.0):
+def project(points, elevation=ELEVATION, azimuth=0.0):
     """Gives across, up and towards the eye, of points (..., 3) seen from these angles above the
     plane and about the vertical [degrees]."""
     e, a = np.radians((elevation, azimuth))
@@ -16,25 +16,25 @@ def seen(points, elevation=ELEVATION, azimuth=0.0):
     return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
 
 
-def outline(axes):
+def draw_outline(axes):
     angle = np.linspace(0, 2 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
 
 
-def globe(axes):
+def draw_globe(axes):
     """Draws the outline of the sphere, its equator and the arrow upwards; gives the arrow's tip."""
-    outline(axes)
+    draw_outline(axes)
     angle = np.linspace(0, 2 * np.pi, 200)
-    x, y, depth = seen(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
+    x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
     axes.plot(x, np.where(depth > 0, y, np.nan), color=FAINT, linewidth=0.6)
-    x, y, _ = seen(np.array([[0, 0, 1], [0, 0, 1.25]]))
+    x, y, _ = project(np.array([[0, 0, 1], [0, 0, 1.25]]))
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     return x[1], y[1]
 
 
-def trace(axes, apex, colour=COLOURS[0]):
+def draw_trace(axes, apex, colour=COLOURS[0]):
     """Draws where an axis (n, 3) goes, faint where it is behind; the dot is the start."""
-    x, y, depth = seen(apex)
+    x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)
     axes.plot(x[:1], y[:1], "o", color=INK, markersize=4)
@@ -42,11 +42,11 @@ def trace(axes, apex, colour=COLOURS[0]):
     axes.axis("off")
 
 
-def apex_path(apex):
+def draw_apex_path(apex):
     """Draws where the centre of mass goes about the fixed point."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(2.6, 2.6))
-        top = globe(axes)
+        top = draw_globe(axes)
         axes.annotate("up", top, ha="center", va="bottom", fontsize=9, color=FAINT)
-        trace(axes, apex)
-        return as_svg(figure, bbox_inches="tight")
+        draw_trace(axes, apex)
+        return figure_to_svg(figure, bbox_inches="tight")

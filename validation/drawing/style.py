@@ -38,7 +38,7 @@ STYLE = {
 }
 
 
-def as_svg(figure, **options):
+def figure_to_svg(figure, **options):
     page = io.StringIO()
     figure.savefig(page, format="svg", metadata={"Date": None}, **options)
     plt.close(figure)
@@ -46,7 +46,7 @@ def as_svg(figure, **options):
     return svg[svg.index("<svg") :].replace(INK, "currentColor")
 
 
-def panel(height=3.1, width=4.9):
+def make_panel(height=3.1, width=4.9):
     """Makes axes with room for labels at their right [inch]."""
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
@@ -55,28 +55,28 @@ def panel(height=3.1, width=4.9):
     )
 
 
-def power_of_ten(x, _=None):
+def format_tick(x, _=None):
     """Writes a tick as the tables have it: 1e-9."""
     if 0.001 < x < 1e4:
         return f"{x:g}"
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
-def powers(axis, ticks=12):
+def set_power_ticks(axis, ticks=12):
     """Puts ticks at powers of ten, which is quick to draw."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
-    axis.set_major_formatter(power_of_ten)
+    axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
-def height_of(axes, y):
+def axes_height(axes, y):
     """Gives the height of a value within the axes, 0 .. 1."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
 
 
-def pushed_apart(heights, gap):
+def spread_labels(heights, gap):
     """Moves labels, given from low to high, so that none overlaps and none leaves the axes."""
     heights = list(heights)
     for i in range(1, len(heights)):
@@ -96,10 +96,10 @@ def label_ends(axes, ends):
     """
     gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())
     placed = sorted(
-        ((height_of(axes, y), x, y, name, style) for name, (x, y), style in ends),
+        ((axes_height(axes, y), x, y, name, style) for name, (x, y), style in ends),
         key=lambda label: label[:4],
     )
-    heights = pushed_apart((place[0] for place in placed), gap)
+    heights = spread_labels((place[0] for place in placed), gap)
     for height, (_, x, y, name, style) in zip(heights, placed, strict=True):
         colour, marker = style["color"], style.get("marker")
         if marker:
@@ -126,7 +126,7 @@ def label_ends(axes, ends):
         )
 
 
-def line_styles(family, peers):
+def choose_line_styles(family, peers):
     """Gives colour and marker of each line of a panel; what is only compared with is in ink, broken
     and hollow."""
     own = [name for name in family if name not in peers]

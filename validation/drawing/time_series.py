@@ -2,21 +2,21 @@
 
 import numpy as np
 
-from .style import COLOURS, STYLE, as_svg, label_ends, panel, plt, powers
+from .style import COLOURS, STYLE, figure_to_svg, label_ends, make_panel, plt, set_power_ticks
 
 LEAST = 1e-17  # what errors of zero are drawn at
 
 
-def colours_of(kinds):
+def choose_colours(kinds):
     """Gives a colour for each kind, in the order in which they come."""
     return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
 
 
-def time_courses(lines, quantity, label, colours):
+def draw_time_series(lines, quantity, label, colours):
     """Draws a quantity of each line over its times. A line has `method`, `kind`, `t` and the
     quantity, each a list."""
     with plt.rc_context(STYLE):
-        figure, axes = panel(4.2)
+        figure, axes = make_panel(4.2)
         known = [line for line in lines if len(line["t"]) > 1]
         for line in known:
             axes.semilogy(
@@ -27,7 +27,7 @@ def time_courses(lines, quantity, label, colours):
             )
         axes.set(xlabel="time; a turn of the precession is 2 pi", ylabel=label)
         axes.set_ylim(LEAST, 10)
-        powers(axes.yaxis, 9)
+        set_power_ticks(axes.yaxis, 9)
         axes.grid(True)
         ends = [(line["t"][-1], max(line[quantity][-1], LEAST)) for line in known]
         label_ends(
@@ -37,4 +37,4 @@ def time_courses(lines, quantity, label, colours):
                 for line, end in zip(known, ends, strict=True)
             ],
         )
-        return as_svg(figure)
+        return figure_to_svg(figure)

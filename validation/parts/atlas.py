@@ -9,11 +9,11 @@ import numpy as np
 
 from ..competitors import single_runs
 from ..drawing import heatmap
-from ..drawing.time_series import colours_of, time_courses
+from ..drawing.time_series import choose_colours, draw_time_series
 from . import atlas_cases, atlas_cells, stiff_needle, verdicts
 from .budget import Task
-from .formatting import count, counted, in_a_row, is_or_are, listed
-from .part import Part, csv_text
+from .formatting import count_word, join_counts, join_sentences, join_words, verb_be
+from .part import Part, write_csv
 
 COLUMNS = (
     "family",
@@ -48,28 +48,28 @@ class Atlas:
     """What was found: the cells, and the lines of the stiff needle."""
 
     cells: list
-    watched: list
+    needle_lines: list
 
 
-def tasks(problems, budget, store):
-    for case in atlas_cases.cases(budget.quick):
+def list_tasks(problems, budget, store):
+    for case in atlas_cases.list_cases(budget.quick):
         weight = 6.0 if case.closed else 0.4
-        yield Task(case.key, partial(atlas_cells.examine, case), weight, until=1.0)
-    yield from stiff_needle.tasks(budget)
+        yield Task(case.key, partial(atlas_cells.make_cells, case), weight, until=1.0)
+    yield from stiff_needle.list_tasks(budget)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     known = [cell for of_case in store.under("atlas/") for cell in of_case]
-    return Atlas(known, stiff_needle.found(store)) if known else None
+    return Atlas(known, stiff_needle.load_findings(store)) if known else None
 
 
-def columns(found):
+def column_names(found):
     """Gives methods, then peers, as far as they ran."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
-def square(cell):
+def make_square(cell):
     """Gives what the heat map shows of a cell."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
@@ -82,19 +82,19 @@ def square(cell):
     )
 
 
-def families_shown(found):
+def family_contexts(found):
     for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in found if cell["family"] == name]
         if own:
             yield {
                 "name": name,
                 "about": about,
-                "svg": heatmap.heatmap(list(map(square, own)), columns(own)),
-                "notes": list(notes(own)),
+                "svg": heatmap.draw_heatmap(list(map(make_square, own)), column_names(own)),
+                "notes": list(collect_notes(own)),
             }
 
 
-def note(cell):
+def describe_cell(cell):
     """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or
     lost in spite of a tolerance; None if nothing is."""
     verdict = cell["verdict"]
@@ -108,13 +108,15 @@ def note(cell):
     return None
 
 
-def notes(found):
+def collect_notes(found):
     """Gives what is said, of which cases by which methods; cases of which all is alike stand
     together."""
     said = {}
     for cell in found:
-        if note(cell):
-            said.setdefault(note(cell), {}).setdefault(cell["case"], []).append(cell["method"])
+        if describe_cell(cell):
+            said.setdefault(describe_cell(cell), {}).setdefault(cell["case"], []).append(
+                cell["method"]
+            )
     for (word, message), by_case in said.items():
         whom = {}
         for case, methods in by_case.items():
@@ -126,9 +128,9 @@ def notes(found):
         }
 
 
-def counts(found):
+def count_verdicts(found):
     """Gives how often each method is what."""
-    for name in columns(found):
+    for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
         yield {
@@ -140,30 +142,30 @@ def counts(found):
         }
 
 
-def needle_shown(lines):
-    colours = colours_of(line["kind"] for line in lines)
+def needle_context(lines):
+    colours = choose_colours(line["kind"] for line in lines)
     return {
         "kinds": colours,
         "courses": [
-            {"label": label, "svg": time_courses(lines, name, label, colours)}
+            {"label": label, "svg": draw_time_series(lines, name, label, colours)}
             for name, label in COURSES.items()
         ]
         if lines
         else [],
-        "needle": stiff_needle.concluded(lines),
+        "needle": stiff_needle.conclude(lines),
     }
 
 
-def shown(atlas):
-    return needle_shown(atlas.watched) | {
-        "families": list(families_shown(atlas.cells)),
-        "counts": list(counts(atlas.cells)),
+def build_context(atlas):
+    return needle_context(atlas.needle_lines) | {
+        "families": list(family_contexts(atlas.cells)),
+        "counts": list(count_verdicts(atlas.cells)),
         "words": list(verdicts.VERDICTS),
         "marks": verdicts.MARKS,
         "signs": verdicts.SIGNS,
         "counted": COUNTED,
         "lost": verdicts.LOST,
-        "key": heatmap.key(),
+        "key": heatmap.draw_key(),
     }
 
 
@@ -171,26 +173,26 @@ def is_silent(cell):
     return cell["verdict"] == verdicts.SILENT
 
 
-def concluded(atlas):
+def conclude(atlas):
     ran = [cell for cell in atlas.cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
     if not ran:
         return ""
-    return in_a_row(
-        of_silence(atlas.cells),
-        of_verdicts(atlas.cells),
-        of_signs(ran),
-        of_methods(atlas.cells),
-        of_tolerances(ran),
+    return join_sentences(
+        describe_silent_cells(atlas.cells),
+        describe_verdicts(atlas.cells),
+        describe_signs(ran),
+        describe_methods(atlas.cells),
+        describe_tolerance_failures(ran),
     )
 
 
-def of_silence(found):
+def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
-    n, which = len(silent), f": {listed(silent)}" if silent else ""
-    return f"Of {len(found)} cells {count(n)} {is_or_are(n)} wrong in silence{which}."
+    n, which = len(silent), f": {join_words(silent)}" if silent else ""
+    return f"Of {len(found)} cells {count_word(n)} {verb_be(n)} wrong in silence{which}."
 
 
-def of_verdicts(found):
+def describe_verdicts(found):
     n = Counter(cell["verdict"] for cell in found)
     return (
         f"{n['right']} are right, {n['as asked']} as asked, {n['degraded']} degraded, "
@@ -199,7 +201,7 @@ def of_verdicts(found):
     )
 
 
-def of_signs(ran):
+def describe_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
         f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
@@ -208,42 +210,40 @@ def of_signs(ran):
     )
 
 
-def of_methods(found):
+def describe_methods(found):
     met = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
     ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
     (best, often), *_ = met.most_common(1) or [("none", 0)]
-    worst = listed(f"{name} ({n})" for name, n in ill.most_common(3))
+    worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
         f"Most often right or as asked is {best} ({often} cells); most often lost or stopped are "
         f"{worst}."
     )
 
 
-def of_tolerances(ran):
+def describe_tolerance_failures(ran):
     beyond = [cell["method"] for cell in ran if cell["mark"] == verdicts.BEYOND]
     if not beyond:
         return ""
-    return (
-        f"More than {verdicts.PROMISED:g} times off what the tolerance explains: {counted(beyond)}."
-    )
+    return f"More than {verdicts.PROMISED:g} times off what the tolerance explains: {join_counts(beyond)}."
 
 
-def table(found):
-    def written(value):
+def write_table(found):
+    def format_value(value):
         return f"{value:.4g}" if isinstance(value, float) else value
 
-    return csv_text(
-        COLUMNS, ({key: written(value) for key, value in cell.items()} for cell in found)
+    return write_csv(
+        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in found)
     )
 
 
-def files(atlas, about):
-    yield "stability.csv", table(atlas.cells)
-    if atlas.watched:
-        yield "stiff.csv", stiff_needle.table(atlas.watched)
+def list_files(atlas, about):
+    yield "stability.csv", write_table(atlas.cells)
+    if atlas.needle_lines:
+        yield "stiff.csv", stiff_needle.write_table(atlas.needle_lines)
 
 
-def told(atlas):
+def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
     yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
     for cell in silent:
@@ -255,12 +255,12 @@ PART = Part(
     "atlas",
     "Stability",
     "The stability atlas",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Stability",
-    files=files,
-    told=told,
-    methods=lambda atlas: {cell["method"] for cell in atlas.cells},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Stability",
+    list_files=list_files,
+    terminal_lines=terminal_lines,
+    list_methods=lambda atlas: {cell["method"] for cell in atlas.cells},
 )

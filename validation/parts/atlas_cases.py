@@ -34,7 +34,7 @@ class Case:
         return f"atlas/{self.family}/{self.name}"
 
 
-def tilted(angle):
+def tilt_attitude(angle):
     """Gives the attitude that is tilted by an angle from upright, about e1."""
     return cos(angle / 2), sin(angle / 2), 0.0, 0.0
 
@@ -47,52 +47,60 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
     return kr.Body(1.0, moments, com, made_up=True)
 
 
-def at(body, tilt=0.5, **start):
+def scene_factory(body, tilt=0.5, **start):
     """Gives a maker of scenes."""
-    words = {"attitude": tilted(tilt)} | start
+    words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
 
 SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
 
 
-def spins():
+def spin_cases():
     for power in range(7):
         yield Case(
             "spin",
             f"Lagrange, spin 1e{power}",
-            at(lagrange, body_velocity=(0.1, 0.05, 10.0**power)),
+            scene_factory(lagrange, body_velocity=(0.1, 0.05, 10.0**power)),
         )
     for power in (2, 4, 6):
         yield Case(
-            "spin", f"general, spin 1e{power}", at(general, body_velocity=(0.1, 0.05, 10.0**power))
+            "spin",
+            f"general, spin 1e{power}",
+            scene_factory(general, body_velocity=(0.1, 0.05, 10.0**power)),
         )
 
 
-def shapes():
+def shape_cases():
     needle = partial(lagrange, 1.0, 1e-8)
-    yield Case("shape", "needle, I3/I1 = 1e-8", at(needle, body_momentum=(0.3, 0.1, 1e-8)))
-    yield Case("shape", "needle, spin 1e3", at(needle, body_momentum=(0.3, 0.1, 1e-5)))
-    yield Case("shape", "disc, I3 = 2 I1", at(partial(lagrange, 0.5, 1.0), **SPUN))
+    yield Case(
+        "shape", "needle, I3/I1 = 1e-8", scene_factory(needle, body_momentum=(0.3, 0.1, 1e-8))
+    )
+    yield Case("shape", "needle, spin 1e3", scene_factory(needle, body_momentum=(0.3, 0.1, 1e-5)))
+    yield Case("shape", "disc, I3 = 2 I1", scene_factory(partial(lagrange, 0.5, 1.0), **SPUN))
     yield Case(
         "shape",
         "flat plate, I3 = I1 + I2",
-        at(partial(general, (0.3, 0.7, 1.0), (0.2, 0.4, 0.0)), **SPUN),
+        scene_factory(partial(general, (0.3, 0.7, 1.0), (0.2, 0.4, 0.0)), **SPUN),
     )
     yield Case(
-        "shape", "nearly a sphere, symmetric", at(partial(lagrange, 1.0, 1.0 + 1e-10), **SPUN)
+        "shape",
+        "nearly a sphere, symmetric",
+        scene_factory(partial(lagrange, 1.0, 1.0 + 1e-10), **SPUN),
     )
     yield Case(
         "shape",
         "nearly a sphere, general",
-        at(partial(general, (1.0, 1.0 + 1e-12, 1.0 - 1e-12)), **SPUN),
+        scene_factory(partial(general, (1.0, 1.0 + 1e-12, 1.0 - 1e-12)), **SPUN),
     )
-    yield Case("shape", "sphere", at(partial(lagrange, 1.0, 1.0, 1.0, 0.5), **SPUN))
-    yield Case("shape", "rod, I3 = 0", at(partial(lagrange, 1.0, 0.0), **SPUN))
-    yield Case("shape", "no body, I3 > I1 + I2", at(partial(general, (0.3, 0.6, 1.0)), **SPUN))
+    yield Case("shape", "sphere", scene_factory(partial(lagrange, 1.0, 1.0, 1.0, 0.5), **SPUN))
+    yield Case("shape", "rod, I3 = 0", scene_factory(partial(lagrange, 1.0, 0.0), **SPUN))
+    yield Case(
+        "shape", "no body, I3 > I1 + I2", scene_factory(partial(general, (0.3, 0.6, 1.0)), **SPUN)
+    )
 
 
-def sleeping():
+def sleeping_cases():
     for name, part in (
         ("far below", 0.5),
         ("just below", 0.999),
@@ -103,97 +111,120 @@ def sleeping():
         yield Case(
             "sleeping",
             f"{name} critical spin",
-            at(lagrange, 0.01, body_momentum=(0.0, 0.0, 2.0 * part)),
+            scene_factory(lagrange, 0.01, body_momentum=(0.0, 0.0, 2.0 * part)),
         )
     yield Case(
-        "sleeping", "far below, perfectly upright", at(lagrange, 0.0, body_momentum=(0.0, 0.0, 1.0))
+        "sleeping",
+        "far below, perfectly upright",
+        scene_factory(lagrange, 0.0, body_momentum=(0.0, 0.0, 1.0)),
     )
 
 
-def separatrices():
+def separatrix_cases():
     for name, push in (("1e-3", 1e-3), ("1e-8", 1e-8), ("none", 0.0)):
         yield Case(
             "separatrix",
             f"Dzhanibekov, push {name}",
-            at(general, body_velocity=(push, 3.0, 0.0), gravity=0.0),
+            scene_factory(general, body_velocity=(push, 3.0, 0.0), gravity=0.0),
         )
     # On the way from upright to upright the lowest point is u = c^2 / 2 - 1, where
     # m = c (e3 + a) / (1 + u); here c = 1.
-    heavy = at(lagrange, 2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
+    heavy = scene_factory(lagrange, 2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
     yield Case("separatrix", "heavy top, upright to upright", heavy, turns=4)
     yield Case(
         "separatrix",
         "pendulum, up from below",
-        at(lagrange, attitude=HANGING, velocity=(2.0, 0.0, 0.0)),
+        scene_factory(lagrange, attitude=HANGING, velocity=(2.0, 0.0, 0.0)),
         turns=4,
     )
 
 
-def poles():
+def pole_cases():
     spin = {"body_velocity": (0.0, 0.0, 5.0)}
-    yield Case("poles", "upright, spinning", at(lagrange, 0.0, **spin))
-    yield Case("poles", "upright, at rest", at(lagrange, 0.0, momentum=(0.0, 0.0, 0.0)), turns=4)
+    yield Case("poles", "upright, spinning", scene_factory(lagrange, 0.0, **spin))
     yield Case(
-        "poles", "hanging, at rest", at(lagrange, attitude=HANGING, momentum=(0.0, 0.0, 0.0))
+        "poles", "upright, at rest", scene_factory(lagrange, 0.0, momentum=(0.0, 0.0, 0.0)), turns=4
     )
-    yield Case("poles", "hanging, spinning", at(lagrange, attitude=HANGING, **spin))
-    yield Case("poles", "tilt 1e-8", at(lagrange, 1e-8, **spin))
-    yield Case("poles", "tilt 1e-160", at(lagrange, 1e-160, **spin))
+    yield Case(
+        "poles",
+        "hanging, at rest",
+        scene_factory(lagrange, attitude=HANGING, momentum=(0.0, 0.0, 0.0)),
+    )
+    yield Case("poles", "hanging, spinning", scene_factory(lagrange, attitude=HANGING, **spin))
+    yield Case("poles", "tilt 1e-8", scene_factory(lagrange, 1e-8, **spin))
+    yield Case("poles", "tilt 1e-160", scene_factory(lagrange, 1e-160, **spin))
     yield Case(
         "poles",
         "through the upper pole",
-        at(lagrange, 0.0, body_velocity=(1.0, 0.0, 0.0)),
+        scene_factory(lagrange, 0.0, body_velocity=(1.0, 0.0, 0.0)),
         turns=10,
     )
     yield Case(
         "poles",
         "general, com upright",
-        at(partial(general, com=(0.0, 0.0, 0.6)), 0.0, body_velocity=(0.1, 0.0, 4.0)),
+        scene_factory(partial(general, com=(0.0, 0.0, 0.6)), 0.0, body_velocity=(0.1, 0.0, 4.0)),
     )
-    yield Case("poles", "attitude -1", at(lagrange, attitude=(-1.0, 0.0, 0.0, 0.0), **SPUN))
-    yield Case("poles", "attitude with w = 0", at(lagrange, attitude=(0.0, 0.6, 0.8, 0.0), **SPUN))
+    yield Case(
+        "poles", "attitude -1", scene_factory(lagrange, attitude=(-1.0, 0.0, 0.0, 0.0), **SPUN)
+    )
+    yield Case(
+        "poles",
+        "attitude with w = 0",
+        scene_factory(lagrange, attitude=(0.0, 0.6, 0.8, 0.0), **SPUN),
+    )
 
 
-def planar():
-    yield Case("c = 0", "pendulum, let go", at(lagrange, 2.5, momentum=(0.0, 0.0, 0.0)))
-    yield Case("c = 0", "pendulum, over the top", at(lagrange, 0.5, velocity=(3.0, 0.0, 0.0)))
+def planar_cases():
+    yield Case("c = 0", "pendulum, let go", scene_factory(lagrange, 2.5, momentum=(0.0, 0.0, 0.0)))
+    yield Case(
+        "c = 0", "pendulum, over the top", scene_factory(lagrange, 0.5, velocity=(3.0, 0.0, 0.0))
+    )
     yield Case(
         "c = 0",
         "spherical pendulum",
-        at(lagrange, 1.0, momentum=(0.5, 0.8 * cos(1.0), 0.8 * sin(1.0))),
+        scene_factory(lagrange, 1.0, momentum=(0.5, 0.8 * cos(1.0), 0.8 * sin(1.0))),
     )
-    yield Case("c = 0", "no vertical momentum", at(lagrange, 1.0, momentum=(0.5, 1.0, 0.0)))
+    yield Case(
+        "c = 0", "no vertical momentum", scene_factory(lagrange, 1.0, momentum=(0.5, 1.0, 0.0))
+    )
     planar_body = partial(general, com=(0.0, 0.0, 0.6))
-    yield Case("c = 0", "general, planar", at(planar_body, 0.5, velocity=(2.0, 0.0, 0.0)), turns=10)
+    yield Case(
+        "c = 0",
+        "general, planar",
+        scene_factory(planar_body, 0.5, velocity=(2.0, 0.0, 0.0)),
+        turns=10,
+    )
 
 
-def gravities():
+def gravity_cases():
     for name, body in (("Lagrange", lagrange), ("general", general)):
         for g in (0.0, 1e-12, 1e12, -1.0):
-            yield Case("gravity", f"{name}, g = {g:g}", at(body, gravity=g, **SPUN), turns=10)
+            yield Case(
+                "gravity", f"{name}, g = {g:g}", scene_factory(body, gravity=g, **SPUN), turns=10
+            )
     centred = partial(general, com=(0.0, 0.0, 0.0))
-    yield Case("gravity", "held at the centre of mass", at(centred, **SPUN), turns=10)
+    yield Case("gravity", "held at the centre of mass", scene_factory(centred, **SPUN), turns=10)
 
 
-def steps():
+def step_cases():
     for name, body in (("Lagrange", lagrange), ("general", general)):
         for number in (0.25, 0.5, 1, 2, 4, 8, 16, 64, 256, 1024, 1e4, 1e5):
             yield Case(
                 "steps",
                 f"{name}, {number:g} a turn",
-                at(body, **SPUN),
+                scene_factory(body, **SPUN),
                 2 if number > 2e3 else 8,
                 number,
                 begin=True,
             )
 
 
-def antipodal():
+def antipodal_cases():
     """Bobenko-Suris turns the axis by 2 atan(h |w| / 2) a step: never quite to the opposite side,
     and nearly so at h |w| / 2 = cot(gap / 2). Others turn it by h |w|, which is opposite at half a
     turn."""
     across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # no spin; one radian in a unit of time
-    light = at(lagrange, 1.0, momentum=across, gravity=1e-3)
+    light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
         turns = 1 / tan(gap / 2) / pi
         yield Case(
@@ -214,23 +245,26 @@ def antipodal():
     yield Case(
         "antipodal",
         "half a turn a step, no gravity",
-        at(lagrange, 1.0, momentum=across, gravity=0.0),
+        scene_factory(lagrange, 1.0, momentum=across, gravity=0.0),
         4,
         2.0,
     )
 
 
-def long_times():
+def long_cases():
     calm = partial(general, (1.0, 0.8, 0.5), (0.0, 0.0, 0.3))
     for turns in (200, 1000):
-        yield Case("long", f"Lagrange, {turns} turns", at(lagrange, **SPUN), turns)
+        yield Case("long", f"Lagrange, {turns} turns", scene_factory(lagrange, **SPUN), turns)
         yield Case(
-            "long", f"general, {turns} turns", at(calm, body_velocity=(0.1, 0.2, 6.0)), turns
+            "long",
+            f"general, {turns} turns",
+            scene_factory(calm, body_velocity=(0.1, 0.2, 6.0)),
+            turns,
         )
     slow, rate = {"body_velocity": (0.01, 0.005, 0.04)}, 0.04
     for name, scene in (
-        ("Lagrange", at(lagrange, gravity=4e-4, **slow)),
-        ("free body", at(general, gravity=0.0, **slow)),
+        ("Lagrange", scene_factory(lagrange, gravity=4e-4, **slow)),
+        ("free body", scene_factory(general, gravity=0.0, **slow)),
     ):
         yield Case(
             "long",
@@ -243,10 +277,12 @@ def long_times():
             most=2_000_000,
         )
     # Later than a double tells where the top is.
-    yield Case("long", "Lagrange, 2^54 rad", at(lagrange, **SPUN), 2**54 / (2 * pi), closed=True)
+    yield Case(
+        "long", "Lagrange, 2^54 rad", scene_factory(lagrange, **SPUN), 2**54 / (2 * pi), closed=True
+    )
 
 
-def sizes():
+def si_cases():
     """In SI there are a levitated particle of 100 nm, a toy gyroscope, and the Earth in the pull of
     the Sun."""
     nano, earth = (
@@ -254,18 +290,30 @@ def sizes():
         partial(lagrange, 8.008e37, 8.034e37, 5.97e24, 1e3),
     )
     yield Case(
-        "SI", "nanoparticle, 1e9 rad/s", at(nano, body_velocity=(1e6, 0.0, 1e9), gravity=9.81)
+        "SI",
+        "nanoparticle, 1e9 rad/s",
+        scene_factory(nano, body_velocity=(1e6, 0.0, 1e9), gravity=9.81),
     )
-    yield Case("SI", "nanoparticle, at rest", at(nano, momentum=(0.0, 0.0, 0.0), gravity=9.81))
+    yield Case(
+        "SI", "nanoparticle, at rest", scene_factory(nano, momentum=(0.0, 0.0, 0.0), gravity=9.81)
+    )
     toy = partial(lagrange, 3e-4, 1e-4, 0.1, 0.04)
-    yield Case("SI", "gyroscope, 300 rad/s", at(toy, body_velocity=(0.0, 0.0, 300.0), gravity=9.81))
-    yield Case("SI", "planet", at(earth, 0.41, body_velocity=(1e-8, 0.0, 7.292e-5), gravity=5.9e-3))
+    yield Case(
+        "SI",
+        "gyroscope, 300 rad/s",
+        scene_factory(toy, body_velocity=(0.0, 0.0, 300.0), gravity=9.81),
+    )
+    yield Case(
+        "SI",
+        "planet",
+        scene_factory(earth, 0.41, body_velocity=(1e-8, 0.0, 7.292e-5), gravity=5.9e-3),
+    )
 
 
-def stiff():
+def stiff_cases():
     """The spin is 1e4 times the precession, and steps resolve the precession only."""
-    needle = at(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
-    fast = at(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
+    needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
+    fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
         yield Case("stiff", f"needle, {number} a turn of precession", needle, 1, number, rate=1.0)
         yield Case(
@@ -279,29 +327,32 @@ def stiff():
 
 
 FAMILIES = {
-    "spin": (spins, "a spin of 1 to 1e6, to 20 turns"),
-    "shape": (shapes, "needle, disc, plate, and nearly a sphere"),
+    "spin": (spin_cases, "a spin of 1 to 1e6, to 20 turns"),
+    "shape": (shape_cases, "needle, disc, plate, and nearly a sphere"),
     "sleeping": (
-        sleeping,
+        sleeping_cases,
         "a top that stands: below, at and above the spin m3 = 2 sqrt(M g a I1) that it needs; "
         "tilted by 0.01",
     ),
-    "separatrix": (separatrices, "motions that come to rest at an unstable one, or nearly"),
-    "poles": (poles, "starts where coordinates fail: at and near the vertical"),
-    "c = 0": (planar, "no momentum about the axis, and planar motion"),
-    "gravity": (gravities, "none, next to none, far too much, upside down"),
+    "separatrix": (separatrix_cases, "motions that come to rest at an unstable one, or nearly"),
+    "poles": (pole_cases, "starts where coordinates fail: at and near the vertical"),
+    "c = 0": (planar_cases, "no momentum about the axis, and planar motion"),
+    "gravity": (gravity_cases, "none, next to none, far too much, upside down"),
     "steps": (
-        steps,
+        step_cases,
         "steps from far too large to far too small; for adaptive methods their first step",
     ),
-    "antipodal": (antipodal, "steps that turn the axis to nearly the opposite side"),
-    "long": (long_times, "many turns"),
-    "SI": (sizes, "numbers as they come in SI units"),
-    "stiff": (stiff, "a spin of 1e4 times the precession, steps that resolve the precession only"),
+    "antipodal": (antipodal_cases, "steps that turn the axis to nearly the opposite side"),
+    "long": (long_cases, "many turns"),
+    "SI": (si_cases, "numbers as they come in SI units"),
+    "stiff": (
+        stiff_cases,
+        "a spin of 1e4 times the precession, steps that resolve the precession only",
+    ),
 }
 
 
-def cases(quick=False):
+def list_cases(quick=False):
     """Gives all cases, or the first two of each family."""
     for make, _ in FAMILIES.values():
         made = list(make())

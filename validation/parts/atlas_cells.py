@@ -35,7 +35,7 @@ class Candidate:
     longest: float = float("inf")  # it is not asked beyond this angle [rad]
 
 
-def ours(method):
+def make_method_candidate(method):
     def run(problem, scene, times, setting):
         path = kr.solve(scene, times, method.name, **setting)
         return problem.to_principal_axes(path.q), path.m, path.stats.steps, path.stats.evaluations
@@ -43,20 +43,22 @@ def ours(method):
     return Candidate(method.name, control_of(method), method.order, run)
 
 
-def peer(name):
+def make_peer_candidate(name):
     def run(problem, scene, times, setting):
         return single_runs.RECORDERS[name](problem, times, setting["tol"])
 
     return Candidate(name, "tol", 0, run, LONGEST[name])
 
 
-def everybody(scene, radians):
+def list_candidates(scene, radians):
     """Gives every method that suits the scene, and the peers."""
-    found = [ours(method) for method in kr.methods.values() if method.suits(scene)]
-    return found + [who for who in map(peer, single_runs.RECORDERS) if radians <= who.longest]
+    found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
+    return found + [
+        who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
+    ]
 
 
-def settings(case, who, step):
+def choose_settings(case, who, step):
     """Gives two settings: as asked, and finer."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
@@ -64,7 +66,7 @@ def settings(case, who, step):
     return [{"step": step}, {"step": step / 2}] if who.steered else [{}, {}]
 
 
-def drifts(energies):
+def has_drift(energies):
     """Says whether the energy departs from that at the start in one direction, rather than to swing
     about."""
     half = len(energies) // 2
@@ -72,21 +74,21 @@ def drifts(energies):
     return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
 
 
-def looked_at(problem, scene, who, times, setting, true):
+def measure_run(problem, scene, who, times, setting, true):
     q, m, steps, evaluations = who.run(problem, scene, times, setting)
     energies = problem.energy_errors(q, m)
     return {
         "attitude_error": attitude_error(q[-1], true["attitude"]),
         "energy_error": float(energies.max()),
         "fastest": problem.highest_rate(np.asarray(q), np.asarray(m)),
-        "drift": len(times) > LOOKS and drifts(energies),
+        "drift": len(times) > LOOKS and has_drift(energies),
         "steps": steps,
         "evaluations": evaluations,
         "q": q[-1],
     }
 
 
-def stopped(error):
+def describe_failure(error):
     """Words a run that came to no end."""
     if isinstance(error, ValueError):
         return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
@@ -95,32 +97,32 @@ def stopped(error):
     return {"verdict": "stopped", "mark": mark, "message": str(error)}
 
 
-def judged(case, problem, scene, who, true, end, step):
+def make_cell(case, problem, scene, who, true, end, step):
     """Makes one cell."""
-    asked, finer = settings(case, who, step)
+    asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
     try:
-        cell |= looked_at(problem, scene, who, times, asked, true)
-        again = looked_at(problem, scene, who, times, finer, true)
+        cell |= measure_run(problem, scene, who, times, asked, true)
+        again = measure_run(problem, scene, who, times, finer, true)
     except (kr.Error, ArithmeticError, ValueError) as error:
-        return without_attitude(cell) | stopped(error)
+        return drop_attitude(cell) | describe_failure(error)
     cell["second_run"] = attitude_error(again["q"], cell["q"])
-    return without_attitude(verdicts.judge(cell, again["attitude_error"], problem, true, who))
+    return drop_attitude(verdicts.judge_cell(cell, again["attitude_error"], problem, true, who))
 
 
-def without_attitude(cell):
+def drop_attitude(cell):
     return {key: value for key, value in cell.items() if key != "q"}
 
 
-def examine(case, who=everybody):
+def make_cells(case, who=list_candidates):
     """Makes all cells of a case, one a method; where the scene itself is refused, those that say
     so."""
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()
     except ValueError as error:
-        return [{**about, "method": name, **stopped(error)} for name in kr.methods]
+        return [{**about, "method": name, **describe_failure(error)} for name in kr.methods]
     problem = problem_of_scene(case.key, scene)
     step = 2 * pi / (case.rate or problem.rate) / case.steps
     end = step * round(case.turns * case.steps)
@@ -132,6 +134,6 @@ def examine(case, who=everybody):
         "agreement": true["agreement"],
     }
     return [
-        about | judged(case, problem, scene, candidate, true, end, step)
+        about | make_cell(case, problem, scene, candidate, true, end, step)
         for candidate in who(scene, problem.rate * end)
     ]

@@ -49,13 +49,13 @@ class Clock:
         self.missed += late
         return late
 
-    def missing(self):
+    def describe_missing(self):
         """Words what was left out; empty where nothing was."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
         return f"{number} left for the next run, for want of time" if self.missed else ""
 
 
-def work_through(tasks, store, budget, bar):
+def run_tasks(tasks, store, budget, bar):
     """Makes what is not known yet, in order; says what happened if that was not all."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
@@ -70,4 +70,4 @@ def work_through(tasks, store, budget, bar):
     except KeyboardInterrupt:
         return "interrupted: what is missing comes with the next run"
     bar.update(task_bar, description="done")
-    return clock.missing()
+    return clock.describe_missing()

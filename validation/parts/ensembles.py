@@ -11,12 +11,12 @@ import numpy as np
 
 from ..competitors import ensemble_runs, equal_error, timing
 from ..competitors.equal_error import Run
-from ..drawing.field import field
-from ..drawing.throughput import throughput
+from ..drawing.field import draw_field
+from ..drawing.throughput import draw_throughput
 from ..references.random_ensembles import SCENES, compute_truths, draw_tops
 from .budget import Task
-from .formatting import brief, digits, in_a_row, power
-from .part import Part, csv_text
+from .formatting import format_brief, format_digits, format_power, join_sentences
+from .part import Part, write_csv
 
 TARGETS = 1e-6, 1e-9  # of the median attitude error [rad]
 SAMPLE, SIDE = 200, 500
@@ -29,7 +29,7 @@ ABOUT = {
 }
 
 
-def sleeping_map(side):
+def compute_sleeping_map(side):
     """Gives the greatest nutation of symmetric tops that are let go, (spin, tilt) [rad]. Spun
     faster than 4 [T^-1], an upright one sleeps."""
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
@@ -38,26 +38,26 @@ def sleeping_map(side):
     return kr.exact(tops).greatest_nutation
 
 
-def examine(kind, n, rounds, each):
+def measure_ensemble(kind, n, rounds, each):
     tops = draw_tops(kind, n)
     who = ensemble_runs.select_movers(tops, each)
     runs = equal_error.measure_runs(tops, who, compute_truths(tops.first(min(n, SAMPLE))), rounds)
     return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
 
 
-def time_of_map():
-    return min(timing.time_once(partial(sleeping_map, SIDE)) for _ in range(3))
+def time_sleeping_map():
+    return min(timing.time_once(partial(compute_sleeping_map, SIDE)) for _ in range(3))
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
     for kind in SCENES:
-        make = partial(examine, kind, n, budget.rounds, each)
+        make = partial(measure_ensemble, kind, n, budget.rounds, each)
         yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
-    yield Task("many tops mapped", time_of_map, 2.0)
+    yield Task("many tops mapped", time_sleeping_map, 2.0)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     kinds = [
         each | {"groups": equal_error.group_by_mover([Run(**run) for run in each["runs"]])}
         for each in store.under("many/")
@@ -65,7 +65,7 @@ def found(problems, store):
     return {"kinds": kinds, "map": store.known.get("many tops mapped")} if kinds else None
 
 
-def equal_errors(groups):
+def compare_at_equal_error(groups):
     """Gives a line for each target: what a top costs kreisel [us], and how often as long the others
     take."""
     own = groups[ensemble_runs.SERIES.name]
@@ -73,56 +73,60 @@ def equal_errors(groups):
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
         told = [equal_error.time_ratio(runs, own, target) for runs in peers.values()]
         yield {
-            "target": digits(target, ".1e"),
-            "own": brief(1e6 * median(equal_error.seconds_at(target, own))),
-            "others": [digits(None) if isnan(value) else brief(value) for value, *_ in told],
+            "target": format_digits(target, ".1e"),
+            "own": format_brief(1e6 * median(equal_error.seconds_at(target, own))),
+            "others": [
+                format_digits(None) if isnan(value) else format_brief(value) for value, *_ in told
+            ],
         }
 
 
-def line(run):
+def table_row(run):
     return asdict(run) | {"microseconds": 1e6 * median(run.seconds)}
 
 
-def kind_shown(each):
+def kind_context(each):
     groups = each["groups"]
     return {
         "kind": each["kind"],
         "about": ABOUT[each["kind"]],
         "tops": each["tops"],
         "end": f"{each['end']:g}",
-        "svg": throughput(groups, ensemble_runs.OWN),
+        "svg": draw_throughput(groups, ensemble_runs.OWN),
         "peers": [name for name in groups if name not in ensemble_runs.OWN],
-        "equal": list(equal_errors(groups)),
-        "lines": [line(run) for own in groups.values() for run in own],
+        "equal": list(compare_at_equal_error(groups)),
+        "lines": [table_row(run) for own in groups.values() for run in own],
     }
 
 
-def shown(findings):
-    picture = field(
-        np.degrees(sleeping_map(SIDE)).T,
+def build_context(findings):
+    picture = draw_field(
+        np.degrees(compute_sleeping_map(SIDE)).T,
         (0.0, FASTEST, LEAST, LARGEST),
         ("spin", "tilt at the start [rad]", "greatest nutation [degrees]"),
     )
     return {
-        "kinds": [kind_shown(each) for each in findings["kinds"]],
+        "kinds": [kind_context(each) for each in findings["kinds"]],
         "map": picture,
         "side": SIDE,
         "map_seconds": findings["map"],
     }
 
 
-def concluded(findings):
-    return in_a_row(*(of_kind(each["kind"], each["groups"]) for each in findings["kinds"]))
+def conclude(findings):
+    return join_sentences(
+        *(describe_kind(each["kind"], each["groups"]) for each in findings["kinds"])
+    )
 
 
-def of_kind(kind, groups):
+def describe_kind(kind, groups):
     """Says how many tops a second are moved, and by what that beats heyoka."""
     peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
     target = max(1e-9, equal_error.tightest_common_error(own, peer))
     value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
         f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a "
-        f"median error of {power(target)} rad, {brief(value)} times as many as heyoka in "
+        f"median error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
         "batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
@@ -130,28 +134,30 @@ def of_kind(kind, groups):
     closed = groups[ensemble_runs.CLOSED.name]
     value, _, seconds = equal_error.time_ratio(peer, closed, 1e-6)
     return (
-        f"{said}; the closed form {1 / seconds:.0f} to {power(closed[0].middle)} rad, "
-        f"{brief(value)} times as many as heyoka to 1e-6."
+        f"{said}; the closed form {1 / seconds:.0f} to {format_power(closed[0].middle)} rad, "
+        f"{format_brief(value)} times as many as heyoka to 1e-6."
     )
 
 
-def rows(findings):
+def table_rows(findings):
     for each in findings["kinds"]:
         for runs in each["groups"].values():
-            yield from ({"kind": each["kind"]} | line(run) for run in runs)
+            yield from ({"kind": each["kind"]} | table_row(run) for run in runs)
 
 
 PART = Part(
     "ensembles",
     "Many tops",
     "Many tops at once",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Many tops",
-    files=lambda findings, about: [("ensembles.csv", csv_text(COLUMNS, rows(findings)))],
-    methods=lambda findings: {
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Many tops",
+    list_files=lambda findings, about: [
+        ("ensembles.csv", write_csv(COLUMNS, table_rows(findings)))
+    ],
+    list_methods=lambda findings: {
         name for each in findings["kinds"] for name in (*each["groups"], "heyoka")
     },
 )

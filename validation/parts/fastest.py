@@ -2,8 +2,8 @@
 
 from rich.table import Table
 
-from .formatting import digits, milliseconds, power
-from .scene_runs import by_method
+from .formatting import format_digits, format_milliseconds, format_power
+from .scene_runs import group_by_method
 
 # Whom the tables compare with, and what they call them.
 REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
@@ -15,7 +15,7 @@ LUCK = 3.0
 TIE = 4 / 3  # up to this ratio two run times count as equal: settings differ by factors of 2 and 10
 
 
-def reaching(rows, target):
+def fastest_reaching(rows, target):
     """Gives the fastest of one method's rows, from loose to tight, that reaches the target; None if
     none does."""
     tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has but one
@@ -31,30 +31,30 @@ def reaching(rows, target):
     return min(good, key=lambda row: row.seconds, default=None)
 
 
-def fastest_of(rows, scene, target, wanted):
+def fastest_row(rows, scene, target, wanted):
     """Gives the fastest row that reaches the target, of the methods of which `wanted` holds."""
     hits = [
         hit
-        for own in by_method(rows, scene).values()
-        if wanted(own[0]) and (hit := reaching(own, target))
+        for own in group_by_method(rows, scene).values()
+        if wanted(own[0]) and (hit := fastest_reaching(own, target))
     ]
     return min(hits, key=lambda row: row.seconds, default=None)
 
 
-def races(rows, scenes):
+def run_races(rows, scenes):
     """Gives for each scene and target the fastest row of kreisel, and the fastest of a peer."""
     for scene in scenes:
         for target in TARGETS:
-            own = fastest_of(rows, scene, target, lambda row: not row.peer)
-            yield scene, target, own, fastest_of(rows, scene, target, lambda row: row.peer)
+            own = fastest_row(rows, scene, target, lambda row: not row.peer)
+            yield scene, target, own, fastest_row(rows, scene, target, lambda row: row.peer)
 
 
-def times(rows, scene):
+def times_to_targets(rows, scene):
     """Gives for each method of a scene the milliseconds to each target, the fastest marked, and its
     smallest error."""
-    groups = by_method(rows, scene)
+    groups = group_by_method(rows, scene)
     seconds = {
-        name: [hit and hit.seconds for hit in (reaching(own, target) for target in TARGETS)]
+        name: [hit and hit.seconds for hit in (fastest_reaching(own, target) for target in TARGETS)]
         for name, own in groups.items()
     }
     columns = zip(*seconds.values(), strict=True)
@@ -63,48 +63,48 @@ def times(rows, scene):
         errors = [row.attitude_error for row in own if not row.failure]
         yield {
             "method": name,
-            "smallest": digits(min(errors, default=None)),
+            "smallest": format_digits(min(errors, default=None)),
             "cells": [
-                {"text": milliseconds(s), "fastest": s is not None and s == least}
+                {"text": format_milliseconds(s), "fastest": s is not None and s == least}
                 for s, least in zip(seconds[name], fastest, strict=True)
             ],
         }
 
 
-def references(methods):
+def list_references(methods):
     """Gives whom the tables compare with, of the methods that ran: name and title."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
-def summary(rows, scenes):
+def summarize_races(rows, scenes):
     """Gives for each scene and target the fastest method of kreisel, beside those to compare
     with."""
-    known = references({row.method for row in rows})
+    known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):
-        hit = fastest_of(rows, scene, target, lambda row: row.method == name)
-        return milliseconds(hit and hit.seconds)
+        hit = fastest_row(rows, scene, target, lambda row: row.method == name)
+        return format_milliseconds(hit and hit.seconds)
 
-    for scene, target, own, _ in races(rows, scenes):
+    for scene, target, own, _ in run_races(rows, scenes):
         yield {
             "scene": scene,
-            "target": power(target),
-            "own": milliseconds(own and own.seconds),
+            "target": format_power(target),
+            "own": format_milliseconds(own and own.seconds),
             "method": own.method if own else "",
             "others": [seconds(scene, target, name) for name in known],
         }
 
 
-def terminal(rows, scene, end):
+def make_terminal_table(rows, scene, end):
     table = Table(
         title=f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of",
         title_justify="left",
     )
     table.add_column("method")
     for target in TARGETS:
-        table.add_column(f"{power(target)} rad", justify="right")
+        table.add_column(f"{format_power(target)} rad", justify="right")
     table.add_column("smallest", justify="right")
-    for line in times(rows, scene):
+    for line in times_to_targets(rows, scene):
         cells = [
             f"[bold]{cell['text']}[/]" if cell["fastest"] else cell["text"]
             for cell in line["cells"]
@@ -113,12 +113,12 @@ def terminal(rows, scene, end):
     return table
 
 
-def markdown(rows, scenes):
+def write_markdown(rows, scenes):
     """Writes the table of README.md."""
-    titles = references({row.method for row in rows}).values()
+    titles = list_references({row.method for row in rows}).values()
     head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
     lines = [head, ["---"] + ["---:"] * (len(head) - 1)]
-    for line in summary(rows, scenes):
+    for line in summarize_races(rows, scenes):
         own = f"{line['own']} ({line['method']})" if line["method"] else line["own"]
         lines.append([line["scene"], line["target"], own, *line["others"]])
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

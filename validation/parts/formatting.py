@@ -8,44 +8,44 @@ NUMBERS = (
 )
 
 
-def number(n):
+def number_word(n):
     return NUMBERS[n] if n < len(NUMBERS) else str(n)
 
 
-def count(n):
+def count_word(n):
     """Writes a number that a sentence begins with: none, one, two."""
-    return number(n) if n else "none"
+    return number_word(n) if n else "none"
 
 
-def is_or_are(n):
+def verb_be(n):
     return "are" if n > 1 else "is"
 
 
-def brief(x):
+def format_brief(x):
     """Writes two digits, without an exponent."""
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 
-def power(x):
+def format_power(x):
     """Writes a power of ten as 1e-9."""
     return f"{x:.0e}".replace("e-0", "e-")
 
 
-def digits(value, form=".0e"):
+def format_digits(value, form=".0e"):
     """Writes a number, or a dash where it is not known."""
     return "\N{EN DASH}" if value is None else format(value, form)
 
 
-def milliseconds(seconds):
+def format_milliseconds(seconds):
     """Writes three digits, or a dash where it is not known."""
     if seconds is None:
-        return digits(None)
+        return format_digits(None)
     ms = 1e3 * seconds
     places = 0 if ms >= 100 else 1 if ms >= 10 else 2 if ms >= 1 else 3
     return f"{ms:.{places}f}"
 
 
-def listed(words):
+def join_words(words):
     """Writes 'a, b and c'."""
     words = list(words)
     if not words:
@@ -53,11 +53,11 @@ def listed(words):
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
-def counted(names):
+def join_counts(names):
     """Writes names by how often they come: 'exact (12) and taylor (8)'."""
-    return listed(f"{name} ({often})" for name, often in Counter(names).most_common())
+    return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
 
 
-def in_a_row(*sentences):
+def join_sentences(*sentences):
     """Joins the sentences that there are."""
     return " ".join(filter(None, sentences))

@@ -8,12 +8,12 @@ from . import section_data
 LONG, STATES = 600.0, 4096  # of a path whose frequencies are sought
 
 
-def rotation(orbits, name):
+def measure_rotation(orbits, name):
     """Gives of each motion: the axial momentum where its section passes the spin angle 0, how much
     of a turn the apex goes round from lowest point to lowest point, and by how much less or more it
     does so in the second half of the time."""
     tops = kr.starts(
-        section_data.body(name),
+        section_data.make_body(name),
         energy=section_data.ENERGY,
         vertical=section_data.VERTICAL,
         n=orbits,
@@ -27,20 +27,20 @@ def rotation(orbits, name):
     paths = kr.solve(tops, np.linspace(0.0, LONG, STATES))
     half = STATES // 2
     first, second = (
-        np.array([turns_of(paths[i][some]) for i in range(orbits)])
+        np.array([turns_per_nutation(paths[i][some]) for i in range(orbits)])
         for some in (slice(half), slice(half, None))
     )
     away = first - second
     return axial[np.arange(orbits), at], first - np.round(first), np.abs(away - np.round(away))
 
 
-def turns_of(path):
+def turns_per_nutation(path):
     """Gives how often the apex goes round while it goes up and down, but for whole turns."""
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 
 
-def off_closed_form(n):
+def largest_frequency_error(n):
     """Gives by how much, relatively, the frequencies of n random Lagrange tops are off those of the
     closed form at most."""
     worst, rng = 0.0, np.random.default_rng(11)

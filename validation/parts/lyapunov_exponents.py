@@ -13,7 +13,7 @@ LONG, MAPPED_LONG = 3000.0, 300.0  # how long tangents are carried along [T]
 TIMES = 5.0  # how often as fast as ln(t)/t a motion's neighbours part that is called chaotic
 
 
-def starts_of(body, energy, vertical, seed):
+def draw_starts(body, energy, vertical, seed):
     """Gives some starts, or none where there are none."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
@@ -21,13 +21,13 @@ def starts_of(body, energy, vertical, seed):
         return None
 
 
-def mapped(side):
+def map_exponents(side):
     """Gives the largest exponent of some starts over vertical momentum and energy, (side, side),
     NaN where nothing moves so."""
-    body, values = section_data.body(MAPPED), np.full(side * side, np.nan)
+    body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
     grid = [(energy, vertical) for energy in energies for vertical in verticals]
-    found = [starts_of(body, *at, seed) for seed, at in enumerate(grid)]
+    found = [draw_starts(body, *at, seed) for seed, at in enumerate(grid)]
     there = [k for k, tops in enumerate(found) if tops is not None]
     together = kr.Ensemble(
         body,
@@ -39,11 +39,11 @@ def mapped(side):
     return values.reshape(side, side)
 
 
-def told(name, n):
+def summarize_exponents(name, n):
     """Gives how many of n random starts are chaotic, with their mean exponent and its standard
     error, and how far the integrals of the tangents strayed at most."""
     tops = kr.starts(
-        section_data.body(name),
+        section_data.make_body(name),
         energy=section_data.ENERGY,
         vertical=section_data.VERTICAL,
         n=n,

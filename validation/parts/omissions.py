@@ -12,8 +12,8 @@ from ..competitors import timing
 from ..competitors.single_runs import choose_setting
 from ..references.problems import load_problem
 from .budget import Task
-from .formatting import brief, in_a_row
-from .part import Part, csv_text
+from .formatting import format_brief, join_sentences
+from .part import Part, write_csv
 
 STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
 LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
@@ -42,7 +42,7 @@ SAVINGS = {
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class OmissionFindings:
     """What was found: rows of methods by form, and of each scene its plans and its rows."""
 
     forms: list
@@ -53,23 +53,25 @@ class LeftOut:
         return [*self.forms, *(row for scene in self.scenes for row in scene["rows"])]
 
 
-def unequal(problem):
+def make_asymmetric(problem):
     """Gives the top with its two equal moments made different, so that all that is known of
     symmetric ones is lost."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
-def forms(problem):
+def scene_forms(problem):
     """Gives one top as a general body, as a symmetric one, and without gravity."""
     scene = problem.to_scene()
-    return dict(zip(FORMS, (unequal(problem), scene, scene.replace(gravity=0.0)), strict=True))
+    return dict(
+        zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
+    )
 
 
-def by_form(rounds):
+def measure_forms(rounds):
     """Measures each method, to one end, on each form of the thesis' top."""
     calls, keys = [], []
-    for form, scene in forms(load_problem("thesis")).items():
+    for form, scene in scene_forms(load_problem("thesis")).items():
         for method in kr.methods.values():
             if method.suits(scene):
                 words = choose_setting(method, STEP, TOL).keywords
@@ -79,41 +81,48 @@ def by_form(rounds):
     return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
 
 
-def memory(path):
+def path_bytes(path):
     """Gives the bytes that a path keeps: of each state what was wanted, or its eight numbers."""
     return len(path) * path.plan.bytes
 
 
-def all_quantities(path):
-    return memory(path) + sum(getattr(path, name).nbytes for name in QUANTITIES)
+def bytes_with_quantities(path):
+    return path_bytes(path) + sum(getattr(path, name).nbytes for name in QUANTITIES)
 
 
-def omissions(problem, end):
+def list_omissions(problem, end):
     """Gives (what is left out, a run with it, a run without it) of each; a run gives its bytes."""
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 
-    def solved(scene, t=times, count=memory, **words):
+    def make_run(scene, t=times, count=path_bytes, **words):
         return lambda: count(kr.solve(scene, t, **words))
 
     series = {"method": "taylor", "tol": TOL}
-    whole = solved(scene, **series)
-    level, turned = solved(scene, want=WANT, **series), solved(scene, want=(*WANT, "q"), **series)
-    yield GRAVITY, solved(scene), solved(scene.replace(gravity=0.0))
+    whole = make_run(scene, **series)
+    level, turned = (
+        make_run(scene, want=WANT, **series),
+        make_run(scene, want=(*WANT, "q"), **series),
+    )
+    yield GRAVITY, make_run(scene), make_run(scene.replace(gravity=0.0))
     if problem.symmetric:
         general, own = (
-            solved(top, end, method=SPLIT, step=step) for top in (unequal(problem), scene)
+            make_run(top, end, method=SPLIT, step=step) for top in (make_asymmetric(problem), scene)
         )
         yield GENERAL_FORM, general, own
     yield "attitude", turned, level
-    yield "states on the way", whole, solved(scene, end, **series)
-    yield "quantities nobody asks for", solved(scene, count=all_quantities, **series), whole
-    yield "the states themselves", whole, solved(scene, want=("energy",), **series)
+    yield "states on the way", whole, make_run(scene, end, **series)
+    yield (
+        "quantities nobody asks for",
+        make_run(scene, count=bytes_with_quantities, **series),
+        whole,
+    )
+    yield "the states themselves", whole, make_run(scene, want=("energy",), **series)
 
 
-def examine(problem, end, rounds):
+def measure_scene(problem, end, rounds):
     """Measures a row an omission."""
-    scene, cases = problem.to_scene(), list(omissions(problem, end))
+    scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
     return {
@@ -134,21 +143,21 @@ def examine(problem, end, rounds):
     }
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     rounds = max(LEAST_OF_FORMS, budget.rounds)
-    yield Task("left out/form", partial(by_form, rounds), 1.0)
+    yield Task("left out/form", partial(measure_forms, rounds), 1.0)
     rounds = max(LEAST_OF_OMISSIONS, budget.rounds)
     for problem, end in problems:
-        yield Task(f"omissions/{problem.name}", partial(examine, problem, end, rounds), 0.3)
+        yield Task(f"omissions/{problem.name}", partial(measure_scene, problem, end, rounds), 0.3)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     rows = [row for of_form in store.under("left out/") for row in of_form]
     scenes = store.under("omissions/")
-    return LeftOut(rows, scenes) if rows or scenes else None
+    return OmissionFindings(rows, scenes) if rows or scenes else None
 
 
-def seconds_by_form(rows):
+def group_seconds(rows):
     """Gives the seconds of each method on each form."""
     lines = {}
     for row in rows:
@@ -156,19 +165,19 @@ def seconds_by_form(rows):
     return lines
 
 
-def shown(left):
+def build_context(left):
     return {
         "forms": FORMS,
-        "lines": seconds_by_form(left.forms),
+        "lines": group_seconds(left.forms),
         "omissions": left.scenes,
         "wanted": WANT,
         "states": STATES,
     }
 
 
-def savings(left):
+def compute_savings(left):
     """Gives how many times as fast runs are without something, by what is left out."""
-    lines = seconds_by_form(left.forms).values()
+    lines = group_seconds(left.forms).values()
     saved = {
         what: [line[before] / line[after] for line in lines if before in line and after in line]
         for what, (before, after) in SAVINGS.items()
@@ -179,11 +188,11 @@ def savings(left):
     return {what: ratios for what, ratios in saved.items() if ratios}
 
 
-def concluded(left):
-    return in_a_row(*(of_saving(*each) for each in savings(left).items()))
+def conclude(left):
+    return join_sentences(*(describe_saving(*each) for each in compute_savings(left).items()))
 
 
-def of_saving(what, ratios):
+def describe_saving(what, ratios):
     """Return a sentence on the speed gained in the median: '1.5 times as fast', '18 % slower'."""
     middle = float(np.median(ratios))
     percent = round(100 * (1 / middle - 1))
@@ -194,10 +203,10 @@ def of_saving(what, ratios):
     elif middle < 1.1:
         effect = f"makes a run {-percent} % faster"
     else:
-        effect = f"makes a run {brief(middle)} times as fast"
+        effect = f"makes a run {format_brief(middle)} times as fast"
     return (
         f"Leaving out {what} {effect} in the median "
-        f"({brief(min(ratios))} to {brief(max(ratios))} times as fast)."
+        f"({format_brief(min(ratios))} to {format_brief(max(ratios))} times as fast)."
     )
 
 
@@ -205,10 +214,10 @@ PART = Part(
     "omissions",
     "Left out",
     "What is left out",
-    tasks,
-    found,
-    shown,
-    concluded,
-    files=lambda left, about: [("omissions.csv", csv_text(COLUMNS, left.rows))],
-    methods=lambda left: {row["name"] for row in left.forms},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda left, about: [("omissions.csv", write_csv(COLUMNS, left.rows))],
+    list_methods=lambda left: {row["name"] for row in left.forms},
 )

@@ -16,12 +16,12 @@ import numpy as np
 from ..competitors import timing
 from ..competitors.method_families import group_methods
 from ..competitors.single_runs import Setting, control_of
-from ..drawing.distributions import distributions
+from ..drawing.distributions import draw_distributions
 from ..references import reference
 from ..references.problems import attitude_error, problem_of_scene
 from .budget import Task
-from .formatting import in_a_row, number
-from .part import Part, csv_text
+from .formatting import join_sentences, number_word
+from .part import Part, write_csv
 
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
@@ -41,7 +41,7 @@ KINDS = {
 }
 
 
-def body(kind, random):
+def draw_body(kind, random):
     """Makes a body of the kind, with moments between 0.2 and 1 and its centre of mass within about
     1."""
     if kind == "Lagrange":
@@ -55,23 +55,23 @@ def body(kind, random):
     return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com, made_up=True)
 
 
-def scene(kind, random):
+def draw_scene(kind, random):
     """Makes a top that turns at a rate of one: gravity and momentum are measured in that unit of
     time."""
     q = random.normal(size=4)
-    made = body(kind, random)
+    made = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
     top = kr.Scene(made, momentum, q / np.linalg.norm(q))
     rate = problem_of_scene(kind, top).rate
     return top.replace(momentum=np.array(top.momentum) / rate, gravity=top.gravity / rate**2)
 
 
-def tops(kind, members):
+def draw_problems(kind, members):
     random = np.random.default_rng([SEED, list(KINDS).index(kind)])
-    return [problem_of_scene(kind, scene(kind, random)) for _ in range(members)]
+    return [problem_of_scene(kind, draw_scene(kind, random)) for _ in range(members)]
 
 
-def timed(problems, name, setting):
+def time_solve(problems, name, setting):
     """Gives the seconds of a run, and the paths of all."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
@@ -80,11 +80,11 @@ def timed(problems, name, setting):
         return (timing.perf_counter() - begin) / len(problems), paths
 
 
-def fitted(method, some):
+def fit_setting(method, some):
     """Finds a setting with which the method takes the given time."""
 
     def seconds(setting):
-        return min(timed(some, method.name, setting)[0] for _ in range(TRIALS))
+        return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
 
     if not control_of(method):
         return Setting()
@@ -100,14 +100,14 @@ def fitted(method, some):
     return Setting(tol=fit)
 
 
-def told(setting):
+def describe_setting(setting):
     return f"{END / TURNS / setting.step:.0f} steps a turn" if setting.step else str(setting)
 
 
-def outcomes(problems, truths, name, setting):
+def measure_outcomes(problems, truths, name, setting):
     """Gives what became of each top."""
     try:
-        seconds, paths = timed(problems, name, setting)
+        seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:
         return [{"failure": str(error)}] * len(problems)
     return [
@@ -120,38 +120,38 @@ def outcomes(problems, truths, name, setting):
     ]
 
 
-def true_attitude(problem):
+def compute_true_attitude(problem):
     (state,) = reference.integrate_states(problem, [END], fp=reference.FINER)
     return [mp.nstr(x, 25) for x in state[:4]]
 
 
-def examine(kind, members):
+def measure_kind(kind, members):
     """Runs every method on all tops, a piece of them at a time, so that what disturbs, disturbs all
     alike."""
-    problems = tops(kind, members)
+    problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
-    settings = {method.name: fitted(method, problems[:SOME]) for method in methods}
-    truths, runs = [true_attitude(problem) for problem in problems], []
+    settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
+    truths, runs = [compute_true_attitude(problem) for problem in problems], []
     for first in range(0, members, PIECE):
         piece = slice(first, first + PIECE)
         for name, setting in settings.items():
-            known = {"kind": kind, "method": name, "setting": told(setting)}
-            found = outcomes(problems[piece], truths[piece], name, setting)
+            known = {"kind": kind, "method": name, "setting": describe_setting(setting)}
+            found = measure_outcomes(problems[piece], truths[piece], name, setting)
             runs += [known | {"top": first + i} | each for i, each in enumerate(found)]
     return runs
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     for kind in KINDS:
         key, weight = f"ensemble/{kind}/{budget.members}", budget.members * 0.01
-        yield Task(key, partial(examine, kind, budget.members), weight, until=1.0)
+        yield Task(key, partial(measure_kind, kind, budget.members), weight, until=1.0)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     return [run for runs in store.under("ensemble/") for run in runs]
 
 
-def by_method(runs, kind):
+def group_by_method(runs, kind):
     """Gives the runs of each method on one kind of top, and their errors, sorted; a failed run errs
     by pi."""
     groups = {}
@@ -164,7 +164,7 @@ def by_method(runs, kind):
     }
 
 
-def line(kind, name, own, sizes):
+def table_row(kind, name, own, sizes):
     return {
         "kind": kind,
         "method": name,
@@ -177,50 +177,50 @@ def line(kind, name, own, sizes):
     }
 
 
-def summary(runs, kind):
+def summarize_methods(runs, kind):
     """Gives a line for each method: typical, bad and worst error, and the time taken; the best
     first."""
-    groups = by_method(runs, kind)
+    groups = group_by_method(runs, kind)
     order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
-    return [line(kind, name, *groups[name]) for name in order]
+    return [table_row(kind, name, *groups[name]) for name in order]
 
 
-def kinds_shown(runs):
+def kind_contexts(runs):
     for kind, about in KINDS.items():
-        errors = {name: sizes for name, (_, sizes) in by_method(runs, kind).items()}
+        errors = {name: sizes for name, (_, sizes) in group_by_method(runs, kind).items()}
         if errors:
             yield {
                 "kind": kind,
                 "about": about,
-                "panels": panels(errors),
+                "panels": draw_panels(errors),
                 "tops": len(next(iter(errors.values()))),
-                "lines": summary(runs, kind),
+                "lines": summarize_methods(runs, kind),
             }
 
 
-def panels(errors):
+def draw_panels(errors):
     return [
-        {"label": title, "svg": distributions(errors, family, peers)}
+        {"label": title, "svg": draw_distributions(errors, family, peers)}
         for title, (family, peers) in group_methods().items()
         if any(name in errors for name in family)
     ]
 
 
-def shown(runs):
-    return {"kinds": list(kinds_shown(runs)), "given": 1e3 * GIVEN, "turns": f"{TURNS:g}"}
+def build_context(runs):
+    return {"kinds": list(kind_contexts(runs)), "given": 1e3 * GIVEN, "turns": f"{TURNS:g}"}
 
 
-def concluded(runs):
-    known = {kind: lines for kind in KINDS if (lines := summary(runs, kind))}
-    best = "; for ".join(f"{kind}: {of_kind(lines)}" for kind, lines in known.items())
+def conclude(runs):
+    known = {kind: lines for kind in KINDS if (lines := summarize_methods(runs, kind))}
+    best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in known.items())
     failed = sum("failure" in run for run in runs)
-    return in_a_row(
+    return join_sentences(
         f"The smallest error in the given time has, for {best}.",
-        f"{number(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
+        f"{number_word(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
     )
 
 
-def of_kind(lines):
+def describe_kind(lines):
     first, *others = lines
     said = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
     then = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
@@ -231,11 +231,11 @@ PART = Part(
     "random_tops",
     "Random tops",
     "Random tops, at equal time",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Random tops",
-    files=lambda runs, about: [("random_tops.csv", csv_text(COLUMNS, runs))],
-    methods=lambda runs: {run["method"] for run in runs},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Random tops",
+    list_files=lambda runs, about: [("random_tops.csv", write_csv(COLUMNS, runs))],
+    list_methods=lambda runs: {run["method"] for run in runs},
 )

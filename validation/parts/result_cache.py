@@ -9,7 +9,7 @@ import json
 import os
 
 
-class Store:
+class ResultStore:
     def __init__(self, file, fingerprint):
         file.parent.mkdir(parents=True, exist_ok=True)
         self.file, self.known = file, {}
@@ -40,7 +40,7 @@ class Store:
         return [value for key, value in self.known.items() if key.startswith(prefix)]
 
 
-def put_whole(file, text):
+def write_atomic(file, text):
     """Writes a file whole or not at all: what is ended in the midst leaves the one before."""
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:

@@ -55,7 +55,7 @@ class Measurement:
         return min(self.samples, default=self.about)
 
     @property
-    def middle(self):
+    def median_seconds(self):
         return median(self.samples) if self.samples else self.about
 
     @property
@@ -68,7 +68,7 @@ def turn_length(problem):
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
-def looks(end, step):
+def energy_times(end, step):
     """Gives times to look at the energy: on the grid of every step, and about as many for every
     run."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
@@ -91,14 +91,14 @@ class SceneRuns:
             self.runs[row.key] = who.make(self.problem, self.end, row.setting)
         return self.runs[row.key]
 
-    def try_out(self, who, setting):
+    def measure_errors(self, who, setting):
         """Makes a run and looks at its errors; its time it measures only roughly."""
         row = Measurement(
             self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
         )
         try:
             run = self.run(row)
-            q, m = run.record(looks(self.end, setting.step))
+            q, m = run.record(energy_times(self.end, setting.step))
             row.about = min(timing.time_once(run.solve) for _ in range(2))
             row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
             row.energy_error = self.problem.energy_error(q, m)
@@ -107,7 +107,7 @@ class SceneRuns:
             row.failure = str(error)
         return row
 
-    def settings(self, who):
+    def list_settings(self, who):
         powers, tolerances = QUICK if self.budget.quick else (TIGHTER, TOLERANCES)
         if who.steered != "tol":
             turn = turn_length(self.problem)
@@ -119,13 +119,13 @@ class SceneRuns:
     def explore(self, who):
         """Makes the runs of one method, from loose to tight, with their errors."""
         rows = []
-        for setting in self.settings(who):
-            rows.append(self.try_out(who, setting))
-            if enough(rows, self.budget.longest):
+        for setting in self.list_settings(who):
+            rows.append(self.measure_errors(who, setting))
+            if is_enough(rows, self.budget.longest):
                 break
         return [asdict(row) for row in rows]
 
-    def times(self, rows):
+    def measure_times(self, rows):
         """Measures the seconds of each run that came to an end, one after the other."""
         return {
             row.key: timing.time_repeated(self.run(row).solve, row.about)
@@ -134,7 +134,7 @@ class SceneRuns:
         }
 
 
-def enough(rows, longest):
+def is_enough(rows, longest):
     """Says whether tighter settings would take too long, or gain nothing any more."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
@@ -144,7 +144,7 @@ def enough(rows, longest):
     return slow or at_the_floor
 
 
-def truth_task(problem, end):
+def make_truth_task(problem, end):
     """Makes the truth of a scene, which all errors on it are measured against."""
     return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
 
@@ -153,10 +153,10 @@ def truth_key(problem):
     return f"truth/{problem.name}"
 
 
-def tasks(problem, end, budget, store):
+def list_tasks(problem, end, budget, store):
     """Lists the findings to make on one scene: its truth, the errors of each method, then rounds of
     times, all in turn."""
-    yield truth_task(problem, end)
+    yield make_truth_task(problem, end)
     made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
     for who in made.contenders.values():
         key = f"runs/{problem.name}/{who.name}"
@@ -164,26 +164,26 @@ def tasks(problem, end, budget, store):
     for i in range(budget.rounds):
         yield Task(
             f"times/{problem.name}/{i}",
-            lambda: made.times(explored(store, problem.name)),
+            lambda: made.measure_times(load_explored(store, problem.name)),
             0.1 if budget.quick else 1.5,
             None if i < budget.least_rounds else ROUNDS_UNTIL,
         )
     yield Task(None, made.runs.clear)
 
 
-def explored(store, scene):
+def load_explored(store, scene):
     return [Measurement(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
 
 
-def measured(store, scene):
+def load_measurements(store, scene):
     """Gives all that is known so far of the runs on a scene."""
-    rounds, found = store.under(f"times/{scene}/"), explored(store, scene)
+    rounds, found = store.under(f"times/{scene}/"), load_explored(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]
     return found
 
 
-def by_method(rows, scene):
+def group_by_method(rows, scene):
     """Gives the rows of one scene, method by method."""
     groups = {}
     for row in rows:

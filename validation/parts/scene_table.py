@@ -4,7 +4,7 @@ import kreisel as kr
 import numpy as np
 
 from ..drawing import sphere_plots
-from .formatting import brief
+from .formatting import format_brief
 
 ABOUT = {
     "thesis": """The top of the thesis: an upright box, 1.6 by 1.6 by 2, that stands on the middle
@@ -34,12 +34,12 @@ OWN = "A scene of yours, of a body of kind {body.kind}, gravity {gravity:g}."
 SHOWN, SEEN = 30.0, 3000  # of the path drawn: turns or so, and how many states
 
 
-def about(problem):
+def describe_scene(problem):
     scene = problem.user
     return OWN.format(body=scene.body, gravity=scene.gravity) if scene else ABOUT[problem.name]
 
 
-def drawn(problem, end):
+def scene_context(problem, end):
     """Gives a scene in words and in a picture, and how often it turns to the end."""
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     path = kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
@@ -47,8 +47,8 @@ def drawn(problem, end):
     return {
         "name": problem.name,
         "end": f"{end:.4g}",
-        "about": about(problem),
+        "about": describe_scene(problem),
         "shown": f"{shown:.3g}",
-        "turns": brief(turns * end),
-        "apex": sphere_plots.apex_path(path.apex),
+        "turns": format_brief(turns * end),
+        "apex": sphere_plots.draw_apex_path(path.apex),
     }

@@ -17,18 +17,18 @@ BODIES = {  # from a Lagrange top on, further and further from it
 }
 
 
-def body(name):
+def make_body(name):
     moments, aside = BODIES[name]
     return kr.Body(1.0, moments, (aside, 0.0, 1.0), made_up=True)
 
 
-def of_body(name, orbits, crossings):
+def compute_section(name, orbits, crossings):
     """Gives the section of random starts of one energy and vertical momentum."""
-    tops = kr.starts(body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
+    tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
-def of_kowalewski(region, orbits, crossings):
+def compute_kowalewski_section(region, orbits, crossings):
     """Gives a section with motions of every K, evenly by its fourth root."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
@@ -40,12 +40,12 @@ def of_kowalewski(region, orbits, crossings):
     return kr.section(tops[chosen], n=crossings).check()
 
 
-def by_orbit(section, values):
+def average_by_orbit(section, values):
     """Gives to each state the mean of its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 
 
-def drawn(section, colour):
+def panel_data(section, colour):
     """Gives what a panel of the picture is made of."""
     return section.spin_angle, section.axial_momentum, colour

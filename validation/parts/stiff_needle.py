@@ -12,11 +12,11 @@ import numpy as np
 
 from ..competitors.single_runs import choose_setting
 from ..references.problems import attitude_error
-from .atlas_cases import stiff
+from .atlas_cases import stiff_cases
 from .atlas_cells import TOL
 from .budget import Task
-from .formatting import in_a_row, listed
-from .part import csv_text
+from .formatting import join_sentences, join_words
+from .part import write_csv
 from .verdicts import LOST
 
 CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
@@ -30,11 +30,11 @@ KINDS = {
 KEPT = 1e-3  # the part of its size within which an energy is said to be kept
 
 
-def kind(method):
+def kind_of(method):
     return next(words for words, within in KINDS.items() if within(method))
 
 
-def solved(scene, times, method, step):
+def solve_or_stop(scene, times, method, step):
     """Gives the path, as far as it came, and what was said of its end."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
@@ -46,9 +46,9 @@ def solved(scene, times, method, step):
         return None, str(error)
 
 
-def watched(scene, method, times, step, true):
-    path, message = solved(scene, times, method, step)
-    line = {"method": method.name, "kind": kind(method), "message": message}
+def measure_line(scene, method, times, step, true):
+    path, message = solve_or_stop(scene, times, method, step)
+    line = {"method": method.name, "kind": kind_of(method), "message": message}
     if path is None:
         return line | {"t": [], "attitude": [], "energy": [], "axial": []}
     body = scene.body
@@ -63,29 +63,29 @@ def watched(scene, method, times, step, true):
     }
 
 
-def examine():
-    case = next(case for case in stiff() if case.name == CASE)
+def measure_needle():
+    case = next(case for case in stiff_cases() if case.name == CASE)
     scene, step = case.scene(), 2 * np.pi / case.rate / case.steps
     count = int(TURNS * case.steps)
     times = step * np.arange(0, count + 1, max(1, count // LOOKS))
     true = kr.solve(scene, times, "exact")
     return [
-        watched(scene, method, times, step, true)
+        measure_line(scene, method, times, step, true)
         for method in kr.methods.values()
         if method.suits(scene)
     ]
 
 
-def tasks(budget):
+def list_tasks(budget):
     if not budget.quick:
-        yield Task("stiff/needle", examine, 10.0, until=1.0)
+        yield Task("stiff/needle", measure_needle, 10.0, until=1.0)
 
 
-def found(store):
+def load_findings(store):
     return [line for lines in store.under("stiff/") for line in lines]
 
 
-def concluded(lines):
+def conclude(lines):
     """Says who keeps what, by the energy all along and the attitude at the end."""
     if not lines:
         return ""
@@ -97,20 +97,20 @@ def concluded(lines):
     one = [name for name in energy if is_lost[name] and energy[name] < LOST]
     none = [line["method"] for line in lines if line not in here]
     said = [
-        f"keep both energy and attitude: {listed(both)};" if both else "",
-        f"keep the energy within {LOST:g} of its size and lose the attitude: {listed(one)};"
+        f"keep both energy and attitude: {join_words(both)};" if both else "",
+        f"keep the energy within {LOST:g} of its size and lose the attitude: {join_words(one)};"
         if one
         else "",
-        f"do not get to the end: {listed(none)};" if none else "",
+        f"do not get to the end: {join_words(none)};" if none else "",
     ]
-    return in_a_row("In these runs", *said).removesuffix(";") + "."
+    return join_sentences("In these runs", *said).removesuffix(";") + "."
 
 
-def table(lines):
+def write_table(lines):
     """Writes a row for each moment of each line."""
     rows = (
         (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
         for line in lines
         for row in zip(line["t"], line["attitude"], line["energy"], line["axial"], strict=True)
     )
-    return csv_text(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
+    return write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))

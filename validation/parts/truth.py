@@ -5,8 +5,8 @@ from functools import partial
 from ..references import reference
 from . import scene_runs
 from .budget import Task
-from .formatting import brief, in_a_row, listed
-from .part import Part, csv_text
+from .formatting import format_brief, join_sentences, join_words
+from .part import Part, write_csv
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
 MANY = ("128", "30 digits")  # in the names of the ways that have more digits than a double
@@ -16,35 +16,35 @@ def ways_key(problem):
     return f"ways/{problem.name}"
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     for problem, end in problems:
-        yield scene_runs.truth_task(problem, end)
-        yield Task(ways_key(problem), partial(ways, problem, end, store), 1.0)
+        yield scene_runs.make_truth_task(problem, end)
+        yield Task(ways_key(problem), partial(compare_truths, problem, end, store), 1.0)
 
 
-def ways(problem, end, store):
+def compare_truths(problem, end, store):
     return list(
         reference.compare_computations(problem, end, store.known[scene_runs.truth_key(problem)])
     )
 
 
-def found(problems, store):
+def load_findings(problems, store):
     """Gives a line for each scene: its truths side by side."""
     return [
         {
             "scene": problem.name,
             "end": end,
             "conditioning": store.known[scene_runs.truth_key(problem)]["conditioning"],
-            "ways": [*store.known[ways_key(problem)], *in_double(store, problem.name)],
+            "ways": [*store.known[ways_key(problem)], *heyoka_in_double(store, problem.name)],
         }
         for problem, end in problems
         if ways_key(problem) in store.known
     ]
 
 
-def in_double(store, scene):
+def heyoka_in_double(store, scene):
     """Gives what heyoka comes to in doubles at its tightest, where it ran."""
-    rows = (row for row in scene_runs.explored(store, scene) if row.method == "heyoka")
+    rows = (row for row in scene_runs.load_explored(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
 
@@ -53,7 +53,7 @@ def has_many_digits(way):
     return any(word in way for word in MANY)
 
 
-def agreement(lines):
+def summarize_agreement(lines):
     """Gives for each scene how far the ways of many digits are from the truth, and which of the
     others is furthest, in roundings of the data."""
     for line in lines:
@@ -63,14 +63,18 @@ def agreement(lines):
         yield line["scene"], max(many, default=0.0), max(others, default=(0.0, ""))
 
 
-def concluded(lines):
-    known = list(agreement(lines))
-    return in_a_row(of_many_digits(known), of_doubles(known)) if known else ""
+def conclude(lines):
+    known = list(summarize_agreement(lines))
+    return (
+        join_sentences(describe_high_precision(known), describe_double_precision(known))
+        if known
+        else ""
+    )
 
 
-def of_many_digits(known):
+def describe_high_precision(known):
     apart = [scene for scene, most, _ in known if most > 1.0]
-    where = f"all scenes but {listed(apart)}" if apart else "every scene"
+    where = f"all scenes but {join_words(apart)}" if apart else "every scene"
     most = max(most for _, most, _ in known)
     return (
         f"On {where} the truths of many digits agree within the conditioning: they lie at most "
@@ -78,34 +82,34 @@ def of_many_digits(known):
     )
 
 
-def of_doubles(known):
+def describe_double_precision(known):
     scene, _, (worst, way) = max(known, key=lambda line: line[2][0])
     if not way:
         return ""
     return (
-        f"Of the double and 80-bit results, that of {way} is least accurate: {brief(worst)} "
+        f"Of the double and 80-bit results, that of {way} is least accurate: {format_brief(worst)} "
         f"roundings of the data on {scene}."
     )
 
 
-def files(lines, about):
+def list_files(lines, about):
     rows = [
         (line["scene"], line["end"], line["conditioning"], *way)
         for line in lines
         for way in line["ways"]
     ]
-    yield "truths.csv", csv_text(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
+    yield "truths.csv", write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
 
 
 PART = Part(
     "truth",
     "Truth",
     "Is the truth true?",
-    tasks,
-    found,
+    list_tasks,
+    load_findings,
     lambda lines: {"truths": lines},
-    concluded,
-    short="Truth",
-    files=files,
-    takes_own_scenes=True,
+    conclude,
+    label="Truth",
+    list_files=list_files,
+    accepts_user_scenes=True,
 )

@@ -55,34 +55,34 @@ MARKS = {
 }
 
 
-def carried(true):
+def rounding_effect(true):
     """Gives the angle by which one rounding anywhere moves the attitude [rad]."""
     return max(true["worst"], reference.ROUNDING)
 
 
-def roundings(problem, true, cell, by_steps):
+def rounding_angles(problem, true, cell, by_steps):
     """Gives the angles that rounding explains [rad]: once a step in random directions, and once an
     evaluation all in the same one. A closed form has no way on which to round: of a late time it
     is as exact as the data."""
     radians = problem.rate * cell["end"] if by_steps else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
     aligned = max(10.0, cell["evaluations"], radians)
-    return carried(true) * random, carried(true) * aligned
+    return rounding_effect(true) * random, rounding_effect(true) * aligned
 
 
-def promised(true, rounding, tol, steps):
+def tolerance_angle(true, rounding, tol, steps):
     """Gives the angle that a tolerance explains [rad]: missed at every step by as much, and carried
     on as the data's roundings are."""
-    return rounding + carried(true) / reference.ROUNDING * tol * steps
+    return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
-def estimate(second_run, order):
+def estimate_error(second_run, order):
     """Gives the error that the second run shows [rad]. Order 0 stands for a tolerance in place of a
     step."""
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
-def sign(error, shown, per_turn, explained):
+def find_sign(error, shown, per_turn, explained):
     """Says what tells somebody without a truth that an attitude is off by `error`; None: nothing
     does. `shown` is the estimate; `per_turn`, how many steps a turn were taken, infinite where a
     tolerance chose them; `explained`, the angles that rounding and a tolerance explain. What both
@@ -98,7 +98,7 @@ def sign(error, shown, per_turn, explained):
     return "rounding" if error <= random or (error <= aligned and seen) else None
 
 
-def verdict(error, rounding, shown_by, tol=None):
+def choose_verdict(error, rounding, shown_by, tol=None):
     """Return the verdict on an attitude error [rad]. `tol` is the tolerance requested, if any."""
     if not isfinite(error):
         return SILENT
@@ -109,13 +109,13 @@ def verdict(error, rounding, shown_by, tol=None):
     return SILENT if shown_by is None else DEGRADED if error < LOST else "lost"
 
 
-def reduced(order, error, finer, most):
+def has_order_reduction(order, error, finer, most):
     """Says whether the order is seen to be less than it should be; it is not to be seen below
     rounding, nor for large errors."""
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
 
-def mark(cell):
+def choose_mark(cell):
     if cell["verdict"] == SILENT:
         return ALARM
     if cell["energy_error"] > 1:
@@ -125,24 +125,28 @@ def mark(cell):
     return REDUCED if cell["reduced"] else DRIFT if cell["drift"] else ""
 
 
-def judge(cell, finer, problem, true, who):
+def judge_cell(cell, finer, problem, true, who):
     """Gives the verdict on a run with its energy and attitude errors, from the truth and from the
     error of the finer run."""
-    rounding, most = roundings(problem, true, cell, bool(who.steered))
+    rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
-    error, shown = cell["attitude_error"], estimate(cell["second_run"], order)
+    error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)
     rate = max(problem.rate, cell["fastest"])
     per_turn = 2 * pi / (rate * cell["step"]) if order else inf
     small = per_turn > RESOLVED * (1 - 1e-9)
     tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
-    shown_by = sign(error, shown, per_turn, (rounding, most, tolerated))
-    said = verdict(error, rounding, shown_by, cell["tol"])
+    shown_by = find_sign(error, shown, per_turn, (rounding, most, tolerated))
+    said = choose_verdict(error, rounding, shown_by, cell["tol"])
     cell = cell | {
         "shown": shown,
         "shown_by": "" if said in MET else shown_by,
         "rounding": rounding,
         "verdict": said,
-        "promised": promised(true, rounding, cell["tol"], cell["steps"]) if cell["tol"] else None,
-        "reduced": bool(small and said not in MET and reduced(order, error, finer, most)),
+        "promised": tolerance_angle(true, rounding, cell["tol"], cell["steps"])
+        if cell["tol"]
+        else None,
+        "reduced": bool(
+            small and said not in MET and has_order_reduction(order, error, finer, most)
+        ),
     }
-    return cell | {"mark": mark(cell)}
+    return cell | {"mark": choose_mark(cell)}

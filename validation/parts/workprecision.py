@@ -8,8 +8,15 @@ import numpy as np
 from ..competitors.method_families import group_methods
 from ..drawing import cost_curves
 from . import fastest, scene_runs, scene_table
-from .formatting import brief, count, counted, in_a_row, listed, power
-from .part import Part, csv_text
+from .formatting import (
+    count_word,
+    format_brief,
+    format_power,
+    join_counts,
+    join_sentences,
+    join_words,
+)
+from .part import Part, write_csv
 
 COLUMNS = (
     "scene",
@@ -49,21 +56,25 @@ class Comparison:
         return [problem.name for problem, _ in self.problems]
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     for problem, end in problems:
-        yield from scene_runs.tasks(problem, end, budget, store)
+        yield from scene_runs.list_tasks(problem, end, budget, store)
 
 
-def found(problems, store):
-    known = {problem.name: scene_runs.measured(store, problem.name) for problem, _ in problems}
-    ran = [(problem, end) for problem, end in problems if known[problem.name]]
+def load_findings(problems, store):
+    format_row = {
+        problem.name: scene_runs.load_measurements(store, problem.name) for problem, _ in problems
+    }
+    ran = [(problem, end) for problem, end in problems if format_row[problem.name]]
     truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
     return (
-        Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
+        Comparison(ran, truths, [row for rows in format_row.values() for row in rows])
+        if ran
+        else None
     )
 
 
-def timing(rows):
+def describe_timing(rows):
     """Tells how often the runs were timed, and how far that scattered."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
@@ -72,7 +83,7 @@ def timing(rows):
     return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
 
 
-def setup_times(rows):
+def summarize_setup(rows):
     """Gives what heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
@@ -80,81 +91,89 @@ def setup_times(rows):
     return {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
 
 
-def scene_shown(comparison, problem, end, groups_of):
+def scene_context(comparison, problem, end, groups_of):
     rows = comparison.rows
-    groups = scene_runs.by_method(rows, problem.name)
+    groups = scene_runs.group_by_method(rows, problem.name)
     floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
     main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
     own = [name for family, _ in groups_of.values() for name in family]
-    named = cost_curves.leading(groups, own, others)
+    named = cost_curves.select_leaders(groups, own, others)
 
-    def drawn(how, name, cost, *which):
+    def draw(how, name, cost, *which):
         return how(groups, *which, name, QUANTITIES[name], cost, floors.get(name))
 
-    return scene_table.drawn(problem, end) | {
-        "advice": advice(rows, problem.name),
+    return scene_table.scene_context(problem, end) | {
+        "advice": recommend_methods(rows, problem.name),
         "panels": [
             {"label": title, "svg": svg}
-            for title, svg in drawn(cost_curves.by_family, *main, groups_of)
+            for title, svg in draw(cost_curves.draw_families, *main, groups_of)
         ],
         "overviews": [
             {
                 "label": f"{QUANTITIES[name]} against {cost_curves.COSTS[cost]}",
-                "svg": drawn(cost_curves.overview, name, cost, named, YARDSTICK),
+                "svg": draw(cost_curves.draw_overview, name, cost, named, YARDSTICK),
             }
             for name, cost in others
         ],
-        "times": list(fastest.times(rows, problem.name)),
+        "times": list(fastest.times_to_targets(rows, problem.name)),
     }
 
 
-def shown(comparison):
+def build_context(comparison):
     rows, groups_of = comparison.rows, group_methods()
     return {
-        "references": fastest.references({row.method for row in rows}),
-        "summary": list(fastest.summary(rows, comparison.scenes)),
-        "targets": [power(target) for target in fastest.TARGETS],
-        "scenes": [scene_shown(comparison, *each, groups_of) for each in comparison.problems],
-        "timing": timing(rows),
+        "references": fastest.list_references({row.method for row in rows}),
+        "summary": list(fastest.summarize_races(rows, comparison.scenes)),
+        "targets": [format_power(target) for target in fastest.TARGETS],
+        "scenes": [scene_context(comparison, *each, groups_of) for each in comparison.problems],
+        "timing": describe_timing(rows),
         "luck": f"{fastest.LUCK:g}",
-        "setup": setup_times(rows),
+        "setup": summarize_setup(rows),
         "failures": [row for row in rows if row.failure],
     }
 
 
-def advice(rows, scene):
+def recommend_methods(rows, scene):
     """Says which method to take on one scene."""
-    hits = [(target, own) for _, target, own, _ in fastest.races(rows, [scene]) if own]
+    hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
         return "No method reached any of the errors in the table within the time allowed."
-    best = listed(f"{stretch} rad" for stretch in stretches(hits, "<strong>{}</strong>"))
+    best = join_words(f"{stretch} rad" for stretch in describe_ranges(hits, "<strong>{}</strong>"))
     fixed = [
-        (target, hit) for target in fastest.TARGETS if (hit := best_fixed(rows, scene, target))
+        (target, hit)
+        for target in fastest.TARGETS
+        if (hit := fastest_fixed_step(rows, scene, target))
     ]
-    return in_a_row(
-        f"Take {best}.", f"With fixed steps, {listed(stretches(fixed))}." if fixed else ""
+    return join_sentences(
+        f"Take {best}.", f"With fixed steps, {join_words(describe_ranges(fixed))}." if fixed else ""
     )
 
 
-def best_fixed(rows, scene, target):
-    def is_fixed(row):
+def fastest_fixed_step(rows, scene, target):
+    def is_fixed_step(row):
         return not row.peer and row.step is not None
 
-    return fastest.fastest_of(rows, scene, target, is_fixed)
+    return fastest.fastest_row(rows, scene, target, is_fixed_step)
 
 
-def stretches(hits, form="{}"):
+def describe_ranges(hits, form="{}"):
     """Words for which errors each method is the fastest: 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
-        errors = listed(power(target) for target, hit in hits if hit.method == name)
+        errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"
 
 
-def concluded(comparison):
-    races = list(fastest.races(comparison.rows, comparison.scenes))
+def conclude(comparison):
+    races = list(fastest.run_races(comparison.rows, comparison.scenes))
     if not any(own for *_, own, _ in races):
         return ""
-    return in_a_row(won(races), tied(races), ahead(races), lost(races), unreached(races))
+    return join_sentences(
+        describe_wins(races),
+        describe_ties(races),
+        describe_ratios(races),
+        describe_losses(races),
+        describe_missing(races),
+    )
 
 
 def is_faster(one, other):
@@ -166,70 +185,72 @@ def is_tie(own, peer):
     return bool(own and peer) and not is_faster(own, peer) and not is_faster(peer, own)
 
 
-def cases(races):
+def describe_cases(races):
     """Return the number of cases in words: '28 cases (7 scenes, 4 accuracies)'."""
     scenes, targets = ({one[i] for one in races} for i in (0, 1))
     return f"{len(races)} cases ({len(scenes)} scenes, {len(targets)} accuracies)"
 
 
-def won(races):
+def describe_wins(races):
     winners = [own.method for *_, own, peer in races if is_faster(own, peer)]
     if not winners:
-        return f"In none of {cases(races)} kreisel is fastest."
-    return f"In {len(winners)} of {cases(races)} kreisel is fastest: {counted(winners)}."
+        return f"In none of {describe_cases(races)} kreisel is fastest."
+    return (
+        f"In {len(winners)} of {describe_cases(races)} kreisel is fastest: {join_counts(winners)}."
+    )
 
 
-def tied(races):
+def describe_ties(races):
     places = [
-        f"{scene} at {power(target)} rad ({own.method} and {peer.method})"
+        f"{scene} at {format_power(target)} rad ({own.method} and {peer.method})"
         for scene, target, own, peer in races
         if is_tie(own, peer)
     ]
     if not places:
         return ""
     ties = "One case is a tie" if len(places) == 1 else f"{len(places)} cases are ties"
-    return f"{ties}: {listed(places)}."
+    return f"{ties}: {join_words(places)}."
 
 
-def ahead(races):
+def describe_ratios(races):
     ratios = [peer.seconds / own.seconds for *_, own, peer in races if own and peer]
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
     beside = "a peer reaches the error in each of them"
     if alone:
-        beside = f"in {count(alone)} of the cases no peer reaches the error"
+        beside = f"in {count_word(alone)} of the cases no peer reaches the error"
     return (
-        f"The fastest peer takes {brief(statistics.median(ratios))} times as long in the median, "
-        f"between {brief(min(ratios))} and {brief(max(ratios))} times in all cases; {beside}."
+        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the median, "
+        f"between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all cases; {beside}."
     )
 
 
-def lost(races):
+def describe_losses(races):
     places = [
-        f"{scene} at {power(target)} rad ({peer.method})"
+        f"{scene} at {format_power(target)} rad ({peer.method})"
         for scene, target, own, peer in races
         if is_faster(peer, own)
     ]
-    return f"A peer is faster for {listed(places)}." if places else ""
+    return f"A peer is faster for {join_words(places)}." if places else ""
 
 
-def unreached(races):
+def describe_missing(races):
     places = [
-        f"{scene} at {power(target)} rad"
+        f"{scene} at {format_power(target)} rad"
         for scene, target, own, peer in races
         if not own and not peer
     ]
-    return f"No program reaches {listed(places)}." if places else ""
+    return f"No program reaches {join_words(places)}." if places else ""
 
 
-def table(comparison, about):
+def write_table(comparison, about):
     """Writes all runs with all their numbers, and what they were measured with above them."""
 
     def known(row):
         values = vars(row) | {
             "seconds": row.seconds,
-            "seconds_median": row.middle,
+            "seconds_median": row.median_seconds,
             "seconds_spread": row.spread,
             "rounds": len(row.samples),
         }
@@ -238,23 +259,25 @@ def table(comparison, about):
             for name, value in values.items()
         }
 
-    head = (f"# {key}: {value}\n" for key, value in (about | timing(comparison.rows)).items())
-    return "".join(head) + csv_text(COLUMNS, map(known, comparison.rows))
+    head = (
+        f"# {key}: {value}\n" for key, value in (about | describe_timing(comparison.rows)).items()
+    )
+    return "".join(head) + write_csv(COLUMNS, map(known, comparison.rows))
 
 
-def files(comparison, about):
-    yield "workprecision.csv", table(comparison, about)
-    yield "readme_table.md", fastest.markdown(comparison.rows, comparison.scenes)
+def list_files(comparison, about):
+    yield "workprecision.csv", write_table(comparison, about)
+    yield "readme_table.md", fastest.write_markdown(comparison.rows, comparison.scenes)
 
 
-def told(comparison):
+def terminal_lines(comparison):
     for problem, end in comparison.problems:
-        yield fastest.terminal(comparison.rows, problem.name, end)
-    spread = timing(comparison.rows)["spread"]
+        yield fastest.make_terminal_table(comparison.rows, problem.name, end)
+    spread = describe_timing(comparison.rows)["spread"]
     yield f"quartiles of the times apart by {spread}, median over the runs"
 
 
-def methods(comparison):
+def list_methods(comparison):
     return {row.method for row in comparison.rows}
 
 
@@ -262,13 +285,13 @@ PART = Part(
     "workprecision",
     "Error against run time",
     "Error against run time, in short",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Time",
-    files=files,
-    told=told,
-    methods=methods,
-    takes_own_scenes=True,
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Time",
+    list_files=list_files,
+    terminal_lines=terminal_lines,
+    list_methods=list_methods,
+    accepts_user_scenes=True,
 )

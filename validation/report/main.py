@@ -12,18 +12,18 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from ..competitors import machine
-from ..parts.budget import BUDGETS, work_through
-from ..parts.result_cache import Store, put_whole
+from ..parts.budget import BUDGETS, run_tasks
+from ..parts.result_cache import ResultStore, write_atomic
 from ..parts.scene_runs import turn_length
 from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scene
 from . import page
 from .contents import PARTS
 
 TURNS = 16  # to which a user's own scene is run
-OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.takes_own_scenes)
+OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.accepts_user_scenes)
 
 
-def named_parts(names):
+def parse_parts(names):
     known = {part.name: part for part in PARTS}
     for name in names.split(","):
         if name not in known:
@@ -31,7 +31,7 @@ def named_parts(names):
     return [known[name] for name in names.split(",")]
 
 
-def command_line():
+def make_parser():
     """Gives the parser, and the group of options of which only one may be given."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
@@ -47,7 +47,7 @@ def command_line():
     names = ", ".join(part.name for part in PARTS)
     parser.add_argument(
         "--only",
-        type=named_parts,
+        type=parse_parts,
         metavar="PART[,...]",
         help=f"of {names} (default: all; for your own scenes {OF_OWN_SCENES})",
     )
@@ -61,7 +61,7 @@ def command_line():
     return parser, size
 
 
-class InLines(Progress):
+class LineProgress(Progress):
     """The progress where no terminal shows a bar: a line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
@@ -72,8 +72,8 @@ class InLines(Progress):
             self.console.print(f"{task.percentage:3.0f} %  {task.description}", markup=False)
 
 
-def progress_bar(console):
-    kind = Progress if console.is_terminal else InLines
+def make_progress(console):
+    kind = Progress if console.is_terminal else LineProgress
     return kind(
         TextColumn("{task.description:44}"),
         BarColumn(bar_width=30),
@@ -83,7 +83,7 @@ def progress_bar(console):
     )
 
 
-def chosen_problems(files, budget):
+def load_problems(files, budget):
     """Gives each problem with where it ends: those of the files, or those of the report."""
     if not files:
         return [
@@ -105,48 +105,48 @@ def chosen_problems(files, budget):
     return [(problem, TURNS * turn_length(problem)) for problem in problems]
 
 
-def find(out, problems, parts, budget, console):
+def run_parts(out, problems, parts, budget, console):
     """Makes the findings of the parts; gives the store that keeps them, and what is missing."""
     own = [problem for problem, _ in problems if problem.user]
-    store = Store(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
-    tasks = [task for part in parts for task in part.tasks(problems, budget, store)]
-    with progress_bar(console) as bar:
-        return store, work_through(tasks, store, budget, bar)
+    store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
+    tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
+    with make_progress(console) as bar:
+        return store, run_tasks(tasks, store, budget, bar)
 
 
-def write(out, findings, about):
+def write_report(out, findings, about):
     """Writes the page and the tables; gives the names of the files."""
-    texts = {"index.html": page.render(findings, about)}
+    texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
-        texts |= dict(part.files(found, about))
+        texts |= dict(part.list_files(found, about))
     for name, text in texts.items():
-        put_whole(out / name, text)
+        write_atomic(out / name, text)
     return list(texts)
 
 
-def show(console, findings):
+def print_summary(console, findings):
     for part, found in findings:
-        for line in part.told(found):
+        for line in part.terminal_lines(found):
             console.print(line)
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
 
 
-def make(asked):
+def make_report(asked):
     """Makes the report that the command line asks for; the code to exit with."""
     console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
-        problems = chosen_problems(asked.scenes, budget)
+        problems = load_problems(asked.scenes, budget)
     except (OSError, TypeError, ValueError) as error:
         console.print(f"Error: {error}", markup=False)
         return 2
-    parts = asked.only or (named_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
-    store, missing = find(asked.out, problems, parts, budget, console)
+    parts = asked.only or (parse_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
+    store, missing = run_parts(asked.out, problems, parts, budget, console)
     about = machine.describe_machine() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
-    known = [(part, part.found(problems, store)) for part in PARTS]
+    known = [(part, part.load_findings(problems, store)) for part in PARTS]
     findings = [(part, found) for part, found in known if found]
-    written = write(asked.out, findings, about)
-    show(console, findings)
+    written = write_report(asked.out, findings, about)
+    print_summary(console, findings)
     if missing:
         console.print(missing)
     names = ", ".join(str(asked.out / name) for name in written)
@@ -155,5 +155,5 @@ def make(asked):
 
 
 def main(argv=None):
-    parser, _ = command_line()
-    return make(parser.parse_args(argv))
+    parser, _ = make_parser()
+    return make_report(parser.parse_args(argv))

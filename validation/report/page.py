@@ -12,7 +12,7 @@ HERE = Path(__file__).parent
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
-def template(name, *folders):
+def load_template(name, *folders):
     """Gives a template of the report, of a part, or of another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
@@ -21,17 +21,20 @@ def template(name, *folders):
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"digits": formatting.digits, "milliseconds": formatting.milliseconds}
+    environment.filters |= {
+        "digits": formatting.format_digits,
+        "milliseconds": formatting.format_milliseconds,
+    }
     return environment.get_template(name)
 
 
-def section(part, found, about):
+def render_section(part, found, about):
     """Makes the section of a part."""
-    body = template(f"{part.name}.html").render(about=about, **part.shown(found))
-    return {"part": part, "conclusion": part.concluded(found), "body": body}
+    body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
+    return {"part": part, "conclusion": part.conclude(found), "body": body}
 
 
-def described_methods(ran):
+def describe_methods(ran):
     """Gives name, order, what it is and where it comes from, for each that ran."""
     for name, method in kr.methods.items():
         if name in ran:
@@ -51,12 +54,12 @@ def described_methods(ran):
             }
 
 
-def render(findings, about):
+def render_page(findings, about):
     """Makes the page of (part, what it found) of each part."""
-    ran = {name for part, found in findings for name in part.methods(found)}
-    return template("report.html").render(
+    ran = {name for part, found in findings for name in part.list_methods(found)}
+    return load_template("report.html").render(
         about=about,
-        references=list(fastest.references(ran).values()),
-        sections=[section(part, found, about) for part, found in findings],
-        methods=list(described_methods(ran)),
+        references=list(fastest.list_references(ran).values()),
+        sections=[render_section(part, found, about) for part, found in findings],
+        methods=list(describe_methods(ran)),
     )

@@ -16,7 +16,7 @@ SIZE = {"width": 1120, "height": 640}
 UNTIL = 9  # units of time
 
 
-def main(target=TARGET):
+def take_picture(target=TARGET):
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=SOFTWARE
@@ -30,4 +30,4 @@ def main(target=TARGET):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    take_picture(*sys.argv[1:])

@@ -18,7 +18,7 @@ GRAVITIES = (0.05, 2.0, 4.0)
 TARGET = Path(__file__).with_name("section.png")
 
 
-def sections(tops=80, points=800):
+def compute_sections(tops=80, points=800):
     """Gives the section of so many tops, by gravity."""
     found = {}
     for gravity in GRAVITIES:
@@ -27,7 +27,7 @@ def sections(tops=80, points=800):
     return found
 
 
-def draw(found, target=TARGET):
+def draw_sections(found, target=TARGET):
     with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
         figure, axes = plt.subplots(
             1, len(found), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
@@ -45,4 +45,4 @@ def draw(found, target=TARGET):
 
 
 if __name__ == "__main__":
-    draw(sections(), *sys.argv[1:])
+    draw_sections(compute_sections(), *sys.argv[1:])

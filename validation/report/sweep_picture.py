@@ -20,7 +20,7 @@ TIMES = np.geomspace(1.0, 100.0, 101)  # never in step with a nutation
 TARGET = Path(__file__).with_name("sweep.png")
 
 
-def swept(folder, spins=SPINS, tilts=TILTS):
+def run_sweep(folder, spins=SPINS, tilts=TILTS):
     """Gives the greatest nutation of each top, a row a spin [rad]."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # let go
@@ -28,7 +28,7 @@ def swept(folder, spins=SPINS, tilts=TILTS):
     return kr.read_sweep(folder).to_xarray()["nutation_max"]
 
 
-def draw(nutation, target=TARGET):
+def draw_sweep(nutation, target=TARGET):
     with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
         figure, axes = plt.subplots(figsize=(8.0, 4.2), layout="constrained")
         mesh = axes.pcolormesh(
@@ -42,4 +42,4 @@ def draw(nutation, target=TARGET):
 
 if __name__ == "__main__":
     folder, *target = sys.argv[1:]
-    draw(swept(folder), *target)
+    draw_sweep(run_sweep(folder), *target)

@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import machine
-from ..parts.result_cache import put_whole
+from ..parts.result_cache import write_atomic
 from ..report import page
 from . import (
     errata_maps,
@@ -182,7 +182,7 @@ def about(results, seconds):
 
 def render(results, seconds):
     said = all_sentences(results)
-    return page.template(TEMPLATE, HERE).render(
+    return page.load_template(TEMPLATE, HERE).render(
         about=about(results, seconds),
         six=chapter6_figures(results),
         five=chapter5_figures(results),
@@ -204,6 +204,6 @@ def main(out):
     print("figures, sentences, errata", flush=True)
     text = render(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)
-    put_whole(out / OUTPUT, text)
+    write_atomic(out / OUTPUT, text)
     print(f"{out / OUTPUT}: {len(text) / 1e6:.1f} MB in {time.perf_counter() - begin:.0f} s")
     return 0

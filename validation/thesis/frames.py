@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from ..drawing import sphere_plots
-from ..drawing.style import FAINT, STYLE, as_svg
+from ..drawing.style import FAINT, STYLE, figure_to_svg
 from .line_charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
@@ -31,7 +31,7 @@ class Top:
 
 
 def seen(points):
-    return sphere_plots.seen(points, ELEVATION, AZIMUTH)
+    return sphere_plots.project(points, ELEVATION, AZIMUTH)
 
 
 def on_paper(points):
@@ -128,7 +128,7 @@ def four_tops(courses, t, half, pivot):
             axes.annotate(method, (side * APART, -2.6), ha="center", color=FAINT)
         bare(axes)
         axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def at_start(scene, colour):
@@ -141,7 +141,7 @@ def one_top(scene, half, pivot, colour):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
         at_one_place(axes, at_start(scene, colour), half, pivot, np.zeros(3))
         bare(axes)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def two_tops(scene, half, pivot, colours):
@@ -151,7 +151,7 @@ def two_tops(scene, half, pivot, colours):
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
             at_one_place(axes, at_start(scene, colour), half, pivot, place(side))
         bare(axes)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def rod(rod, colour, azimuth=AZIMUTH):
@@ -160,13 +160,13 @@ def rod(rod, colour, azimuth=AZIMUTH):
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
         rod.plot(axes, thickness=thickness, colour=colour, azimuth=azimuth)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def trace(path):
     """Draws the path of the axis."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
-        sphere_plots.globe(axes)
-        sphere_plots.trace(axes, path.apex, BLUE)
-        return as_svg(figure)
+        sphere_plots.draw_globe(axes)
+        sphere_plots.draw_trace(axes, path.apex, BLUE)
+        return figure_to_svg(figure)

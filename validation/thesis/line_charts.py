@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..drawing.style import COLOURS, FAINT, INK, STYLE, as_svg
+from ..drawing.style import COLOURS, FAINT, INK, STYLE, figure_to_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
 TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}  # the four of 6.1.1
@@ -44,7 +44,7 @@ def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1))
         if floor is not None:
             axes.axhline(floor, color=FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
         figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3, fontsize=9)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def scatter(groups, xlabel, ylabel):
@@ -54,7 +54,7 @@ def scatter(groups, xlabel, ylabel):
         for label, x, y, colour, marker in groups:
             axes.plot(x, y, marker, color=colour, markersize=5, linewidth=1.2, label=label)
         figure.legend(loc="outside lower center", ncols=3, fontsize=9)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def two_scales(t, left, right, labels, colours):
@@ -68,7 +68,7 @@ def two_scales(t, left, right, labels, colours):
             x, y = thinned(t, values)
             ax.plot(x, y, color=colour, linewidth=1.1)
             ax.set_ylabel(label, color=colour)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def geodesic():
@@ -90,7 +90,7 @@ def geodesic():
         axes.annotate("L(E)", middle, xytext=(6, 4), textcoords="offset points", color=BLUE)
         axes.set_aspect("equal")
         axes.axis("off")
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
 def mark(axes, point, text, offset, ha="left"):
@@ -113,4 +113,4 @@ def timer(eps1=0.2, eps2=0.5, stop=2.0):
         axes.annotate("stoptime", (stop, 1.45), ha="center", color=FAINT, annotation_clip=False)
         axes.set(yticks=[], xlabel="time", ylim=(-0.5, 1.4), xlim=(-0.5, stop + 0.2))
         axes.spines["left"].set_visible(False)
-        return as_svg(figure)
+        return figure_to_svg(figure)
