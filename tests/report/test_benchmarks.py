@@ -38,11 +38,11 @@ def test_a_program_says_what_it_measures(name, capsys):
 def test_the_core_is_compiled_as_the_library_is():
     """CMakeLists.txt says what is compiled, what is once more for each instruction set, and how."""
     said = (ROOT / "CMakeLists.txt").read_text()
-    assert compiling.core() == core_sources()
+    assert compiling.core_files() == core_sources()
     globs = re.search(r"file\(GLOB kernels CONFIGURE_DEPENDS (.*)\)", said)[1].split()
     more = re.search(r"set\(more_avx2 (.*)\)", said)[1].split()
     again = {file for name in globs + more for file in ROOT.glob(name)}
-    assert set(compiling.per_isa()) == again and len(again) >= 5
+    assert set(compiling.isa_files()) == again and len(again) >= 5
     avx2 = re.search(r"set\(avx2 (.*)\)", said)[1].split()
     avx512 = re.search(r"set\(avx512 \$\{avx2\} (.*)\)", said)[1].split()
     assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS

@@ -135,11 +135,11 @@ def test_the_program_holds_members_against_their_single_runs(capsys):
 
 
 def test_a_figure_is_graded_by_its_bounds(capsys):
-    bench.graded("more", 2.5, 2.2, 3)
-    bench.graded("most", 3.5, 2.2, 3)
-    bench.graded("too few", 2.1, 2.2, 3)
-    bench.graded("small", 0.4, 0.5, at_most=True)
-    bench.graded("large", 0.6, 0.5, at_most=True)
+    bench.print_grade("more", 2.5, 2.2, 3)
+    bench.print_grade("most", 3.5, 2.2, 3)
+    bench.print_grade("too few", 2.1, 2.2, 3)
+    bench.print_grade("small", 0.4, 0.5, at_most=True)
+    bench.print_grade("large", 0.6, 0.5, at_most=True)
     grades = [line.split()[-1] for line in capsys.readouterr().out.splitlines()]
     assert grades == ["must", "stretch", "MISSED", "must", "MISSED"]
 

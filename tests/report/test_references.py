@@ -77,7 +77,7 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
 def test_a_path_says_what_its_error_is(way):
     scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
     truth = multiprecision.MultiprecisionIntegrator()(scene, times)
-    assert 1 / 3 < error_estimates.said_over_true(scene, times, truth, way) < 3
+    assert 1 / 3 < error_estimates.estimate_ratio(scene, times, truth, way) < 3
 
 
 @pytest.mark.parametrize("name", HORIZONS)

@@ -57,13 +57,14 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 """
 
 
-def seconds_of_core(folder):
+def time_core(folder):
     """Measures the core's own work in each solve, in microseconds."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
     subprocess.run(
-        ["cc", "-O2", f"-I{ROOT}/csrc", source, library, "-lm", *gsl(), "-o", program], check=True
+        ["cc", "-O2", f"-I{ROOT}/csrc", source, library, "-lm", *gsl_flags(), "-o", program],
+        check=True,
     )
     found = {}
     for name, (scene, method, step, times, _) in SOLVES.items():
@@ -73,7 +74,7 @@ def seconds_of_core(folder):
     return found
 
 
-def gsl():
+def gsl_flags():
     """Gives what the library needs of GSL, where it was built with that."""
     if "gsl_bsimp" not in kr.methods:
         return []
@@ -81,7 +82,7 @@ def gsl():
     return asked.stdout.split()
 
 
-def timed(interpreter, call, folder):
+def time_call(interpreter, call, folder):
     """Measures a call, in microseconds, in a process of its own, which finds its kreisel outside of
     here."""
     code = TIMED.format(call=call, row=ROW)
@@ -101,17 +102,17 @@ def main(argv=None):
     interpreters = [sys.executable, *([words.beside] if words.beside else [])]
     calls = {name: f"kr.solve({case[-1]})" for name, case in SOLVES.items()} | OTHERS
     with tempfile.TemporaryDirectory() as folder:
-        own = seconds_of_core(folder)
+        own = time_core(folder)
         print(f"{'':40}{'core':>8}{'call':>8}{'share':>8}{'other':>8}{'share':>8}")
         for name, call in calls.items():
             samples = [[] for _ in interpreters]
             for _ in range(words.rounds):
                 for interpreter, got in zip(interpreters, samples, strict=True):
-                    got.append(timed(interpreter, call, folder))
-            print(line(name, own.get(name), [median(got) for got in samples]))
+                    got.append(time_call(interpreter, call, folder))
+            print(format_row(name, own.get(name), [median(got) for got in samples]))
 
 
-def line(name, own, calls):
+def format_row(name, own, calls):
     """Words a row: the core's own work, then of each kreisel the call and its fixed share; the
     verdict."""
     shares = [None if own is None else call - own for call in calls]

@@ -29,7 +29,7 @@ TIMES = (1.0, 1e3, 1e6)
 TRUTH_TIMES = (7.0, 1e6)  # of the C tests
 
 
-def trusted(case):
+def reference_solution(case):
     """Gives the truth of a case, and the scale of its momentum."""
     if cases.is_lagrange(case):
         i1, i3, lever, q, m = case
@@ -46,10 +46,10 @@ def momentum_error(truth, m, scale):
         return float(mp.sqrt(dot(off, off))) / scale
 
 
-def errors(case, times):
+def compute_errors(case, times):
     """Gives (attitude error, momentum error) at each time, and k'^2, the distance from a
     separatrix."""
-    truth, scale = trusted(case)
+    truth, scale = reference_solution(case)
     path = kr.exact(cases.case_scene(case))(list(times))
     found = []
     for t, q, m in zip(times, path.q, path.m, strict=True):
@@ -63,11 +63,11 @@ def random_error(job):
     rng = np.random.default_rng((seed, number))
     case = cases.random_euler(rng) if euler else cases.random_lagrange(rng, number)
     t = cases.random_time(rng)
-    ((attitude, momentum),) = errors(case, [t])[0]
+    ((attitude, momentum),) = compute_errors(case, [t])[0]
     return attitude, momentum, number, t
 
 
-def summary(title, found):
+def print_summary(title, found):
     attitude = np.array([row[0] for row in found])
     momentum = np.array([row[1] for row in found])
     worst = max(found)
@@ -80,24 +80,24 @@ def summary(title, found):
     print(f"  worst is number {worst[2]} at t = {worst[3]:.3g}", flush=True)
 
 
-def line(name, text, found):
+def print_row(name, text, found):
     errors = " ".join(f"{attitude:.1e}" for attitude, _ in found)
     largest = max(momentum for _, momentum in found)
     print(f"  {name:34} {text}   {errors}   {largest:.1e}", flush=True)
 
 
-def named():
+def print_named_cases():
     times = ", ".join(f"{t:g}" for t in TIMES)
     print(f"named cases: attitude errors at t = {times}; the largest momentum error")
     worst = 0.0
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
-        found, kp2 = errors(case, TIMES)
+        found, kp2 = compute_errors(case, TIMES)
         worst = max(worst, *(attitude for attitude, _ in found))
-        line(name, f"k'^2 {kp2:7.1e}", found)
+        print_row(name, f"k'^2 {kp2:7.1e}", found)
     print(f"  worst {worst:.1e}")
 
 
-def by_heyoka():
+def check_quadrature():
     """Holds the quadrature against heyoka in 128 bit."""
     names = ("tilted", "upside down", "disc", "unstable sleep, leaning 1e-2", "free")
     print("quadrature against heyoka in 128 bit at t = 7:")
@@ -105,7 +105,7 @@ def by_heyoka():
         case = {**cases.LAGRANGE, **cases.EULER}[name]
         stepped = reference.integrate_states(cases.case_problem(name, case), [7.0])[0][:4]
         print(
-            f"  {name:34} {reference.rotation_angle(trusted(case)[0](7)[0], stepped):.1e}",
+            f"  {name:34} {reference.rotation_angle(reference_solution(case)[0](7)[0], stepped):.1e}",
             flush=True,
         )
 
@@ -149,25 +149,25 @@ def map_errors(job, states):
         path = kr.exact(cases.case_scene(case), map="bobenko_suris", step=step)(ks)
     except ValueError:
         return None  # next to a separatrix
-    _, scale = trusted(case)
+    _, scale = reference_solution(case)
     return [
         (attitude_error(truth[:4], q), momentum_error(truth[4:], m, scale))
         for truth, q, m in zip(states, path.q, path.m, strict=True)
     ]
 
 
-def maps(tops, most):
+def print_maps(tops, most):
     quad = QuadMap()
     ks = [k for k in (1, 10, 1000, 30000, 1000000) if k <= most]
     jobs = [(cases.LAGRANGE[name], step, ks) for name, step in cases.MAPS]
     at = ", ".join(map(str, ks))
     print(f"the map, named cases: attitude errors at k = {at}; the largest momentum error")
     for (name, step), job, states in zip(cases.MAPS, jobs, quad(jobs), strict=True):
-        line(name, f"step {step:5g}", map_errors(job, states))
-    random_maps(quad, tops)
+        print_row(name, f"step {step:5g}", map_errors(job, states))
+    print_random_maps(quad, tops)
 
 
-def random_maps(quad, tops):
+def print_random_maps(quad, tops):
     jobs = [cases.random_map(np.random.default_rng((5, number)), number) for number in range(tops)]
     found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs), strict=True)]
     refused = sum(rows is None for rows in found)
@@ -180,7 +180,7 @@ def random_maps(quad, tops):
     )
 
 
-def header():
+def print_header():
     """Prints tests/c/exact_truth.h."""
 
     def row(numbers):
@@ -189,7 +189,7 @@ def header():
     lines = []
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
         inertia, lever = cases.inertia_and_lever(case)
-        truth, q = trusted(case)[0], cases.normalize(case[-2])
+        truth, q = reference_solution(case)[0], cases.normalize(case[-2])
         for t in TRUTH_TIMES:
             attitude, momentum = truth(t)
             line = (
@@ -224,7 +224,7 @@ ROWS
 """
 
 
-def command_line(argv):
+def parse_options(argv):
     parser = argparse.ArgumentParser(
         prog="python -m validation.benchmarks.closed_form_accuracy", description=__doc__
     )
@@ -237,20 +237,20 @@ def command_line(argv):
 
 
 def main(argv=None):
-    chosen = command_line(argv)
+    chosen = parse_options(argv)
     if chosen.header:
-        header()
+        print_header()
         return 0
-    named()
-    by_heyoka()
-    maps(4000 if chosen.full else 100, 1000000 if chosen.full else 30000)
+    print_named_cases()
+    check_quadrature()
+    print_maps(4000 if chosen.full else 100, 1000000 if chosen.full else 30000)
     with multiprocessing.Pool() as pool:
         for title, tops, euler in (
             ("Lagrange tops", 20000 if chosen.full else 300, False),
             ("free bodies", 4000 if chosen.full else 100, True),
         ):
             jobs = ((chosen.seed, number, euler) for number in range(tops))
-            summary(title, list(pool.imap_unordered(random_error, jobs, chunksize=20)))
+            print_summary(title, list(pool.imap_unordered(random_error, jobs, chunksize=20)))
     return 0
 
 

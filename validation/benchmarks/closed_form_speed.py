@@ -19,7 +19,7 @@ import numpy as np
 
 from ..competitors import compiled_core
 from ..references import equations, exact_cases
-from .compiling import compiled
+from .compiling import compile_core
 
 END, OUTPUTS, BATCH, STREAM, TOPS = 600.0, 60001, 4096, 100_000, 1000
 SCENES = {
@@ -38,17 +38,17 @@ TARGETS = {
 }  # times faster: must, stretch
 
 
-def library():
+def compile_library():
     """Compiles the core with all its instruction sets, and the loops that time it."""
     with tempfile.TemporaryDirectory() as folder:
-        loops = compiled(folder, Path(__file__).with_suffix(".c"))
+        loops = compile_core(folder, Path(__file__).with_suffix(".c"))
     for name in ("closed_form", "closed_form_and_state", "states", "batch", "map_state"):
         getattr(loops, f"bench_{name}").restype = ctypes.c_double
     loops.bench_isa.restype = ctypes.c_char_p
     return loops
 
 
-def isas(loops):
+def list_isas(loops):
     """Gives the number of each instruction set that runs here, by name."""
     found, i = {}, 0
     while (name := loops.bench_isa(i)) is not None:
@@ -57,96 +57,98 @@ def isas(loops):
     return found
 
 
-class Ours:
+class KreiselTimer:
     def __init__(self, loops, scene):
         self.loops, self.scene = loops, ctypes.c_char_p(compiled_core.scene_bytes(scene))
         self.t = np.random.default_rng(1).uniform(0, END, STREAM)
         self.out = np.empty((STREAM, 8))
         self.arrays = tuple(a.ctypes.data_as(ctypes.c_void_p) for a in (self.t, self.out))
 
-    def closed_form(self):
+    def time_setup(self):
         return self.loops.bench_closed_form(self.scene, 200)
 
-    def closed_form_and_state(self):
+    def time_setup_and_state(self):
         return self.loops.bench_closed_form_and_state(self.scene, ctypes.c_double(END), 200)
 
-    def state(self, isa=AS_CALLED):
+    def time_state(self, isa=AS_CALLED):
         return self.loops.bench_states(self.scene, isa, BATCH, *self.arrays)
 
-    def batch(self, isa=AS_CALLED, width=BATCH, n=BATCH):
+    def time_batch(self, isa=AS_CALLED, width=BATCH, n=BATCH):
         return self.loops.bench_batch(self.scene, isa, width, n, *self.arrays)
 
-    def map_state(self):
+    def time_map_state(self):
         return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
-    def same_bits(self):
+    def has_equal_bits(self):
         """Says whether single states and batches have one set of bits on every instruction set."""
 
         def bits(call, isa):
             assert call(isa) > 0
             return self.out[:BATCH].tobytes()
 
-        calls = (self.state, self.batch)
-        return len({bits(call, isa) for isa in isas(self.loops).values() for call in calls}) == 1
+        calls = (self.time_state, self.time_batch)
+        return (
+            len({bits(call, isa) for isa in list_isas(self.loops).values() for call in calls}) == 1
+        )
 
 
-class Heyoka:
+class HeyokaTimer:
     def __init__(self, problem):
         system, self.start = equations.build_system(problem)
         self.top = hy.taylor_adaptive(system, self.start)
         self.grid = np.linspace(0, END, OUTPUTS)
 
-    def again(self):
+    def reset(self):
         self.top.time, self.top.state[:] = 0.0, self.start
 
-    def steps(self):
-        self.again()
+    def time_steps(self):
+        self.reset()
         begin = time.perf_counter()
         self.top.propagate_until(END)
         return time.perf_counter() - begin
 
-    def outputs(self):
+    def time_outputs(self):
         """Gives the seconds a state of dense output, its steps included."""
-        self.again()
+        self.reset()
         begin = time.perf_counter()
         self.top.propagate_grid(self.grid)
         return (time.perf_counter() - begin) / OUTPUTS
 
 
-def calls_of(loops, scene, heyoka, is_lagrange):
-    ours = Ours(loops, scene)
+def make_calls(loops, scene, heyoka, is_lagrange):
+    ours = KreiselTimer(loops, scene)
     calls = {
-        TO_END: heyoka.steps,
-        A_STATE: heyoka.outputs,
-        "set-up": ours.closed_form,
-        "set-up and a state": ours.closed_form_and_state,
-        "a state": ours.state,
-        "a state of 8": partial(ours.batch, width=8),
-        "a state of 4096": ours.batch,
-        f"a state of {STREAM}": partial(ours.batch, width=STREAM, n=STREAM),
+        TO_END: heyoka.time_steps,
+        A_STATE: heyoka.time_outputs,
+        "set-up": ours.time_setup,
+        "set-up and a state": ours.time_setup_and_state,
+        "a state": ours.time_state,
+        "a state of 8": partial(ours.time_batch, width=8),
+        "a state of 4096": ours.time_batch,
+        f"a state of {STREAM}": partial(ours.time_batch, width=STREAM, n=STREAM),
     }
-    for name, isa in isas(loops).items():
+    for name, isa in list_isas(loops).items():
         calls |= {
-            f"a state, {name}": partial(ours.state, isa),
-            f"a state of 4096, {name}": partial(ours.batch, isa),
+            f"a state, {name}": partial(ours.time_state, isa),
+            f"a state of 4096, {name}": partial(ours.time_batch, isa),
         }
-    return ours, calls | ({"a state of the map": ours.map_state} if is_lagrange else {})
+    return ours, calls | ({"a state of the map": ours.time_map_state} if is_lagrange else {})
 
 
-def bench(loops, name, rounds):
+def print_scene(loops, name, rounds):
     case = {**exact_cases.LAGRANGE, **exact_cases.EULER}[SCENES[name]]
-    scene, heyoka = exact_cases.case_scene(case), Heyoka(exact_cases.case_problem(name, case))
-    ours, calls = calls_of(loops, scene, heyoka, exact_cases.is_lagrange(case))
-    seconds = interleaved(calls, rounds)
-    same = ours.same_bits()
+    scene, heyoka = exact_cases.case_scene(case), HeyokaTimer(exact_cases.case_problem(name, case))
+    ours, calls = make_calls(loops, scene, heyoka, exact_cases.is_lagrange(case))
+    seconds = run_rounds(calls, rounds)
+    same = ours.has_equal_bits()
     print(f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {same}")
     for word, found in seconds.items():
         ratio = min(seconds[TO_END if word.startswith("set-up") else A_STATE]) / min(found)
-        line(word, found, None if word.startswith("heyoka") else ratio)
-    from_python(scene, rounds)
+        print_row(word, found, None if word.startswith("heyoka") else ratio)
+    print_python_times(scene, rounds)
 
 
-def interleaved(calls, rounds):
+def run_rounds(calls, rounds):
     seconds = {word: [] for word in calls}
     for _ in range(rounds):
         for word, call in calls.items():
@@ -154,7 +156,7 @@ def interleaved(calls, rounds):
     return seconds
 
 
-def line(word, found, ratio=None):
+def print_row(word, found, ratio=None):
     text = f"  {word:28} {1e9 * min(found):12.1f} ns"
     if ratio is not None:
         text += f"   {ratio:8.1f} x faster"
@@ -165,7 +167,7 @@ def line(word, found, ratio=None):
     print(text, flush=True)
 
 
-def timed(call, each, rounds):
+def time_call(call, each, rounds):
     took = []
     for _ in range(rounds):
         begin = time.perf_counter()
@@ -174,18 +176,22 @@ def timed(call, each, rounds):
     return took
 
 
-def from_python(scene, rounds):
+def print_python_times(scene, rounds):
     top, times, some = kr.exact(scene), np.linspace(0, END, OUTPUTS), range(100)
     tops = [
         scene.replace(momentum=m)
         for m in np.random.default_rng(2).normal(scene.momentum, 0.1, (TOPS, 3))
     ]
     many = kr.exact(tops)
-    line("from Python: set-up", timed(lambda: [kr.exact(scene) for _ in some], len(some), rounds))
-    line("from Python: a state", timed(lambda: [top(END) for _ in some], len(some), rounds))
-    line(f"from Python: of {OUTPUTS}", timed(lambda: top(times), OUTPUTS, rounds))
-    line(f"from Python: set-up of {TOPS}", timed(lambda: kr.exact(tops), TOPS, rounds))
-    line(f"from Python: a state of {TOPS}", timed(lambda: many(END), TOPS, rounds))
+    print_row(
+        "from Python: set-up", time_call(lambda: [kr.exact(scene) for _ in some], len(some), rounds)
+    )
+    print_row(
+        "from Python: a state", time_call(lambda: [top(END) for _ in some], len(some), rounds)
+    )
+    print_row(f"from Python: of {OUTPUTS}", time_call(lambda: top(times), OUTPUTS, rounds))
+    print_row(f"from Python: set-up of {TOPS}", time_call(lambda: kr.exact(tops), TOPS, rounds))
+    print_row(f"from Python: a state of {TOPS}", time_call(lambda: many(END), TOPS, rounds))
 
 
 def main(argv=None):
@@ -197,9 +203,9 @@ def main(argv=None):
     )
     parser.add_argument("--rounds", type=int, default=41)
     chosen = parser.parse_args(argv)
-    loops = library()
+    loops = compile_library()
     for name in chosen.scenes:
-        bench(loops, name, chosen.rounds)
+        print_scene(loops, name, chosen.rounds)
     return 0
 
 

@@ -21,36 +21,36 @@ SMALL |= dict.fromkeys(
 ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 
 
-def core():
+def core_files():
     """Gives the files of the library, the adapters to GSL and the page's own file apart."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
 
-def per_isa():
+def isa_files():
     """Gives the files that are compiled once more for each instruction set."""
     exact = (CSRC / "exact" / name for name in ("states.c", "plans.c", "closed_form.c", "map.c"))
     return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
 
 
-def small_before_fast(file, options):
+def size_options(file, options):
     """Gives the options of what runs everywhere, where other instruction sets are beside it."""
     return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
 
 
-def compiler():
+def find_compiler():
     return shutil.which(os.environ.get("CC", "gcc")) or exit("needs gcc, or another compiler as CC")
 
 
-def compiled(folder, source, isas=ISAS, options=("-DKR_X86",)):
+def compile_core(folder, source, isas=ISAS, options=("-DKR_X86",)):
     """Compiles the core and one more source into a library in the folder, and loads it."""
-    jobs = [(file, (*options, *small_before_fast(file, options))) for file in (*core(), source)]
-    jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in per_isa()]
+    jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
+    jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
     for (file, more), to in zip(jobs, objects, strict=True):
         loops = ["-ftree-vectorize"] if file.name == OF_LOOPS else []
-        command = [compiler(), *FLAGS, *loops, *more, f"-I{CSRC}", "-c", file, "-o", to]
+        command = [find_compiler(), *FLAGS, *loops, *more, f"-I{CSRC}", "-c", file, "-o", to]
         subprocess.run(command, check=True)
     library = Path(folder) / "core.so"
-    subprocess.run([compiler(), "-shared", *objects, "-lm", "-o", library], check=True)
+    subprocess.run([find_compiler(), "-shared", *objects, "-lm", "-o", library], check=True)
     return ctypes.CDLL(str(library))

@@ -42,7 +42,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 """
 
 
-def graded(what, value, must, stretch=None, unit="", at_most=False):
+def print_grade(what, value, must, stretch=None, unit="", at_most=False):
     """Prints a figure beside what was promised."""
     sign = -1 if at_most else 1
     grades = {"stretch": stretch, "must": must}
@@ -69,36 +69,38 @@ def throughput(options):
             )
         groups = equal_error.group_by_mover(found)
         if kind == "Lagrange":
-            closed(groups)
-        at_equal_error(kind, groups)
+            print_closed_form(groups)
+        print_at_equal_error(kind, groups)
 
 
-def closed(groups):
+def print_closed_form(groups):
     own, peer = groups[ensemble_runs.CLOSED.name], groups[ensemble_runs.HEYOKA]
-    graded("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
+    print_grade("Lagrange: 90 % of the closed form's errors [rad]", own[0].bad, 1e-14, at_most=True)
     value, *_ = equal_error.time_ratio(peer, own, 1e-6)
-    graded(f"Lagrange: {ensemble_runs.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
+    print_grade(f"Lagrange: {ensemble_runs.HEYOKA} at 1e-6 / closed form", value, *CLOSED)
 
 
-def at_equal_error(kind, groups):
+def print_at_equal_error(kind, groups):
     own = groups[ensemble_runs.SERIES.name]
     for name, peer in groups.items():
         if name not in ensemble_runs.OWN:
             for target in (*TARGETS, equal_error.tightest_common_error(own, peer)):
                 told = equal_error.time_ratio(peer, own, target)
-                compared(f"{kind} at {target:.1e}: {name} / taylor", told, bounds_of(kind, name))
+                print_comparison(
+                    f"{kind} at {target:.1e}: {name} / taylor", told, find_bounds(kind, name)
+                )
 
 
-def bounds_of(kind, name):
+def find_bounds(kind, name):
     return BOUNDS.get(name) if kind == "asymmetric" else None
 
 
-def compared(what, told, bounds):
+def print_comparison(what, told, bounds):
     value, theirs, ours = told
     if np.isnan(value):
         print(f"{what:62}   not reached")
     elif bounds:
-        graded(what, value, *bounds, f" {1e6 * theirs:9.2f} / {1e6 * ours:.2f} us")
+        print_grade(what, value, *bounds, f" {1e6 * theirs:9.2f} / {1e6 * ours:.2f} us")
     else:
         print(f"{what:62} {value:9.3g} {1e6 * theirs:9.2f} / {1e6 * ours:.2f} us")
 
@@ -111,12 +113,12 @@ def threads(options):
         for n in (options.tops, 10 * options.tops) if method == "exact" else (options.tops,):
             tops = draw_tops(kind, n)
             one, two = (ensemble_runs.make_kreisel_call(method, tops, setting, k) for k in (1, 2))
-            gain, given = gains(one, two, options.rounds)
-            graded(f"{n} {kind} tops, {method}: one thread / two", gain, 1.8)
+            gain, given = measure_gains(one, two, options.rounds)
+            print_grade(f"{n} {kind} tops, {method}: one thread / two", gain, 1.8)
             print(f"{'two such calls one after the other / beside each other':62} {given:9.3g}")
 
 
-def gains(one, two, rounds):
+def measure_gains(one, two, rounds):
     """Gives the medians over the rounds of one call over the other, and over half of the time that
     the first takes twice beside itself."""
     with ThreadPoolExecutor(2) as pool:
@@ -142,10 +144,10 @@ def large(options):
         (f"the {side} x {side} sleeping map", partial(compute_sleeping_map, side), 0.5),
     ):
         seconds = median(timing.time_once(call) for _ in range(options.rounds))
-        graded(what, seconds, must, unit=" s", at_most=True)
+        print_grade(what, seconds, must, unit=" s", at_most=True)
     command = [sys.executable, "-c", LARGE, str(n)]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    graded(
+    print_grade(
         f"{n:.0e} tops with reduce=: peak memory",
         float(done.stdout) / 1000,
         300,
@@ -171,14 +173,14 @@ def single(options):
                 for k in range(len(tops))
             ]
             errors = [attitude_errors(q, true) / unit for q in (many_q, one_q)]
-            within(f"{kind}, {method} {setting}", *errors)
+            print_error_ratios(f"{kind}, {method} {setting}", *errors)
 
 
-def within(what, many_errors, one_errors):
+def print_error_ratios(what, many_errors, one_errors):
     a, b = np.median(many_errors), np.median(one_errors)
-    graded(f"{what}: median error / single's", a / b, 1.3, at_most=True)
+    print_grade(f"{what}: median error / single's", a / b, 1.3, at_most=True)
     a, b = many_errors.max(), one_errors.max()
-    graded(f"{what}: largest / largest of singles", a / b, 3, at_most=True)
+    print_grade(f"{what}: largest / largest of singles", a / b, 3, at_most=True)
 
 
 FIGURES = {f.__name__: f for f in (throughput, threads, large, single)}

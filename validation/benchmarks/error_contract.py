@@ -22,7 +22,7 @@ SAMPLES = 200
 ROUNDED = 1e-15  # an attitude is not truer than this in doubles [rad]
 
 
-def principal(path):
+def principal_attitudes(path):
     return np.stack(kr.quaternion.multiply(path.q.T, path.scene.body.axes), -1)
 
 
@@ -58,7 +58,7 @@ def ordinary(rng):
     return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
 
 
-def near_upright(rng, body, speed):
+def place_near_upright(rng, body, speed):
     """Sets the centre of mass almost above the fixed point."""
     com = np.array(body.com)
     half = com / np.linalg.norm(com) + [0.0, 0.0, 1.0]
@@ -68,16 +68,16 @@ def near_upright(rng, body, speed):
     return kr.Scene(body, momentum=momentum, attitude=q / np.linalg.norm(q))
 
 
-def heavy(rng):
+def draw_heavy_body(rng):
     return random_body(rng, ("lagrange", "kowalewski", "asymmetric")[rng.integers(3)])
 
 
 def at_rest(rng):
-    return near_upright(rng, heavy(rng), 0.0)
+    return place_near_upright(rng, draw_heavy_body(rng), 0.0)
 
 
 def almost_at_rest(rng):
-    return near_upright(rng, heavy(rng), 10 ** rng.uniform(-10, -3))
+    return place_near_upright(rng, draw_heavy_body(rng), 10 ** rng.uniform(-10, -3))
 
 
 def anywhere_at_rest(rng):
@@ -86,7 +86,7 @@ def anywhere_at_rest(rng):
 
 def sleeping(rng):
     """Spins a symmetric top upright, at up to twice the speed that keeps it there."""
-    scene = near_upright(rng, random_body(rng, "lagrange"), 0.0)
+    scene = place_near_upright(rng, random_body(rng, "lagrange"), 0.0)
     moments, lever = scene.body.moments, scene.body.mass * abs(scene.body.com[2])
     spin = rng.uniform(0.0, 2.0) * 2.0 * np.sqrt(lever * moments[0])
     return scene.replace(momentum=(0.0, 0.0, spin))
@@ -175,66 +175,66 @@ class Case:
     apart: float = 0.0  # the two truths, of the target
 
 
-def off(case, times, truth, steps):
+def run_error(case, times, truth, steps):
     """Gives the true error of a run of so many steps; inf where they are too long for the
     method."""
     try:
         path = kr.solve(case.scene, times, case.plan.method, step=abs(case.t) / steps)
     except (ValueError, kr.Error):
         return np.inf
-    return attitude_errors(principal(path), truth).max()
+    return attitude_errors(principal_attitudes(path), truth).max()
 
 
-def cheapest(case, times, truth, steps):
+def fewest_steps(case, times, truth, steps):
     """Gives the fewest steps, within 5 %, of the chosen method that meet the target; at most 4
     times those taken."""
     n = max(1, steps // 10)
-    while off(case, times, truth, n) > case.target and n < 4 * steps:
+    while run_error(case, times, truth, n) > case.target and n < 4 * steps:
         n = max(n + 1, int(1.05 * n))
     return n
 
 
-def rounded_off(case, times):
+def rounding_error(case, times):
     """Gives how far the roundings of a run in doubles lead astray."""
     one, other = (kr.solve(case.scene, times, "taylor", digits=digits).q for digits in (16, 20))
     return attitude_errors(one, other).max()
 
 
-def shown(case, times, truth):
+def estimate_ratio(case, times, truth):
     """Gives the true error of a path with these times over what it says of it: 1 where both are
     roundings, or a run that is looked at so often is refused."""
     try:
         path = kr.solve(case.scene, times, method="geometric", error=case.target)
     except ValueError:
         return 1.0
-    true = attitude_errors(principal(path), truth).max()
+    true = attitude_errors(principal_attitudes(path), truth).max()
     return true / path.error if path.error > ROUNDED else 1.0
 
 
-def judge(case, second=None):
+def judge_case(case, second=None):
     times = np.linspace(0.0, case.t, SAMPLES + 1)
     try:
         path = kr.solve(case.scene, case.t, method="geometric", error=case.target)
     except ValueError as error:
         case.refused = str(error)
-        case.needless = 3.0 * rounded_off(case, times) < case.target
+        case.needless = 3.0 * rounding_error(case, times) < case.target
         return case
     case.plan = path.plan
-    truth = principal(kr.solve(case.scene, times, "taylor", digits=30))
+    truth = principal_attitudes(kr.solve(case.scene, times, "taylor", digits=30))
     if second:
         exact = np.array(second(case.scene, times)).astype(float)
         case.apart = attitude_errors(exact, truth).max() / case.target
     steps = round(abs(case.t / case.plan.step))
-    case.error = off(case, times, truth, steps)
-    case.shown = shown(case, times, truth)
-    best = cheapest(case, times, truth, steps)
+    case.error = run_error(case, times, truth, steps)
+    case.shown = estimate_ratio(case, times, truth)
+    best = fewest_steps(case, times, truth, steps)
     choice = case.plan.choice
     case.alone = steps / best
     case.price = case.alone * (1.0 + choice.trials / choice.run)
     return case
 
 
-def line(name, cases):
+def print_row(name, cases):
     """Prints what became of these; gives how many were over the target, and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
@@ -252,14 +252,14 @@ def line(name, cases):
     return int(np.sum(over > 1.0)), price
 
 
-def summary(cases):
+def print_summary(cases):
     """Prints a line for each family and one for all; gives the part that is kept, and the price."""
     print(
         "  family             tried refused needless  over  worst/target  true/said   price   alone"
     )
     for family in dict.fromkeys(case.family for case in cases):
-        line(family, [case for case in cases if case.family == family])
-    over, price = line("all", cases)
+        print_row(family, [case for case in cases if case.family == family])
+    over, price = print_row("all", cases)
     done = sum(not case.refused for case in cases)
     needless = sum(case.needless for case in cases) / max(len(cases), 1)
     print(f"        needlessly refused: {needless:.1%}")
@@ -269,21 +269,21 @@ def summary(cases):
     return 1.0 - over / max(done, 1), needless, price
 
 
-def judged(scenes, seed, verbose=False):
+def judge_scenes(scenes, seed, verbose=False):
     rng, second, cases = np.random.default_rng(seed), MultiprecisionIntegrator(), []
     for i in range(scenes):
         family = FAMILIES[i % len(FAMILIES)]
         t, target = float(10 ** rng.uniform(0, 2)), float(10 ** rng.uniform(-10, -3))
         t *= rng.choice([1.0, -1.0])
         case = Case(family(rng), t, target, family.__name__)
-        cases.append(judge(case, None if i // len(FAMILIES) % 10 else second))
+        cases.append(judge_case(case, None if i // len(FAMILIES) % 10 else second))
         if verbose:
             print(
                 f"{case.family}  t = {t:5.1f}  target {target:.1e}  true {case.error:.1e}  price "
                 f"{case.price:4.2f}  {case.refused or case.plan.choice}",
                 flush=True,
             )
-    return summary(cases)
+    return print_summary(cases)
 
 
 def main(argv=None):
@@ -294,7 +294,7 @@ def main(argv=None):
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--verbose", action="store_true", help="a line for each scene")
     options = parser.parse_args(argv)
-    kept, needless, price = judged(options.scenes, options.seed, options.verbose)
+    kept, needless, price = judge_scenes(options.scenes, options.seed, options.verbose)
     return 0 if kept == 1.0 and needless <= 0.03 and price <= 3.0 else 1
 
 

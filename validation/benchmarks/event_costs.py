@@ -15,7 +15,7 @@ import numpy as np
 
 from ..references import equations
 from ..references.problems import load_problem
-from .taylor_speed import EPS, medians
+from .taylor_speed import EPS, median_times
 
 END = 1000.0
 EVENTS = {
@@ -25,7 +25,7 @@ EVENTS = {
 }
 
 
-def functions(problem):
+def event_functions(problem):
     """Gives the three events for heyoka, of the variables of equations.py; <n, P>' = <n, P x W>."""
     q, w = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
     lever = np.array(problem.lever, dtype=float)
@@ -52,7 +52,7 @@ def functions(problem):
     }
 
 
-def ours(problem, tol, event=None):
+def make_kreisel_run(problem, tol, event=None):
     scene = problem.to_scene()
 
     def run():
@@ -62,7 +62,7 @@ def ours(problem, tol, event=None):
     return run
 
 
-def heyoka(problem, tol, function=None):
+def make_heyoka_run(problem, tol, function=None):
     system, start = equations.build_system(problem)
     found = []
     watched = (
@@ -82,15 +82,15 @@ def heyoka(problem, tol, function=None):
     return run
 
 
-def beside_heyoka(problem, tol, theirs, word):
+def print_comparison(problem, tol, theirs, word):
     runs = [
-        ours(problem, tol),
-        ours(problem, tol, EVENTS[word]),
-        heyoka(problem, theirs),
-        heyoka(problem, theirs, functions(problem)[word]),
+        make_kreisel_run(problem, tol),
+        make_kreisel_run(problem, tol, EVENTS[word]),
+        make_heyoka_run(problem, theirs),
+        make_heyoka_run(problem, theirs, event_functions(problem)[word]),
     ]
     _, own, _, peer = (run() for run in runs)
-    a, b, c, d = medians(runs, 21)
+    a, b, c, d = median_times(runs, 21)
     print(
         f"{problem.name} {tol or 'tightest'} {word:9} watched/not: {b / a:.2f}, heyoka {d / c:.2f};"
         f" heyoka/ours watched {d / b:.2f} ({b * 1e6:.0f} us); events {own}, heyoka {peer}",
@@ -105,7 +105,7 @@ def main(argv=None):
     for name in ("thesis", "asymmetric_regular"):
         for tol, theirs in ((None, EPS), (1e-9, 1e-9)):
             for word in EVENTS:
-                beside_heyoka(load_problem(name), tol, theirs, word)
+                print_comparison(load_problem(name), tol, theirs, word)
     return 0
 
 

@@ -38,20 +38,20 @@ class Extent:
 BRIEF, FULL = Extent(10, 20), Extent(40, 200)
 
 
-def say(what, value, must, stretch=None, most=True):
-    def reached(bound):
+def print_bound(what, value, must, stretch=None, most=True):
+    def is_within(bound):
         return bound is not None and (value <= bound if most else value >= bound)
 
     side = "at most" if most else "at least"
-    verdict = "PASS" if reached(must) else "MISSED"
-    verdict += ", stretch" if reached(stretch) else ""
+    verdict = "PASS" if is_within(must) else "MISSED"
+    verdict += ", stretch" if is_within(stretch) else ""
     beyond = "" if stretch is None else f" ({stretch:g})"
     print(f"  {what:68} {value:10.3g}   {side} {f'{must:g}{beyond}':10} {verdict}", flush=True)
-    if not reached(must):
+    if not is_within(must):
         failed.append(what)
 
 
-def published(name):
+def load_published(name):
     """Gives a published top in its principal axes."""
     (top,) = (top for top in literature() if top.name == name)
     return problem_of_scene(name, top.scene)
@@ -69,7 +69,7 @@ def order(extent):
             continue
         slopes = [slope for body in bodies for slope in orders.measure_order(name, body).values()]
         off = max(np.inf if slope is None else abs(slope - method.order) for slope in slopes)
-        say(f"{name}, order {method.order}, on {', '.join(bodies)}", off, 0.2)
+        print_bound(f"{name}, order {method.order}, on {', '.join(bodies)}", off, 0.2)
 
 
 def integrals(extent):
@@ -83,7 +83,7 @@ def integrals(extent):
             "<m,e3>": path.vertical_momentum,
         }
         for what, values in constants.items():
-            say(
+            print_bound(
                 f"{what}, step {step}, 1e6 steps: range / largest",
                 np.ptp(values) / np.abs(values).max(),
                 1e-12,
@@ -91,7 +91,7 @@ def integrals(extent):
     path = kr.solve(scene, 1e6, method="bobenko_suris4", step=0.1, every=97)
     means = [part.mean() for part in np.array_split(path.energy - path.energy[0], 100)]
     (slope, _), covariance = np.polyfit(np.arange(100), means, 1, cov=True)
-    say(
+    print_bound(
         "energy to t = 1e6: |slope| / its standard error", abs(slope) / covariance[0, 0] ** 0.5, 3.0
     )
 
@@ -105,7 +105,7 @@ def accuracy(extent):
             kr.attitude_error(kr.solve(scene, 100, method=name, step=step).q[-1], truth)
             for name in ("bobenko_suris", "bobenko_suris4")
         ]
-        say(
+        print_bound(
             f"error of bobenko_suris over bobenko_suris4, step {step:g}",
             errors[0] / errors[1],
             bound,
@@ -113,7 +113,7 @@ def accuracy(extent):
         )
 
 
-class Heyoka:
+class HeyokaCall:
     """A top at a tolerance; its steps are counted."""
 
     def __init__(self, problem, end, tol=EPS):
@@ -127,12 +127,12 @@ class Heyoka:
         return self.top.state[:4]
 
 
-def interleaved(rounds, *calls):
+def time_rounds(rounds, *calls):
     about = [min(timing.time_once(call) for _ in range(3)) for call in calls]
     return timing.time_interleaved(calls, about, rounds)[0]
 
 
-def ratio(one, two):
+def time_ratio(one, two):
     """Divides the least by the least: what else the machine does only adds."""
     return min(one) / min(two)
 
@@ -147,45 +147,49 @@ def cost(extent):
     }
     for name, wanted in (("thesis", bounds), ("asymmetric", {"strang": (12, 14)})):
         problem, steps = load_problem(name), 20000
-        scene, peer = problem.to_scene(), Heyoka(problem, 100.0)
+        scene, peer = problem.to_scene(), HeyokaCall(problem, 100.0)
         runs = [partial(kr.solve, scene, 0.05 * steps, method, step=0.05) for method in wanted]
-        times, *others = interleaved(extent.rounds, peer, *runs)
+        times, *others = time_rounds(extent.rounds, peer, *runs)
         print(f"  heyoka's step on {name}: {1e9 * min(times) / peer.steps:.0f} ns")
         for (method, (bound, stretch)), own in zip(wanted.items(), others, strict=True):
-            part = ratio([t / peer.steps for t in times], [t / steps for t in own])
+            part = time_ratio([t / peer.steps for t in times], [t / steps for t in own])
             step = f"{1e9 * min(own) / steps:.1f} ns"
-            say(f"heyoka's step / {method}'s ({step})", part, bound, stretch, most=False)
+            print_bound(f"heyoka's step / {method}'s ({step})", part, bound, stretch, most=False)
         if name == "thesis":
-            say("bobenko_suris4's step / bobenko_suris'", ratio(others[2], others[0]), 1.4)
+            print_bound(
+                "bobenko_suris4's step / bobenko_suris'", time_ratio(others[2], others[0]), 1.4
+            )
 
 
-def drift_of_energy(scene, end, method, step):
+def energy_drift(scene, end, method, step):
     path = kr.solve(scene, end, method=method, step=step, every=1)
     return np.abs(path.energy / path.energy[0] - 1.0).max()
 
 
 def gni(extent):
     """Holds the energy error of suzuki4 against the published table."""
-    scene = published("gni_asymmetric_heavy_top").to_scene()
+    scene = load_published("gni_asymmetric_heavy_top").to_scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
     for step in steps:
-        error = drift_of_energy(scene, 1000, "suzuki4", step)
+        error = energy_drift(scene, 1000, "suzuki4", step)
         off = abs(error / table[f"{step:g}"] - 1)
-        say(f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, off the published by", off, 0.03)
-    errors = [drift_of_energy(scene, 1000, "kahan_li8", step) for step in steps]
+        print_bound(
+            f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, off the published by", off, 0.03
+        )
+    errors = [energy_drift(scene, 1000, "kahan_li8", step) for step in steps]
     said = (f"{step:g}: {error:.2g}" for step, error in zip(steps, errors, strict=True))
     print("  kahan_li8:", ", ".join(said))
     rise = max(b / a for a, b in pairwise(errors))
-    say("kahan_li8: error over that of twice the step, the largest", rise, 1.0)
+    print_bound("kahan_li8: error over that of twice the step, the largest", rise, 1.0)
 
 
 def simo_wong(extent):
     """Holds energy errors at the published step against those of the published problem."""
-    scene = published("simo_wong_fast_top").to_scene()
+    scene = load_published("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {
-        name: drift_of_energy(scene, 10, name, step)
+        name: energy_drift(scene, 10, name, step)
         for name, method in kr.methods.items()
         if not method.adaptive and method.order > 1 and method.applies_to(scene.body)
     }
@@ -193,14 +197,16 @@ def simo_wong(extent):
     for order, bound in ((2, 1e-9), (4, 1e-13), (6, 1e-13), (8, 1e-13)):
         names = sorted((name for name in errors if kr.methods[name].order == order), key=errors.get)
         within = ", ".join(name for name in names if errors[name] <= bound)
-        say(f"order {order} at 26 degrees a step, max|dH|/H, {names[0]}", errors[names[0]], bound)
+        print_bound(
+            f"order {order} at 26 degrees a step, max|dH|/H, {names[0]}", errors[names[0]], bound
+        )
         print(f"    within: {within}")
 
 
 def bruels(extent):
     """Sets the cheapest geometric run with an attitude error of 1e-13 at t = 2 against the cheapest
     of heyoka's."""
-    problem = published("bruels_cardona_heavy_top")
+    problem = load_published("bruels_cardona_heavy_top")
     scene, truth = problem.to_scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
     runs = []
     for name in ("takahashi_imada4", "blanes_moan6", "kahan_li6", "kahan_li8"):
@@ -212,39 +218,41 @@ def bruels(extent):
     peers = [
         tol
         for tol in 10.0 ** np.arange(-16, -11, 0.25)
-        if attitude_error(Heyoka(problem, 2.0, tol)(), truth) <= 1e-13
+        if attitude_error(HeyokaCall(problem, 2.0, tol)(), truth) <= 1e-13
     ]
-    peer = Heyoka(problem, 2.0, max(peers, default=EPS))
+    peer = HeyokaCall(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
     end = np.array([2.0])  # the core's own call, as heyoka's is
     calls = [
         compiled_core.make_recording_call(compiled_core.scene_bytes(scene), name, end, step=2 / n)
         for n, name, _ in runs
     ]
-    times, *own = interleaved(extent.rounds, peer, *calls)
+    times, *own = time_rounds(extent.rounds, peer, *calls)
     for (n, name, error), seconds in zip(runs, own, strict=True):
-        speed = f"{1e6 * min(seconds):.0f} us, {ratio(times, seconds):.2f} of heyoka's speed"
+        speed = f"{1e6 * min(seconds):.0f} us, {time_ratio(times, seconds):.2f} of heyoka's speed"
         print(f"  {name}, {n:.0f} steps: error {error:.1g}, {speed}")
-    best = max(ratio(times, seconds) for seconds in own)
-    say("heyoka's time / the best's at an error of 1e-13", best, 3.5, most=False)
+    best = max(time_ratio(times, seconds) for seconds in own)
+    print_bound("heyoka's time / the best's at an error of 1e-13", best, 3.5, most=False)
 
 
-def promised(extent):
+def contract(extent):
     """Tries `error=` on scenes of a fresh seed, here that of the day."""
     scenes = extent.scenes
-    kept, needless, price = error_contract.judged(scenes, seed=int(date.today().strftime("%y%m%d")))
-    say(
+    kept, needless, price = error_contract.judge_scenes(
+        scenes, seed=int(date.today().strftime("%y%m%d"))
+    )
+    print_bound(
         f"{scenes} scenes: per cent with an error of at most the target",
         100 * kept,
         100,
         most=False,
     )
-    say(f"{scenes} scenes: per cent refused needlessly", 100 * needless, 3)
-    say(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)
+    print_bound(f"{scenes} scenes: per cent refused needlessly", 100 * needless, 3)
+    print_bound(f"{scenes} scenes: price of the run, median, in cheapest runs", price, 3)
 
 
 SECTIONS = {
-    f.__name__: f for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, promised)
+    f.__name__: f for f in (order, accuracy, integrals, cost, gni, simo_wong, bruels, contract)
 }
 
 

@@ -48,37 +48,37 @@ except KeyboardInterrupt:
 """
 
 
-def verdict(value, must, better):
+def grade(value, must, better):
     return "" if must is None else "PASS" if better(value, must) else "MISSED"
 
 
-def ratio(rounds, name, whole, part, must=None, stretch=None):
+def print_ratio(rounds, name, whole, part, must=None, stretch=None):
     for call in (whole, part):
         call()
     slow, fast = timing.best_times([whole, part], rounds)
     bound = "" if must is None else f"must {must}, stretch {stretch}"
     print(
         f"{name:<66}{slow * 1e6:10.1f} us {fast * 1e6:10.1f} us {slow / fast:6.2f}  {bound:<24}"
-        f"{verdict(slow / fast, must, float.__ge__)}"
+        f"{grade(slow / fast, must, float.__ge__)}"
     )
 
 
-def record(scene, times, leave_heading=False):
+def make_recording(scene, times, leave_heading=False):
     return compiled_core.make_recording_call(
         compiled_core.scene_bytes(scene), "taylor", times, leave_heading=leave_heading
     )
 
 
-def in_full(t):
+def solve_all(t):
     path = kr.solve(TOP, t)
     return path.nutation, path.energy
 
 
-def wanted(t):
+def solve_wanted(t):
     return kr.solve(TOP, t, want=WANT)
 
 
-def peak(call):
+def peak_memory(call):
     tracemalloc.start()
     call()
     size = tracemalloc.get_traced_memory()[1]
@@ -86,41 +86,49 @@ def peak(call):
     return size
 
 
-def left_out(rounds):
+def print_omissions(rounds):
     print("Left out: the whole, without it, and how many times faster")
-    for case in (*of_the_answer(), *of_the_problem()):
-        ratio(rounds, *case)
+    for case in (*output_cases(), *problem_cases()):
+        print_ratio(rounds, *case)
     times = np.linspace(0, 10, MANY)
     for name, call in {
         "all states": lambda: kr.solve(TOP, times),
-        f"want={WANT}": lambda: wanted(times),
+        f"want={WANT}": lambda: solve_wanted(times),
         f"a stream of want={WANT}": lambda: [None for _ in kr.stream(TOP, times, want=WANT)],
     }.items():
-        print(f"memory, {MANY:,} states: {name:<40}{peak(call) / 1e6:8.1f} MB")
+        print(f"memory, {MANY:,} states: {name:<40}{peak_memory(call) / 1e6:8.1f} MB")
 
 
-def of_the_answer():
+def output_cases():
     """Gives cases in which less is asked: name, the whole, a part, must and stretch if any."""
     ends, few = np.array([0.0, END]), np.linspace(0, END, 1000)
     yield (
         "attitude, in C: want nutation and energy at the end",
-        record(TOP, ends),
-        record(TOP, ends, leave_heading=True),
+        make_recording(TOP, ends),
+        make_recording(TOP, ends, leave_heading=True),
         *(1.1, 1.3),
     )
     yield (
         "attitude, the call from Python, quantities computed",
-        partial(in_full, END),
-        partial(wanted, END),
+        partial(solve_all, END),
+        partial(solve_wanted, END),
         *(1.1, 1.3),
     )
-    yield "attitude, and 1000 states on the way", partial(in_full, few), partial(wanted, few)
-    yield "1000 states on the way: start and end only", record(TOP, few), record(TOP, ends)
+    yield (
+        "attitude, and 1000 states on the way",
+        partial(solve_all, few),
+        partial(solve_wanted, few),
+    )
+    yield (
+        "1000 states on the way: start and end only",
+        make_recording(TOP, few),
+        make_recording(TOP, ends),
+    )
     every = partial(kr.solve, TOP, few)
-    yield "quantities: none asked of 1000 states", partial(in_full, few), every
+    yield "quantities: none asked of 1000 states", partial(solve_all, few), every
 
 
-def of_the_problem():
+def problem_cases():
     """Gives cases in which there is less to compute: name, the whole, a part."""
     symmetric, ends = kr.scenes.thesis, np.array([0.0, END])
     still, body = symmetric.replace(gravity=0.0), symmetric.body
@@ -130,22 +138,22 @@ def of_the_problem():
     )
     yield (
         "gravity, taylor a step: the kernel keeps its lanes",
-        by_step(symmetric),
-        by_step(still),
+        make_step_run(symmetric),
+        make_step_run(still),
     )
     yield (
         "general form, taylor a step: two equal moments share lanes",
-        by_step(general),
-        by_step(symmetric),
+        make_step_run(general),
+        make_step_run(symmetric),
     )
     yield (
         "series: the closed form of a Lagrange top",
-        record(symmetric, ends),
+        make_recording(symmetric, ends),
         partial(kr.solve, symmetric, END),
     )
 
 
-def by_step(scene):
+def make_step_run(scene):
     """Takes so many steps of a top that they take about as long as a call can tell, one number for
     every scene."""
     return compiled_core.make_recording_call(
@@ -153,22 +161,22 @@ def by_step(scene):
     )
 
 
-def seconds_to_stop(code):
+def time_interrupt(code):
     command = [sys.executable, "-c", STOPPED.format(code)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
     return float(done.stdout)
 
 
-def stops():
+def print_interrupts():
     print("Ctrl-C: until it is raised, median and longest of five; must 50 ms")
     for name, code in STOPS.items():
-        took = [seconds_to_stop(code) for _ in range(5)]
+        took = [time_interrupt(code) for _ in range(5)]
         middle = median(took)
-        said = verdict(middle, 0.05, float.__le__)
+        said = grade(middle, 0.05, float.__le__)
         print(f"{name:<40}{1e3 * middle:8.1f} ms {1e3 * max(took):8.1f} ms  {said}")
 
 
-def checkpoints(rounds):
+def print_checkpoints(rounds):
     print("Checkpoints: made, read, and their size")
     for name, words in {
         "taylor": {},
@@ -190,9 +198,9 @@ def main(argv=None):
     )
     parser.add_argument("--rounds", type=int, default=25)
     rounds = parser.parse_args(argv).rounds
-    left_out(rounds)
-    stops()
-    checkpoints(rounds)
+    print_omissions(rounds)
+    print_interrupts()
+    print_checkpoints(rounds)
     return 0
 
 

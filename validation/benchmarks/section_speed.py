@@ -14,33 +14,33 @@ import kreisel as kr
 
 from ..competitors import timing
 from ..parts import chaos, frequency_data
-from .ensemble_speed import graded
+from .ensemble_speed import print_grade
 
 BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
 TOPS, CROSSINGS, ROUNDS = 100, 500, 7
 LOW = kr.events.nutation(direction=1, most=CROSSINGS, terminal=True)
 
 
-def best(function):
+def best_time(function):
     return min(timing.time_once(function) for _ in range(ROUNDS))
 
 
 def time():
     tops = kr.starts(BODY, energy=2.0, vertical=1.0, n=TOPS)
-    cut = {n: best(partial(kr.section, tops, n=CROSSINGS, threads=n)) for n in (1, 2)}
+    cut = {n: best_time(partial(kr.section, tops, n=CROSSINGS, threads=n)) for n in (1, 2)}
     section = kr.section(tops, n=CROSSINGS).check()
     end = float(section.t.max())
-    alone = best(partial(kr.solve, tops, end, "taylor", events=[LOW], threads=2))
-    bare = best(partial(kr.solve, tops, end, "taylor", threads=2))
+    alone = best_time(partial(kr.solve, tops, end, "taylor", events=[LOW], threads=2))
+    bare = best_time(partial(kr.solve, tops, end, "taylor", threads=2))
     print(f"{TOPS} tops by {CROSSINGS} crossings, {section.steps.sum()} steps, to t = {end:.0f}")
-    graded("a section in two threads", cut[2], 0.2, unit=" s", at_most=True)
+    print_grade("a section in two threads", cut[2], 0.2, unit=" s", at_most=True)
     print(f"in one thread {cut[1]:.3f} s; top by top {alone:.3f} s; without events {bare:.3f} s")
     many = partial(kr.starts, BODY, energy=2.0, vertical=1.0, n=10**6)
     print(f"a million starts {timing.time_once(many):.2f} s")
 
 
 def frequencies():
-    graded(
+    print_grade(
         "frequencies off the closed form's",
         frequency_data.largest_frequency_error(200),
         1e-12,

@@ -27,12 +27,12 @@ ROOT = HERE.parents[1]
 HEYOKA = {"heyoka": {}, "heyoka, fast math": {"fast_math": True}}
 
 
-def a_solve(problem, method, **words):
+def make_solve(problem, method, **words):
     scene = problem.to_scene()
     return lambda: kr.solve(scene, t=STEPS * STEP, method=method, step=STEP, **words)
 
 
-def samples_of(calls, rounds):
+def time_calls(calls, rounds):
     """Gives the seconds of each call in each round."""
     for call in calls.values():
         call()
@@ -41,12 +41,12 @@ def samples_of(calls, rounds):
     return dict(zip(calls, samples, strict=True))
 
 
-def with_spread(values, form):
+def format_spread(values, form):
     low, _, high = quantiles(values, n=4, method="inclusive")
     return f"{median(values):{form}} ({low:{form}} .. {high:{form}})"
 
 
-def steps(scene, rounds):
+def print_steps(scene, rounds):
     """Prints the median cost of a step and the ratios to heyoka's, round by round."""
     problem = load_problem(scene)
     heyokas = {
@@ -54,10 +54,10 @@ def steps(scene, rounds):
         for name, options in HEYOKA.items()
     }
     methods = [who.name for who in list_contenders(problem) if who.steered == "step"]
-    times = samples_of(
+    times = time_calls(
         {
             **{name: run.solve for name, run in heyokas.items()},
-            **{name: a_solve(problem, name) for name in methods},
+            **{name: make_solve(problem, name) for name in methods},
         },
         rounds,
     )
@@ -65,38 +65,41 @@ def steps(scene, rounds):
     best = min(heyokas, key=lambda name: median(per_step[name]))
     print(f"\n{scene}: a step of heyoka at tolerance {EPS:.1e}")
     for name in heyokas:
-        print(f"  {name:20} {with_spread([1e9 * s for s in per_step[name]], '.0f')} ns")
+        print(f"  {name:20} {format_spread([1e9 * s for s in per_step[name]], '.0f')} ns")
     print(f"{'':22}a step of ours, driver and Python call included; {best} over it")
     for name in methods:
         own = [s / STEPS for s in times[name]]
         ratios = [a / b for a, b in zip(per_step[best], own, strict=True)]
-        cost, ratio = with_spread([1e9 * s for s in own], ".1f"), with_spread(ratios, ".1f")
+        cost, ratio = format_spread([1e9 * s for s in own], ".1f"), format_spread(ratios, ".1f")
         print(f"  {name:20} {cost} ns   x {ratio}")
 
 
-def recording(scene, rounds):
+def print_recording(scene, rounds):
     """Times a run that keeps every step over one that keeps none, from Python: with new memory each
     time."""
     problem = load_problem(scene)
     print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
     for who in list_contenders(problem):
         if who.steered == "step":
-            times = samples_of(
-                {"none": a_solve(problem, who.name), "all": a_solve(problem, who.name, every=1)},
+            times = time_calls(
+                {
+                    "none": make_solve(problem, who.name),
+                    "all": make_solve(problem, who.name, every=1),
+                },
                 rounds,
             )
             ratios = [a / b for a, b in zip(times["all"], times["none"], strict=True)]
-            print(f"  {who.name:20} {with_spread(ratios, '.3f')}")
+            print(f"  {who.name:20} {format_spread(ratios, '.3f')}")
 
 
-def recording_in_c(rounds):
+def print_recording_in_c(rounds):
     """Times keeping over not keeping from C, into memory that was used before: record.c, built
     against the static library."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nno cmake or cc: recording is not measured from C")
         return
     with tempfile.TemporaryDirectory() as folder:
-        program = built_beside_the_library(folder)
+        program = build_program(folder)
         print(
             f"\nthesis: keeping {STEPS} states over keeping none, from C, in memory used before",
             flush=True,
@@ -104,7 +107,7 @@ def recording_in_c(rounds):
         subprocess.run([program, str(STEPS), str(STEP), str(rounds)], check=True)
 
 
-def built_beside_the_library(folder):
+def build_program(folder):
     """Builds the static library and record.c in a folder; gives the program."""
     quiet = {"check": True, "stdout": subprocess.DEVNULL}
     options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
@@ -126,9 +129,9 @@ def main(argv=None):
     args = parser.parse_args(argv)
     print(f"medians of {args.rounds} rounds in turn (quartiles); our steps: {STEPS} of {STEP:g}")
     for scene in args.scenes:
-        steps(scene, args.rounds)
-    recording("thesis", args.rounds)
-    recording_in_c(args.rounds)
+        print_steps(scene, args.rounds)
+    print_recording("thesis", args.rounds)
+    print_recording_in_c(args.rounds)
     return 0
 
 

@@ -20,7 +20,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .ensemble_speed import BUSY, graded
+from .ensemble_speed import BUSY, print_grade
 
 KEPT = {"nutation": ("min", "max", "mean")}
 TIMES = np.linspace(0, 100, 101)
@@ -35,10 +35,10 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 """
 STOPPED = """
 import sys
-from validation.benchmarks.sweep_costs import swept
+from validation.benchmarks.sweep_costs import run_sweep
 def tell(share):
     print(share, flush=True)
-swept(sys.argv[1], int(sys.argv[2]), progress=tell)
+run_sweep(sys.argv[1], int(sys.argv[2]), progress=tell)
 """
 PLAN = """
 t = { from = 0, to = 100, n = 101 }
@@ -52,18 +52,18 @@ tilt = [0.01, 1]
 """
 
 
-def source(n):
+def make_source(n):
     """Random Lagrange tops."""
     return kr.Source.random(kr.scenes.sleeping, n, seed=1, spin=(0, 20), tilt=(0.01, 1))
 
 
-def swept(to, n, **more):
-    return kr.sweep(source(n), TIMES, to=to, reduce=KEPT, **more)
+def run_sweep(to, n, **more):
+    return kr.sweep(make_source(n), TIMES, to=to, reduce=KEPT, **more)
 
 
 def cost(options):
     """Prints the time of a sweep over that of the same ensembles without files."""
-    tops, ratios = source(options.tops), []
+    tops, ratios = make_source(options.tops), []
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         part = kr.sweep(tops, TIMES, to=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan["part"]
 
@@ -72,12 +72,12 @@ def cost(options):
                 kr.solve(tops[begin : begin + part], TIMES, reduce=KEPT)
 
         for k in range(options.rounds):
-            files = timing.time_once(lambda k=k: swept(f"{folder}/{k}", options.tops))
+            files = timing.time_once(lambda k=k: run_sweep(f"{folder}/{k}", options.tops))
             ratios.append(files / timing.time_once(without))
         size = sum(file.stat().st_size for file in Path(folder, "0").iterdir())
     print(f"{options.tops} tops: {1e-6 * size:.3g} MB in {-(-options.tops // part)} parts")
     print(f"rounds: {', '.join(f'{ratio:.3f}' for ratio in ratios)}")
-    graded("a sweep / the same ensembles without files", median(ratios), 1.1, at_most=True)
+    print_grade("a sweep / the same ensembles without files", median(ratios), 1.1, at_most=True)
 
 
 def memory(options):
@@ -85,7 +85,7 @@ def memory(options):
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         command = [sys.executable, "-c", MEMORY, f"{folder}/runs", str(options.tops)]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
-    graded(
+    print_grade(
         f"{options.tops} tops with reductions: peak memory",
         float(done.stdout) / 1000,
         300,
@@ -99,17 +99,17 @@ def plan(options):
     spin, tilt = np.linspace(0, 20, 10_000), np.linspace(0.01, 1, 10_000)
     makers = {
         "grid": lambda: kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt),
-        "random": lambda: source(10**8),
+        "random": lambda: make_source(10**8),
     }
     for name, make in makers.items():
         seconds = []
         for _ in range(options.rounds):
             with tempfile.TemporaryDirectory(dir=options.to) as folder:
-                seconds.append(timing.time_once(lambda f=folder, m=make: planned(m(), f)))
-        graded(f"1e8 tops planned: {name}", median(seconds), 1, unit=" s", at_most=True)
+                seconds.append(timing.time_once(lambda f=folder, m=make: make_plan(m(), f)))
+        print_grade(f"1e8 tops planned: {name}", median(seconds), 1, unit=" s", at_most=True)
 
 
-def planned(tops, folder):
+def make_plan(tops, folder):
     found = kr.sweep(tops, TIMES, to=f"{folder}/runs", reduce=KEPT, parts=range(0))
     assert found.size == 10**8 and found.done == []
 
@@ -118,14 +118,14 @@ def stop(options):
     """Prints how soon Ctrl-C ends a sweep, in the midst of a part."""
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         command = [sys.executable, "-c", STOPPED, f"{folder}/here", str(10**7)]
-        stopped("by threads", command, subprocess.PIPE)
+        time_interrupt("by threads", command, subprocess.PIPE)
         file = Path(folder, "plan.toml")
         file.write_text(PLAN % 10**7)
         command = [sys.executable, "-m", "kreisel", "sweep", str(file), "--to", f"{folder}/by"]
-        stopped("by 2 processes", [*command, "--workers", "2"], None, Path(folder, "by"))
+        time_interrupt("by 2 processes", [*command, "--workers", "2"], None, Path(folder, "by"))
 
 
-def stopped(what, command, said, parts=None):
+def time_interrupt(what, command, said, parts=None):
     """Sends Ctrl-C once a part is there, or progress is told, and waits for the end."""
     with subprocess.Popen(command, stdout=said, stderr=subprocess.DEVNULL) as run:
         if parts is None:
@@ -136,13 +136,13 @@ def stopped(what, command, said, parts=None):
         run.send_signal(signal.SIGINT)
         run.wait()
         seconds = time.perf_counter() - begun
-    graded(f"Ctrl-C, {what}", seconds, 1, unit=" s", at_most=True)
+    print_grade(f"Ctrl-C, {what}", seconds, 1, unit=" s", at_most=True)
 
 
 def check(options):
     """Prints how fast the bits of parts are looked at."""
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
-        found = swept(f"{folder}/runs", options.tops)
+        found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())
         seconds = median(timing.time_once(found.check) for _ in range(options.rounds))
     print(f"{'a look at each bit of them':62} {1e-6 * size / seconds:9.3g} MB/s")

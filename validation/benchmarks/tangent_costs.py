@@ -27,7 +27,7 @@ BY = {"alone": 0, "one": 8, "six": 1, "fourteen": 31}
 ROUNDS = 25
 
 
-def least(*calls, rounds=ROUNDS):
+def least_times(*calls, rounds=ROUNDS):
     """Gives the least time of each call, made in turn [s]."""
     times = np.full((rounds, len(calls)), np.inf)
     for spent in times:
@@ -38,7 +38,7 @@ def least(*calls, rounds=ROUNDS):
     return times.min(axis=0)
 
 
-def moved(scene, t, bits):
+def make_run(scene, t, bits):
     """Makes a call that moves a top to t, with tangents by these."""
 
     def call():
@@ -51,7 +51,7 @@ def moved(scene, t, bits):
 def scalar():
     for name in SCENES:
         scene = getattr(kr.scenes, name)
-        times = least(*(moved(scene, 100.0, bits) for bits in BY.values()))
+        times = least_times(*(make_run(scene, 100.0, bits) for bits in BY.values()))
         ratios = ", ".join(
             f"{word} {spent / times[0]:.2f}" for word, spent in zip(BY, times, strict=True)
         )
@@ -61,7 +61,7 @@ def scalar():
 def ensemble():
     for name in SCENES:
         tops = getattr(kr.scenes, name).vary(gravity=1.0 + 0.01 * np.linspace(-1.0, 1.0, 256))
-        plain, level, grown = least(
+        plain, level, grown = least_times(
             lambda tops=tops: kr.solve(tops, [100.0], "taylor", threads=1),
             lambda tops=tops: kr.solve(tops, [100.0], "taylor", want=["nutation"], threads=1),
             lambda tops=tops: kr.megno(tops, [100.0], threads=1),
@@ -70,7 +70,7 @@ def ensemble():
         print(f"{name}: {grown / plain:.2f} of the paths, {grown / level:.2f} without the heading")
 
 
-def of_quaternion(path, inertia):
+def attitude_derivative(path, inertia):
     """Gives the derivative of the attitude by the angular velocity at the start, seen from the
     body, as heyoka has it: (4, 3)."""
     turns = np.stack([kr.quaternion.turn(path.q[0], axis) for axis in np.eye(3)], axis=1)
@@ -97,13 +97,15 @@ def heyoka():
             return kr.solve(scene, [0.0, end], "taylor", tangents="start")
 
         inertia = np.array(problem.inertia)
-        true = of_quaternion(kr.solve(scene, [0.0, end], digits=30, tangents="start"), inertia)
-        spent = least(theirs, ours)
+        true = attitude_derivative(
+            kr.solve(scene, [0.0, end], digits=30, tangents="start"), inertia
+        )
+        spent = least_times(theirs, ours)
         theirs()
         slices = top.get_vslice(order=1)
         derivative = top.state[slices].reshape(7, 7)[:4, 4:]
         errors = []
-        for found in (derivative, of_quaternion(ours(), inertia)):
+        for found in (derivative, attitude_derivative(ours(), inertia)):
             sign = np.sign((found * true).sum())
             errors.append(np.abs(sign * found - true).max() / np.abs(true).max())
         print(
@@ -116,7 +118,7 @@ def heyoka():
 def rate():
     for tol in (None, 1e-9, 1e-6, 1e-5):
         tops = kr.scenes.asymmetric.vary(gravity=1.0 + 0.01 * np.linspace(-1.0, 1.0, 512))
-        (spent,) = least(
+        (spent,) = least_times(
             lambda tops=tops, tol=tol: kr.megno(tops, [1000.0], tol=tol, threads=2), rounds=3
         )
         print(f"tol {tol}: {len(tops) / spent:.0f} tops a second to t = 1000, on two threads")

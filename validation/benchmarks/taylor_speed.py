@@ -33,13 +33,13 @@ def horizon(name, target):
 
 
 @functools.cache
-def thirty_digits(name, t):
+def solve_truth(name, t):
     return kr.solve(load_problem(name).to_scene(), t, digits=30)
 
 
-def error(name, t, q):
+def attitude_error(name, t, q):
     """Gives the error of an attitude in doubles, or in doubles and what they leave out."""
-    true = thirty_digits(name, t)
+    true = solve_truth(name, t)
     high, low = (q, np.zeros(4)) if len(q) == 4 else (q[:4], q[4:])
     want, rest = true.q[-1], true.q_low[-1]
     sign = -1.0 if high @ want < 0.0 else 1.0
@@ -48,7 +48,7 @@ def error(name, t, q):
     return float(2 * np.arctan2(np.linalg.norm(vec), abs(high @ want)))
 
 
-def ours(name, t, tol=0.0, digits=0, method="taylor"):
+def make_kreisel_run(name, t, tol=0.0, digits=0, method="taylor"):
     """Makes a call that solves, and gives the attitude at the end and what that leaves out."""
     # The core takes what was made beforehand, as heyoka does.
     block, times = compiled_core.scene_bytes(load_problem(name).to_scene()), np.array([t])
@@ -62,7 +62,7 @@ def ours(name, t, tol=0.0, digits=0, method="taylor"):
     return run
 
 
-def heyoka(name, t, tol):
+def make_heyoka_run(name, t, tol):
     system, start = equations.build_system(load_problem(name))
     top = hy.taylor_adaptive(system, start, tol=tol)
 
@@ -75,7 +75,7 @@ def heyoka(name, t, tol):
     return run
 
 
-def real128(name, t, tol):
+def make_real128_run(name, t, tol):
     system, start = equations.build_system(load_problem(name), hy.real128)
     top = hy.taylor_adaptive(system, start, tol=hy.real128(tol), fp_type=hy.real128)
 
@@ -91,7 +91,7 @@ def real128(name, t, tol):
     return run
 
 
-def medians(calls, rounds=41):
+def median_times(calls, rounds=41):
     """Gives the median seconds of the first call, interleaved, and of each other by the median of
     its ratio to the first."""
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
@@ -101,31 +101,31 @@ def medians(calls, rounds=41):
 
 
 @functools.cache
-def ladder(make, name, t, tightest, **words):
+def make_ladder(make, name, t, tightest, **words):
     """Gives runs from loose to tight, each with the largest error of it and all tighter ones."""
     runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
-    errors = [error(name, t, run()) for run in runs]
+    errors = [attitude_error(name, t, run()) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))
 
 
-def reaching(make, name, t, target, tightest, **words):
+def loosest_reaching(make, name, t, target, tightest, **words):
     """Gives the loosest run that stays within the target, or the tightest."""
-    steps = ladder(make, name, t, tightest, **words)
+    steps = make_ladder(make, name, t, tightest, **words)
     return next((step for step in steps if step[1] <= target), steps[-1])
 
 
-def line(what, value, must, stretch, rest=""):
+def print_row(what, value, must, stretch, rest=""):
     grade = "stretch" if value >= stretch else "must" if value >= must else "MISSED"
     print(
         f"{what:46} {value:9.3g}  must {must:g} stretch {stretch:g}: {grade:8} {rest}", flush=True
     )
 
 
-def at_equal_error(name, t, target):
+def pair_at_equal_error(name, t, target):
     """Gives our run and heyoka's, and their errors. At the tightest these are heyoka's best, and
     ours about as good."""
-    peer, f = reaching(heyoka, name, t, target, EPS)
-    own, e = reaching(ours, name, t, target or 1.5 * f, 2.0**-53)
+    peer, f = loosest_reaching(make_heyoka_run, name, t, target, EPS)
+    own, e = loosest_reaching(make_kreisel_run, name, t, target or 1.5 * f, 2.0**-53)
     return own, peer, e, f
 
 
@@ -135,10 +135,10 @@ def ratios():
             t = horizon(name, target)
             if name == "asymmetric" and target == 1e-6:
                 must, stretch = 5, 7
-            own, peer, e, f = at_equal_error(name, t, target)
-            a, b = medians([own, peer])
+            own, peer, e, f = pair_at_equal_error(name, t, target)
+            a, b = median_times([own, peer])
             at = f"{target:.0e}" if target else "tightest"
-            line(
+            print_row(
                 f"{name} {at} heyoka/ours",
                 b / a,
                 must,
@@ -146,23 +146,23 @@ def ratios():
                 f"{b * 1e6:.1f} / {a * 1e6:.1f} us, errors {f:.0e} / {e:.0e}",
             )
     if "gsl_rk8pd" in kr.methods:
-        against_gsl()
+        compare_with_gsl()
 
 
-def gsl(name, t, tol):
-    return ours(name, t, tol, method="gsl_rk8pd")
+def make_gsl_run(name, t, tol):
+    return make_kreisel_run(name, t, tol, method="gsl_rk8pd")
 
 
-def against_gsl():
+def compare_with_gsl():
     for name in SCENES:
         for target in (1e-3, 1e-6, 1e-9):
             t = horizon(name, target)
             (own, _), (peer, f) = (
-                reaching(ours, name, t, target, 2.0**-53),
-                reaching(gsl, name, t, target, 1e-15),
+                loosest_reaching(make_kreisel_run, name, t, target, 2.0**-53),
+                loosest_reaching(make_gsl_run, name, t, target, 1e-15),
             )
-            a, b = medians([own, peer], 9)
-            line(
+            a, b = median_times([own, peer], 9)
+            print_row(
                 f"{name} {target:.0e} gsl_rk8pd/ours",
                 b / a,
                 3,
@@ -173,11 +173,13 @@ def against_gsl():
 
 def long():
     for name in ("thesis", "asymmetric_regular"):
-        own, peer = ours(name, 1e5, digits=20), heyoka(name, 1e5, EPS)
-        e, f = error(name, 1e5, own()), error(name, 1e5, peer())
-        a, b = medians([own, peer], 3)
-        line(f"{name} to 1e5, 20 digits: error heyoka/ours", f / e, 1e3, 1e3, f"{f:.1e} / {e:.1e}")
-        line(
+        own, peer = make_kreisel_run(name, 1e5, digits=20), make_heyoka_run(name, 1e5, EPS)
+        e, f = attitude_error(name, 1e5, own()), attitude_error(name, 1e5, peer())
+        a, b = median_times([own, peer], 3)
+        print_row(
+            f"{name} to 1e5, 20 digits: error heyoka/ours", f / e, 1e3, 1e3, f"{f:.1e} / {e:.1e}"
+        )
+        print_row(
             f"{name} to 1e5, 20 digits: time heyoka/ours",
             b / a,
             1,
@@ -189,13 +191,13 @@ def long():
 def digits():
     for name in ("thesis", "kowalewski", "asymmetric"):
         t = 30.0 if name == "asymmetric" else 100.0
-        own, best = ours(name, t, digits=30), real128(name, t, "1e-33")
-        e = error(name, t, best())
-        runs = [(tol, real128(name, t, tol)) for tol in LOOSER]
-        known = [(tol, run, truth_error(best(), run())) for tol, run in runs]
+        own, best = make_kreisel_run(name, t, digits=30), make_real128_run(name, t, "1e-33")
+        e = attitude_error(name, t, best())
+        runs = [(tol, make_real128_run(name, t, tol)) for tol in LOOSER]
+        known = [(tol, run, extended_attitude_error(best(), run())) for tol, run in runs]
         tol, peer, f = next((each for each in known if each[2] <= e), known[-1])
-        a, b, c = medians([own, peer, best], 3)
-        line(
+        a, b, c = median_times([own, peer, best], 3)
+        print_row(
             f"{name} 30 digits: real128/ours, equal error",
             b / a,
             100,
@@ -205,7 +207,7 @@ def digits():
         )
 
 
-def truth_error(want, q):
+def extended_attitude_error(want, q):
     """Gives the angle between two attitudes of doubles and what they leave out, of any size."""
 
     def sums(q):
@@ -216,12 +218,12 @@ def truth_error(want, q):
         return reference.rotation_angle(sums(want), sums(q))
 
 
-def heyoka_at_its_tightest(name):
+def make_tightest_heyoka(name):
     system, start = equations.build_system(load_problem(name))
     return hy.taylor_adaptive(system, start, tol=EPS), start
 
 
-def on_grid(top, start, times):
+def propagate_on_grid(top, start, times):
     top.time = 0.0
     top.state[:] = start
     top.propagate_grid(times)
@@ -231,7 +233,7 @@ def dense():
     for name in ("thesis", "asymmetric"):
         times = np.linspace(0.0, 100.0, 20001)
         block = compiled_core.scene_bytes(load_problem(name).to_scene())
-        grid = partial(on_grid, *heyoka_at_its_tightest(name))
+        grid = partial(propagate_on_grid, *make_tightest_heyoka(name))
         few = times[[0, -1]]
         calls = [
             compiled_core.make_recording_call(block, "taylor", few),
@@ -239,9 +241,9 @@ def dense():
             compiled_core.make_recording_call(block, "taylor", times),
             partial(grid, times),
         ]
-        a, b, c, d = medians(calls, 9)
+        a, b, c, d = median_times(calls, 9)
         own, peer = (c - a) / len(times), (d - b) / len(times)
-        line(
+        print_row(
             f"{name} dense output, per state: heyoka/ours",
             peer / own,
             1,

@@ -83,13 +83,13 @@ WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove",
 })"""
 
 
-def fresh(browser):
+def open_page(browser):
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     page.goto(_PAGE.as_uri())
     return page
 
 
-def ready(browser):
+def time_first_picture(browser):
     """Until the first picture: the time, and what the page's own thread worked of that."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
@@ -103,11 +103,11 @@ def ready(browser):
     return took, 1e3 * told["TaskDuration"]
 
 
-def say(what, values, unit, digits):
+def print_row(what, values, unit, digits):
     print(f"{what:44} {median(values):8.{digits}f} {unit:9} largest {max(values):.{digits}f}")
 
 
-def spread(what, took, worked):
+def print_spread(what, took, worked):
     nearly_all = sorted(took)[int(0.99 * len(took))]
     print(
         f"{what:44} {median(took):8.2f} ms        99 % {nearly_all:.2f} largest {max(took):.2f} "
@@ -115,7 +115,7 @@ def spread(what, took, worked):
     )
 
 
-def hold(browser, page, *held):
+def time_held_drag(browser, page, *held):
     """Drags; of each event, how long it took and what the page's own thread worked of that."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
@@ -128,7 +128,7 @@ def hold(browser, page, *held):
     return [e["dur"] / 1e3 for e in events], [e["tdur"] / 1e3 for e in events]
 
 
-def drag(page):
+def time_drag(page):
     """Takes the green tip, and moves it a hundred times."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.at('tip')")
@@ -142,7 +142,7 @@ def drag(page):
     return page.evaluate("seen")
 
 
-def weigh():
+def print_size():
     text = _PAGE.read_bytes()
     packed = len(gzip.compress(text, 9)) / 1e3
     print(f"{'size':44} {len(text) / 1e3:8.1f} kB        gzipped {packed:.1f} kB")
@@ -152,26 +152,26 @@ def main(argv=None):
     argparse.ArgumentParser(
         prog="python -m validation.benchmarks.viewer_speed", description=__doc__
     ).parse_args(argv)
-    weigh()
+    print_size()
     with sync_playwright() as tool:
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
-        took, worked = zip(*(ready(browser) for _ in range(7)), strict=True)
-        say("ready", took, "ms", 0)
-        say("ready, work of the page's thread", worked, "ms", 0)
-        page = fresh(browser)
+        took, worked = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
+        print_row("ready", took, "ms", 0)
+        print_row("ready, work of the page's thread", worked, "ms", 0)
+        page = open_page(browser)
         page.evaluate(READY)
         for pair in PAIRS:
             name = f"stepping, two {pair[0]}, two {pair[1]}"
-            say(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
+            print_row(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
         for name, part, top, number in DRAGS:
             page.evaluate(LOAD, name)
             page.evaluate("kreisel.page.run(false)")
             what = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
-            spread(what, *hold(browser, page, part, top, number))
+            print_spread(what, *time_held_drag(browser, page, part, top, number))
         page.evaluate(LOAD, "Lagrange's top")
-        frames, after = zip(*drag(page), strict=True)
-        say("a drag is drawn", frames, "frame(s)", 0)
-        say("a drag is drawn", after, "ms", 0)
+        frames, after = zip(*time_drag(page), strict=True)
+        print_row("a drag is drawn", frames, "frame(s)", 0)
+        print_row("a drag is drawn", after, "ms", 0)
         browser.close()
     return 0
 

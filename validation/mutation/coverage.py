@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .sandbox import copied, environment
+from .sandbox import copy_tree, make_environment
 
 ROOT = Path(__file__).parents[2]
 WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/report/test_errata.py")
@@ -23,7 +23,7 @@ UNTAKEN = r".*/\* untaken: \w.*"
 FUZZ = ("1", "10000")  # the seed, and how many rounds
 
 
-def command_line():
+def make_parser():
     parser = argparse.ArgumentParser(
         prog="python -m validation.mutation.coverage", description=__doc__
     )
@@ -34,36 +34,36 @@ def command_line():
 
 
 def main(argv=None):
-    asked = command_line().parse_args(argv)
+    asked = make_parser().parse_args(argv)
     return SIDES[asked.side](asked.tests)
 
 
-def tell(*command, **how):
+def run_command(*command, **how):
     """Runs a program that speaks for itself."""
     return subprocess.run([str(word) for word in command], **how).returncode
 
 
-def core(tests):
-    tree = copied(ROOT, ROOT / "build/coverage")
+def measure_core(tests):
+    tree = copy_tree(ROOT, ROOT / "build/coverage")
     objects = tree / "objects"
-    build(tree, objects)
+    build_with_counters(tree, objects)
     (extension,) = objects.glob("_core*.so")
     shutil.copy(extension, tree / "python/kreisel")
     quiet = {"stdout": subprocess.DEVNULL}
-    tell("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
-    tell(objects / "fuzz", *FUZZ, **quiet)  # of all its rounds so many as take a minute here
-    how = {"cwd": tree, "env": environment(tree)}
+    run_command("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
+    run_command(objects / "fuzz", *FUZZ, **quiet)  # of all its rounds so many as take a minute here
+    how = {"cwd": tree, "env": make_environment(tree)}
     words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
-    tell(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
-    return missing_branches(tree, objects)
+    run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
+    return report_branches(tree, objects)
 
 
-def build(tree, objects):
+def build_with_counters(tree, objects):
     """Compiles with counters and without any optimization, which would merge branches; what is laid
     out for each order or put into each caller elsewhere is one function here. Threads may count."""
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
-    gsl = tell("pkg-config", "--exists", "gsl") == 0
+    gsl = run_command("pkg-config", "--exists", "gsl") == 0
     options = [
         *("-DKREISEL_PYTHON=ON", "-DCMAKE_BUILD_TYPE=Debug", f"-DCMAKE_C_FLAGS={C_FLAGS}"),
         *("-DCMAKE_MODULE_LINKER_FLAGS=--coverage", f"-Dpybind11_DIR={pybind11}"),
@@ -77,7 +77,7 @@ def build(tree, objects):
     subprocess.run(["cmake", "--build", objects, "--parallel", jobs], **quiet)
 
 
-def missing_branches(tree, objects):
+def report_branches(tree, objects):
     where = ("--root", tree, "--object-directory", objects, "--filter", f"{tree}/csrc/")
     once = (
         "--exclude-directories",
@@ -89,10 +89,10 @@ def missing_branches(tree, objects):
     )
     once += ("--exclude-branches-by-pattern", UNTAKEN)
     show = ("--txt-metric", "branch", "--txt", "-", "--json", objects / "coverage.json")
-    return tell(sys.executable, "-m", "gcovr", *where, *once, *show, objects)
+    return run_command(sys.executable, "-m", "gcovr", *where, *once, *show, objects)
 
 
-def package(tests):
+def measure_package(tests):
     data = ROOT / "build/coverage-package"
     shutil.rmtree(data, ignore_errors=True)
     data.mkdir(parents=True)
@@ -104,12 +104,12 @@ def package(tests):
         "--tb=short",
         *(tests or ("tests/python", "tests/report", "tests/viewer")),
     )
-    tell(*run, "run", "-m", *words, **how)
-    tell(*run, "combine", "-q", **how)
-    return tell(*run, "report", "--show-missing", "--skip-covered", **how)
+    run_command(*run, "run", "-m", *words, **how)
+    run_command(*run, "combine", "-q", **how)
+    return run_command(*run, "report", "--show-missing", "--skip-covered", **how)
 
 
-SIDES = {"core": core, "package": package}
+SIDES = {"core": measure_core, "package": measure_package}
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -25,7 +25,7 @@ TORN, STRANGE, ENDED = "torn", "strange", "ended"  # none of these may be
 LONGEST = 3.0  # a process may write before it is killed, over what a write takes
 
 
-def writers(folder):
+def make_writers(folder):
     """Gives for each writer its file and two ways to write it, by name."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
@@ -48,7 +48,7 @@ def writers(folder):
     }
 
 
-def written(file, ways):
+def write_contents(file, ways):
     """What each way to write leaves in a file, and the longest time that one takes [s]."""
     contents, longest = [], 0.0
     for write in ways:
@@ -59,7 +59,7 @@ def written(file, ways):
     return contents, longest
 
 
-def killed(file, ways, seconds):
+def kill_writer(file, ways, seconds):
     """Has a process of its own write a file in these ways until it is killed, so long after it
     began; says whether it was at work till then."""
     told, tell = os.pipe()
@@ -79,7 +79,7 @@ def killed(file, ways, seconds):
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
 
 
-def left(file, contents):
+def inspect_file(file, contents):
     """How a file stands, and how many are left beside it that were on their way; these are taken
     away."""
     beside = {name for name in os.listdir(file.parent) if JUNK.fullmatch(name)}
@@ -89,23 +89,23 @@ def left(file, contents):
     return (OLD if found == OLD.encode() else WHOLE if found in contents else TORN), len(beside)
 
 
-def tried(file, ways, times, chance):
+def count_outcomes(file, ways, times, chance):
     """Kills a writer so many times; gives how often its file stood how, how many files on their
     way were left, and strange ones, and how often it ended before."""
-    contents, longest = written(file, ways)
+    contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
     found, before = Counter(), set(os.listdir(file.parent))
     for _ in range(times):
         file.write_bytes(OLD.encode())
-        found[ENDED] += not killed(file, ways, chance.uniform(0.0, LONGEST * longest))
-        how, on_their_way = left(file, contents)
+        found[ENDED] += not kill_writer(file, ways, chance.uniform(0.0, LONGEST * longest))
+        how, on_their_way = inspect_file(file, contents)
         found[how] += 1
         found[ON_ITS_WAY] += on_their_way
         found[STRANGE] += set(os.listdir(file.parent)) != before
     return found
 
 
-def command_line():
+def make_parser():
     parser = argparse.ArgumentParser(
         prog="python -m validation.mutation.crash_safety", description=__doc__
     )
@@ -117,16 +117,16 @@ def command_line():
 
 
 def main(argv=None):
-    asked = command_line().parse_args(argv)
+    asked = make_parser().parse_args(argv)
     chance, columns = random.Random(asked.seed), (OLD, WHOLE, ON_ITS_WAY, TORN, STRANGE, ENDED)
     print(f"killed {asked.times} times each, seed {asked.seed}; what stood there then:")
     print(f"{'':8}" + "".join(f"{word:>12}" for word in columns))
     bad = 0
     with tempfile.TemporaryDirectory() as folder:
-        for name, (file, ways) in writers(Path(folder)).items():
+        for name, (file, ways) in make_writers(Path(folder)).items():
             if not name.startswith(asked.only):
                 continue
-            found = tried(Path(folder) / file, ways, asked.times, chance)
+            found = count_outcomes(Path(folder) / file, ways, asked.times, chance)
             print(f"{name:8}" + "".join(f"{found[word]:12}" for word in columns), flush=True)
             bad += found[TORN] + found[STRANGE] + found[ENDED]
     return int(bad > 0)

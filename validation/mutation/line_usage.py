@@ -16,14 +16,14 @@ from pathlib import Path
 
 from coverage import CoverageData
 
-from .sandbox import Refused, run
+from .sandbox import TrialError, run_limited
 
 PLUGIN = Path(__file__).with_name("pytest_contexts.py")
 SET_UP = ""  # the context of what runs outside of a test: import, fixtures, other processes
 
 
 @dataclass(frozen=True)
-class Uses:
+class ModuleUsage:
     """What a test module uses."""
 
     module: str
@@ -33,41 +33,43 @@ class Uses:
     lines: dict  # of each source, for each context the lines
 
     @cached_property
-    def sizes(self):
+    def line_counts(self):
         """Of each test, how many lines it uses."""
         files = self.lines.values()
         return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
 
-    def tests_of(self, file, lines):
+    def rank_tests(self, file, lines):
         """The tests that use one of some lines themselves, each with what it costs to ask it: a
         test of few lines looks at these more closely."""
         of = self.lines.get(file, {})
         asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]
-        return [(self.tests[test] * self.sizes[test], self.tests[test], test) for test in asked]
+        return [
+            (self.tests[test] * self.line_counts[test], self.tests[test], test) for test in asked
+        ]
 
-    def sets_up(self, file, lines):
+    def is_used_in_setup(self, file, lines):
         return not lines.isdisjoint(self.lines.get(file, {}).get(SET_UP, ()))
 
 
-def all_used(root, modules, folder):
+def measure_usage(root, modules, folder):
     """What each test module uses, as many measured at once as there are processors."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(PLUGIN, root / "site")
-    texts = digests(root, modules)
+    texts = compute_digests(root, modules)
 
-    def known(module):
+    def load_or_measure(module):
         file = folder / f"{module.replace('/', '-')}.json"
         found = json.loads(file.read_text()) if file.exists() else {}
         if found.get("text") != texts[module]:
-            found = measured(root, module) | {"text": texts[module]}
+            found = measure_module(root, module) | {"text": texts[module]}
             file.write_text(json.dumps(found))
-        return Uses(**found)
+        return ModuleUsage(**found)
 
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        return list(pool.map(known, modules))
+        return list(pool.map(load_or_measure, modules))
 
 
-def digests(root, modules):
+def compute_digests(root, modules):
     """What stands, for each test module, for its text and those of all that it may use."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
@@ -78,26 +80,26 @@ def digests(root, modules):
     }
 
 
-def measured(root, module):
+def measure_module(root, module):
     data = root / "used" / module.replace("/", "-")
     data.mkdir(parents=True)
     where = f"--data-file={data / 'data'}"
     coverage = [sys.executable, "-m", "coverage"]
     how = ("-x", "-q", "-p", "no:cacheprovider", "-p", PLUGIN.stem)
     tests = ["-m", "pytest", *how, "--times-of-tests", data / "times.json", module]
-    done = run([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
+    done = run_limited([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
     if done.status:
-        raise Refused(f"{module} fails with nothing changed: {done.said[-500:]}")
-    run([*coverage, "combine", "-q", where, data], root, 300, 900)
+        raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
+    run_limited([*coverage, "combine", "-q", where, data], root, 300, 900)
     return {
         "module": module,
         "seconds": done.seconds,
         "tests": json.loads((data / "times.json").read_text()),
-        "lines": lines_of(data / "data", root),
+        "lines": read_lines(data / "data", root),
     }
 
 
-def lines_of(file, root):
+def read_lines(file, root):
     """Of each source, for each context the lines that it uses."""
     data = CoverageData(str(file))
     data.read()

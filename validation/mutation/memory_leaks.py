@@ -22,12 +22,12 @@ TOP, SYMMETRIC = kr.scenes.asymmetric, kr.scenes.thesis
 TIMES = [0.0, 0.5, 1.0]
 
 
-def calls(folder):
+def list_calls(folder):
     """Gives all that is called, by name: what succeeds, what is refused, what fails half-way."""
-    return makers() | runs(folder) | readings() | refusals()
+    return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
-def makers():
+def constructor_calls():
     body = SYMMETRIC.body
     tensor = [[3.0, 0.1, 0.0], [0.1, 2.5, 0.0], [0.0, 0.0, 2.0]]
     return {
@@ -46,12 +46,12 @@ def makers():
     }
 
 
-def runs(folder):
+def run_calls(folder):
     run = kr.start(TOP, "strang", step=0.01)
     run.to(1.0)
     saved = run.checkpoint
     methods = {
-        f"solve, {name}": partial(kr.solve, SYMMETRIC, TIMES, name, step=step_of(method))
+        f"solve, {name}": partial(kr.solve, SYMMETRIC, TIMES, name, step=default_step(method))
         for name, method in kr.methods.items()
         if method.suits(SYMMETRIC)
     }
@@ -75,11 +75,11 @@ def runs(folder):
     }
 
 
-def step_of(method):
+def default_step(method):
     return None if method.adaptive or method.name == "exact" else 0.01
 
 
-def solved(name):
+def solve_for(name):
     """Gives a path that has what is read by this name."""
     if name.startswith(("tangents", "conditioning")):
         columns = ("start", "moments", "com", "gravity", "mass")
@@ -87,11 +87,11 @@ def solved(name):
     return kr.solve(SYMMETRIC, TIMES)
 
 
-def readings():
+def attribute_calls():
     path = kr.solve(SYMMETRIC, np.linspace(0, 5, 200))
     names = [name for name in dir(kr.Path) if not name.startswith("_")]
     return {
-        f"path.{name}": lambda name=name: getattr(solved(name), name)
+        f"path.{name}": lambda name=name: getattr(solve_for(name), name)
         for name in names
         if name not in ("plot", "error")
     } | {
@@ -104,22 +104,22 @@ def readings():
     }
 
 
-def refused(call):
+def suppress_errors(call):
     """Makes a call that raises, and keeps nothing of it."""
 
-    def made():
+    def call_quietly():
         with contextlib.suppress(Exception, KeyboardInterrupt):
             call()
 
-    return made
+    return call_quietly
 
 
-def refusals():
+def error_calls():
     def interrupt(_):
         raise KeyboardInterrupt
 
     return {
-        name: refused(call)
+        name: suppress_errors(call)
         for name, call in {
             "a method that is none": partial(kr.solve, TOP, 1.0, "none"),
             "a body that is none": partial(kr.Body, 1.0, (1.0, 1.0, 3.0), (0, 0, 1)),
@@ -133,7 +133,7 @@ def refusals():
     }
 
 
-def left(call, number):
+def measure_growth(call, number):
     """Makes a call so many times; gives how many blocks of Python's memory and bytes of the
     process are there afterwards that were not before."""
     for _ in range(20):
@@ -155,13 +155,13 @@ def main(argv=None):
     parser.add_argument("--only", default="", help="those whose name begins so")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
-        found = calls(Path(folder))
+        found = list_calls(Path(folder))
         chosen = {name: call for name, call in found.items() if name.startswith(asked.only)}
         each = max(1, asked.calls // len(chosen))
         print(f"{each} calls each: blocks of Python, kB of the process that are left")
         for name, call in chosen.items():
             with contextlib.redirect_stdout(io.StringIO()):
-                blocks, size = left(call, each)
+                blocks, size = measure_growth(call, each)
             print(f"{name:32} {blocks:8} {size / 1024:8.0f}", flush=True)
     return 0
 

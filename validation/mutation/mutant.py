@@ -20,7 +20,7 @@ class Mutant:
         return self.text.count("\n", 0, self.begin) + 1
 
     @cached_property
-    def words(self):
+    def line_text(self):
         """The line in which it begins, without the space around it."""
         return self.text.splitlines()[self.line - 1].strip()
 
@@ -33,7 +33,7 @@ class Mutant:
     def name(self):
         """What tells it from all others, and from those of the line as it was before an edit."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
-        return f"{self.file}:{self.line}:{column}: {self.change} in {self.words}"
+        return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 
     def write(self, root):
         (root / self.file).write_text(self.text[: self.begin] + self.new + self.text[self.end :])
@@ -42,7 +42,7 @@ class Mutant:
         (root / self.file).write_text(self.text)
 
 
-def sampled(mutants, seed, points):
+def draw_sample(mutants, seed, points):
     """Gives so many of them, drawn without putting back: those of a smaller number come first."""
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)

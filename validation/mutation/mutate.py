@@ -12,15 +12,15 @@ from queue import SimpleQueue
 from time import monotonic
 
 from . import core_trials, package_trials
-from .mutant import sampled
-from .sandbox import Refused
-from .trial_log import Ledger, table
+from .mutant import draw_sample
+from .sandbox import TrialError
+from .trial_log import TrialLog, format_table
 
 ROOT = Path(__file__).parents[2]
 SIDES = {"core": core_trials, "package": package_trials}
 
 
-def command_line():
+def make_parser():
     parser = argparse.ArgumentParser(
         prog="python -m validation.mutation.mutate", description=__doc__
     )
@@ -35,23 +35,23 @@ def command_line():
 
 
 def main(argv=None):
-    asked = command_line().parse_args(argv)
+    asked = make_parser().parse_args(argv)
     side, root = SIDES[asked.side], asked.root.resolve()
-    chosen = sampled(side.mutants(root, asked.only), asked.seed, asked.points)
-    ledger = Ledger(root / "build/mutate" / f"{asked.side}.jsonl")
+    chosen = draw_sample(side.list_mutants(root, asked.only), asked.seed, asked.points)
+    ledger = TrialLog(root / "build/mutate" / f"{asked.side}.jsonl")
     done = {"killed", "same", "unbuilt"} | (set() if asked.again else {"survived"})
-    left = [m for m in chosen if ledger.word(m) not in done]
+    left = [m for m in chosen if ledger.get_outcome(m) not in done]
     print(f"{len(chosen)} mutants, {len(left)} to try", flush=True)
     if left:
         try:
-            try_all(left, partial(side.Trial, root), asked, ledger)
-        except Refused as refused:
+            try_mutants(left, partial(side.Trial, root), asked, ledger)
+        except TrialError as refused:
             raise SystemExit(f"kreisel: {refused}") from None
-    print("\n".join(table(ledger, chosen)))
+    print("\n".join(format_table(ledger, chosen)))
     return 0
 
 
-def try_all(mutants, trial, asked, ledger):
+def try_mutants(mutants, trial, asked, ledger):
     """Tries mutants, each job in a copy of its own, and tells each as it is done."""
     copies = SimpleQueue()
     folder = asked.root.resolve() / "build/mutate"
@@ -59,15 +59,15 @@ def try_all(mutants, trial, asked, ledger):
         copies.put(trial(folder / f"{asked.side}-{number}"))
     begin = monotonic()
 
-    def tried(mutant):
+    def try_one(mutant):
         copy = copies.get()
         try:
-            return mutant, copy.verdict(mutant)
+            return mutant, copy.try_mutant(mutant)
         finally:
             copies.put(copy)
 
     with ThreadPoolExecutor(asked.jobs) as pool:
-        for count, (mutant, verdict) in enumerate(pool.map(tried, mutants), 1):
+        for count, (mutant, verdict) in enumerate(pool.map(try_one, mutants), 1):
             ledger.add(mutant, verdict.word, verdict.by, verdict.seconds)
             took = f"{count}/{len(mutants)} {monotonic() - begin:6.0f} s"
             print(

@@ -38,15 +38,19 @@ COMMUTE = re.compile(
 )
 
 
-def mutants(file, text):
+def list_mutants(file, text):
     """All mutants of the text of a file."""
     tokens = [m for m in TOKEN.finditer(text) if m.lastgroup != "skip"]
-    spans = [*changed_signs(text, tokens), *changed_numbers(text, tokens), *conditions(tokens)]
-    spans += [*swapped(text, tokens), *dropped(text, tokens)]
+    spans = [
+        *mutate_operators(text, tokens),
+        *mutate_numbers(text, tokens),
+        *negate_conditions(tokens),
+    ]
+    spans += [*swap_arguments(text, tokens), *drop_statements(text, tokens)]
     return [Mutant(file, text, *span) for span in sorted(spans)]
 
 
-def changed_signs(text, tokens):
+def mutate_operators(text, tokens):
     for token in tokens:
         sign, begin, end = token[0], token.start(), token.end()
         around = text[begin - 1 : begin], text[end : end + 1]
@@ -60,9 +64,9 @@ def changed_signs(text, tokens):
             yield begin, end, ""
 
 
-def changed_numbers(text, tokens):
+def mutate_numbers(text, tokens):
     for i, token in enumerate(tokens):
-        if token.lastgroup != "number" or is_size(tokens, i):
+        if token.lastgroup != "number" or is_array_size(tokens, i):
             continue
         number = token[0]
         if re.fullmatch(r"\d+[uUlL]*", number):
@@ -73,23 +77,23 @@ def changed_numbers(text, tokens):
             yield token.start(), token.end(), f"({number} + 1.0)"
 
 
-def is_size(tokens, i):
+def is_array_size(tokens, i):
     """Whether a number is the size of an array that is declared, as a type and a name say."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
     declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
     return len(words) == 3 and words[2] == "[" and bool(declares)
 
 
-def conditions(tokens):
+def negate_conditions(tokens):
     for i, token in enumerate(tokens[:-1]):
         if token[0] in ("if", "while") and tokens[i + 1][0] == "(":
-            end = closing(tokens, i + 1)
+            end = find_closing(tokens, i + 1)
             begin, behind = tokens[i + 1].start(), tokens[end].end()
             condition = token.string[begin:behind]
             yield begin, behind, f"(!{condition})"
 
 
-def closing(tokens, opening):
+def find_closing(tokens, opening):
     """The index of the bracket that closes the one at an index."""
     depth = 0
     for i in range(opening, len(tokens)):
@@ -99,7 +103,7 @@ def closing(tokens, opening):
     return len(tokens) - 1
 
 
-def swapped(text, tokens):
+def swap_arguments(text, tokens):
     """The first two arguments of a call change places."""
     for i, token in enumerate(tokens[:-1]):
         behind = tokens[i + 1]
@@ -111,7 +115,7 @@ def swapped(text, tokens):
         ):
             continue
         ends, depth = [behind.end()], 0
-        for other in tokens[i + 2 : closing(tokens, i + 1) + 1]:
+        for other in tokens[i + 2 : find_closing(tokens, i + 1) + 1]:
             if depth == 0 and other[0] in (",", ")"):
                 ends.append(other.start())
             depth += (other[0] in "([{") - (other[0] in ")]}")
@@ -123,25 +127,25 @@ def swapped(text, tokens):
             yield ends[0], ends[2], f"{second}, {first}"
 
 
-def dropped(text, tokens):
+def drop_statements(text, tokens):
     """A statement that is no declaration, and nothing but itself, is left out."""
     begins = None
     depth = 0
     for before, token in pairwise(tokens):
         depth += (before[0] in "([") - (before[0] in ")]")
-        if before[0] in (";", "{", "}", ")") and depth == 0 and starts_line(text, token.start()):
+        if before[0] in (";", "{", "}", ")") and depth == 0 and is_line_start(text, token.start()):
             begins = token.start()
         if token[0] == "{":
             begins = None
         elif token[0] == ";" and depth == 0 and begins is not None:
-            if not NO_STATEMENT.match(text, begins) and starts_deep(text, begins):
+            if not NO_STATEMENT.match(text, begins) and is_indented(text, begins):
                 yield begins, token.start(), ""
             begins = None
 
 
-def starts_line(text, at):
+def is_line_start(text, at):
     return not text[text.rfind("\n", 0, at) + 1 : at].strip()
 
 
-def starts_deep(text, at):
+def is_indented(text, at):
     return at - text.rfind("\n", 0, at) > 4

@@ -21,7 +21,7 @@ DROPPED = ast.AugAssign | ast.Raise | ast.Delete | ast.Assert | ast.Expr
 COMMUTE = {"min", "max", "minimum", "maximum", "dot", "isinstance", "getattr", "hasattr"}
 
 
-def mutants(file, text):
+def list_mutants(file, text):
     """All mutants of the text of a file."""
     tree = ast.parse(text)
     lines = [0]
@@ -35,13 +35,13 @@ def mutants(file, text):
     def span(node):
         return at(node.lineno, node.col_offset), at(node.end_lineno, node.end_col_offset)
 
-    typed = {id(node) for part in annotations(tree) for node in ast.walk(part)}
+    typed = {id(node) for part in find_annotations(tree) for node in ast.walk(part)}
     nodes = [node for node in ast.walk(tree) if id(node) not in typed]
-    found = {change for node in nodes for change in changes(node, text, span)}
+    found = {change for node in nodes for change in mutate_node(node, text, span)}
     return [Mutant(file, text, *change) for change in sorted(found)]
 
 
-def annotations(tree):
+def find_annotations(tree):
     """What is there for readers and checkers of types alone."""
     for node in ast.walk(tree):
         for field in ("annotation", "returns"):
@@ -49,28 +49,28 @@ def annotations(tree):
                 yield part
 
 
-def changes(node, text, span):
+def mutate_node(node, text, span):
     """The changes of one node: where, and what stands there then."""
     if isinstance(node, ast.BinOp):
-        yield from operator(node.op, span(node.left)[1], span(node.right)[0], text)
+        yield from mutate_operator(node.op, span(node.left)[1], span(node.right)[0], text)
     elif isinstance(node, ast.BoolOp):
-        yield from operator(node.op, span(node.values[0])[1], span(node.values[1])[0], text)
+        yield from mutate_operator(node.op, span(node.values[0])[1], span(node.values[1])[0], text)
     elif isinstance(node, ast.Compare):
         sides = [node.left, *node.comparators]
         for op, left, right in zip(node.ops, sides, node.comparators, strict=False):
-            yield from operator(op, span(left)[1], span(right)[0], text)
+            yield from mutate_operator(op, span(left)[1], span(right)[0], text)
     elif isinstance(node, ast.AugAssign):
-        yield from operator(node.op, span(node.target)[1], span(node.value)[0], text)
+        yield from mutate_operator(node.op, span(node.target)[1], span(node.value)[0], text)
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
         yield span(node)[0], span(node.operand)[0], ""
     elif isinstance(node, ast.Constant) and type(node.value) in (bool, int, float):
-        yield *span(node), another(node.value, text[slice(*span(node))])
+        yield *span(node), mutate_constant(node.value, text[slice(*span(node))])
     elif isinstance(node, ast.Call):
-        yield from arguments(node, text, span)
-    yield from of_statements(node, text, span)
+        yield from mutate_call(node, text, span)
+    yield from mutate_statement(node, text, span)
 
 
-def operator(op, begin, end, text):
+def mutate_operator(op, begin, end, text):
     """The sign or word between two parts, which brackets and spaces may surround."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
@@ -78,13 +78,13 @@ def operator(op, begin, end, text):
         yield begin + found.start(), begin + found.end(), new
 
 
-def another(value, written):
+def mutate_constant(value, written):
     if isinstance(value, bool):
         return str(not value)
     return str(value + 1) if isinstance(value, int) else f"({written} + 1.0)"
 
 
-def arguments(node, text, span):
+def mutate_call(node, text, span):
     name = getattr(node.func, "id", getattr(node.func, "attr", ""))
     if name in NAMES:
         end = span(node.func)[1]
@@ -96,22 +96,22 @@ def arguments(node, text, span):
             yield a, d, f"{text[c:d]}{text[b:c]}{text[a:b]}"
 
 
-def of_statements(node, text, span):
+def mutate_statement(node, text, span):
     if isinstance(node, ast.If | ast.While | ast.IfExp):
         begin, end = span(node.test)
         yield begin, end, f"(not ({text[begin:end]}))"
     elif isinstance(node, ast.Break | ast.Continue):
         yield *span(node), "continue" if isinstance(node, ast.Break) else "break"
-    elif isinstance(node, DROPPED) and not says_nothing(node):
+    elif isinstance(node, DROPPED) and not is_docstring_or_yield(node):
         yield *span(node), "pass"
 
 
-def says_nothing(node):
+def is_docstring_or_yield(node):
     """Whether a statement is a docstring, or gives what its function makes."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 
-def runs_at_import(text):
+def lines_run_at_import(text):
     """The lines of a file that run when it is imported: no test alone is known to use them."""
     tree = ast.parse(text)
     inside = {

@@ -13,7 +13,7 @@ TIMES = "--times-of-tests"
 took = Counter()
 
 
-def name_of(nodeid):
+def test_name(nodeid):
     return nodeid.partition("[")[0]
 
 
@@ -24,7 +24,7 @@ def pytest_addoption(parser):
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item):
     measured = coverage.Coverage.current()
-    measured.switch_context(name_of(item.nodeid))
+    measured.switch_context(test_name(item.nodeid))
     try:
         return (yield)
     finally:
@@ -32,7 +32,7 @@ def pytest_runtest_call(item):
 
 
 def pytest_runtest_logreport(report):
-    took[name_of(report.nodeid)] += report.duration
+    took[test_name(report.nodeid)] += report.duration
 
 
 def pytest_sessionfinish(session):

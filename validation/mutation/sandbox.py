@@ -16,7 +16,7 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 """
 
 
-class Refused(Exception):
+class TrialError(Exception):
     """What is to be tried does not work even unchanged."""
 
 
@@ -30,7 +30,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Done:
+class ProgramResult:
     """How a program ended: its status, 0 where all is well, what it said, its time [s]."""
 
     status: int | str
@@ -38,28 +38,28 @@ class Done:
     seconds: float
 
 
-def copied(root, to):
+def copy_tree(root, to):
     """Copies what the sources, tests and programs of a tree are."""
     shutil.rmtree(to, ignore_errors=True)
-    shutil.copytree(root, to, ignore=of_no_use(root))
+    shutil.copytree(root, to, ignore=make_ignore(root))
     (to / "site").mkdir()
     (to / "site/sitecustomize.py").write_text(SITE)
     return to
 
 
-def of_no_use(root):
+def make_ignore(root):
     """Leaves out what was made, at the top alone where a source could be called so."""
     anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 
-    def ignored(folder, names):
+    def list_ignored(folder, names):
         left_out = (at_the_top if folder == str(root) else anywhere)(folder, names)
         return left_out - {".clang-format", ".ci"}
 
-    return ignored
+    return list_ignored
 
 
-def run(command, cwd, cpu, wall, memory=MEMORY):
+def run_limited(command, cwd, cpu, wall, memory=MEMORY):
     """Runs a program that may take so many seconds of a processor and of the clock, and so many
     bytes, or None."""
 
@@ -78,7 +78,7 @@ def run(command, cwd, cpu, wall, memory=MEMORY):
     }
     words = [str(word) for word in command]
     process = subprocess.Popen(
-        words, cwd=cwd, env=environment(cwd), preexec_fn=limit, start_new_session=True, **how
+        words, cwd=cwd, env=make_environment(cwd), preexec_fn=limit, start_new_session=True, **how
     )
     try:
         said, _ = process.communicate(timeout=wall)
@@ -86,26 +86,26 @@ def run(command, cwd, cpu, wall, memory=MEMORY):
     except subprocess.TimeoutExpired:
         said, status = "", "no end"
     finally:
-        end(process)
-    return Done(status, said, monotonic() - begin)
+        kill_group(process)
+    return ProgramResult(status, said, monotonic() - begin)
 
 
-def end(process):
+def kill_group(process):
     """Ends a program with all that it has started."""
     if process.poll() is None:
         os.killpg(process.pid, 9)
         process.communicate()
 
 
-def environment(root):
+def make_environment(root):
     paths = {"PYTHONPATH": f"{root / 'site'}:{root / 'python'}", "PYTHONDONTWRITEBYTECODE": "1"}
     return os.environ | paths | {"MPLBACKEND": "agg"}
 
 
-def pytest(root, words, cpu=600, wall=1800):
+def run_pytest(root, words, cpu=600, wall=1800):
     """Runs tests of the copy until one fails; gives how it ended, and that test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
-    done = run([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
+    done = run_limited([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [
         line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
     ]

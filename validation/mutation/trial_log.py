@@ -11,14 +11,14 @@ WORDS = {
 }
 
 
-class Ledger:
+class TrialLog:
     def __init__(self, file):
         self.file = file
         file.parent.mkdir(parents=True, exist_ok=True)
         text = file.read_text() if file.exists() else ""
         if text and not text.endswith("\n"):
             file.write_text(text + "\n")  # the next is not part of what was cut
-        self.rows = {row["name"]: row for row in map(read, text.splitlines()) if row}
+        self.rows = {row["name"]: row for row in map(parse_line, text.splitlines()) if row}
 
     def add(self, mutant, word, by="", seconds=0.0):
         row = {"name": mutant.name, "word": word, "by": by, "seconds": round(seconds, 1)}
@@ -27,11 +27,11 @@ class Ledger:
             file.write(json.dumps(row) + "\n")
         return row
 
-    def word(self, mutant):
+    def get_outcome(self, mutant):
         return self.rows.get(mutant.name, {}).get("word")
 
 
-def read(line):
+def parse_line(line):
     """The row of a line; None of the last, where it was cut."""
     try:
         return json.loads(line)
@@ -39,9 +39,9 @@ def read(line):
         return None
 
 
-def table(ledger, mutants):
+def format_table(ledger, mutants):
     """Return the lines of the table: the share of killed mutants, and the survivors."""
-    words = {m.name: ledger.word(m) for m in mutants}
+    words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]
     if left := counts[None]:
@@ -54,4 +54,4 @@ def table(ledger, mutants):
     survivors = sorted(
         (m for m in mutants if words[m.name] == "survived"), key=lambda m: (m.file, m.line)
     )
-    return lines + [f"survived: {m.file}:{m.line}  {m.change}\n    {m.words}" for m in survivors]
+    return lines + [f"survived: {m.file}:{m.line}  {m.change}\n    {m.line_text}" for m in survivors]

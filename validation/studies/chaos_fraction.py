@@ -24,7 +24,7 @@ BODIES = {
 }
 
 
-def random_tops(name: str, n: int, seed: int) -> kr.Ensemble:
+def draw_tops(name: str, n: int, seed: int) -> kr.Ensemble:
     """Any attitude, and momenta of which some are slow and some fast."""
     rng = np.random.default_rng(seed)
     q = rng.standard_normal((n, 4))
@@ -36,9 +36,9 @@ def random_tops(name: str, n: int, seed: int) -> kr.Ensemble:
     )
 
 
-def count(n: int, seed: int, tol: float | None) -> None:
+def print_counts(n: int, seed: int, tol: float | None) -> None:
     for name in BODIES:
-        tops = random_tops(name, n, seed)
+        tops = draw_tops(name, n, seed)
         begun = time.perf_counter()
         told = kr.megno(tops, [END], tol=tol)
         rate = n / (time.perf_counter() - begun)
@@ -61,7 +61,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--tol", type=float, help="of a step of the path; left out: rounding")
     asked = parser.parse_args(argv)
-    count(asked.tops, asked.seed, asked.tol)
+    print_counts(asked.tops, asked.seed, asked.tol)
 
 
 if __name__ == "__main__":

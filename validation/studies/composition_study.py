@@ -34,56 +34,56 @@ KAHAN_LI8 = (
 )
 
 
-def drift(scene, method):
+def make_drift(scene, method):
     """Gives (q, m, t) -> q after a time without torque, by one step of the method."""
     free, steps = scene.replace(gravity=0.0), not kr.methods[method].exact
 
-    def moved(q, m, t):
+    def drift_attitude(q, m, t):
         words = {"step": abs(t)} if steps else {}
         return kr.solve(free.replace(attitude=q, momentum=m), [t], method=method, **words).q[-1]
 
-    return moved
+    return drift_attitude
 
 
-def compose(scene, half, end, steps, flow):
+def run_composition(scene, half, end, steps, flow):
     """Gives q at the end, by a composition of kicks and drifts; its coefficients are given up to
     the middle one."""
     parts = np.array([*half, 1.0 - 2.0 * sum(half), *half[::-1]]) * end / steps
     lever = np.array(scene.body.com) * scene.body.mass * scene.gravity
     q, m = np.array(scene.attitude), np.array(scene.momentum)
 
-    def kicked(part):
+    def kick(part):
         return m + part * np.cross([0.0, 0.0, 1.0], rotate_to_space(q, lever))
 
-    m = kicked(0.5 * parts[0])
+    m = kick(0.5 * parts[0])
     for _ in range(steps):
         for now, then in zip(parts, [*parts[1:], parts[0]], strict=True):
             q = flow(q, m, now)
-            m = kicked(0.5 * (now + then))
+            m = kick(0.5 * (now + then))
     return q
 
 
-def kicks(scene, half, end, flow, target):
+def count_kicks(scene, half, end, flow, target):
     """Gives the fewest kicks, to some per cent, that come within the target at the end."""
     truth = kr.solve(scene, end, method="taylor", tol=1e-15).q[-1]
     for steps in (round(4 * 1.08**i) for i in count()):
-        if kr.attitude_error(compose(scene, half, end, steps, flow), truth) <= target:
+        if kr.attitude_error(run_composition(scene, half, end, steps, flow), truth) <= target:
             return (2 * len(half) + 1) * steps
 
 
-def suzuki_umeno():
+def compare_suzuki_umeno():
     """Gives the name of a top and how many times the kicks of kahan_li8 its 15 stages need for an
     error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
         scene = tilted_scene(body)
         one, two = (
-            kicks(scene, half, 3.0, drift(scene, "strang"), 1e-8)
+            count_kicks(scene, half, 3.0, make_drift(scene, "strang"), 1e-8)
             for half in (SUZUKI_UMENO8, KAHAN_LI8)
         )
         yield body, one / two
 
 
-def price_of_closed_form():
+def closed_form_price():
     """Gives the price of one evaluation with its set-up, in drifts and kicks of a general top."""
     scene = tilted_scene("asymmetric", gravity=0.0)
     times = {}
@@ -99,13 +99,13 @@ def price_of_closed_form():
     return (cost["exact", 1] - cost["strang", 1] + step) / step
 
 
-def free_flow():
+def compare_free_flow():
     """Gives the spin of a general top in units of the usual, and how many times fewer kicks an
     exact drift needs."""
     for spin in (1, 8, 32):
         scene = tilted_scene("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
         one, two = (
-            kicks(scene, KAHAN_LI8, 3.0 / spin, drift(scene, name), 1e-8)
+            count_kicks(scene, KAHAN_LI8, 3.0 / spin, make_drift(scene, name), 1e-8)
             for name in ("strang", "exact")
         )
         yield spin, one / two
@@ -116,10 +116,10 @@ def main(argv=None):
     argparse.ArgumentParser(
         prog="python -m validation.studies.composition_study", description=__doc__
     ).parse_args(argv)
-    for body, more in suzuki_umeno():
+    for body, more in compare_suzuki_umeno():
         print(f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's {more:.3g}")
-    price = price_of_closed_form()
-    for spin, fewer in free_flow():
+    price = closed_form_price()
+    for spin, fewer in compare_free_flow():
         print(
             f"asymmetric, spin x {spin}: kicks with approximate over those with exact free flow "
             f"{fewer:.3g}; the exact flow pays above {price:.3g}"

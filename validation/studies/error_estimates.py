@@ -30,7 +30,7 @@ WAYS = {
 }
 
 
-def said_over_true(scene, times, truth, way):
+def estimate_ratio(scene, times, truth, way):
     """Gives the ratio, or None where the path is as good as its digits can tell, or is refused."""
     method, options = way.split()[0], WAYS[way]
     try:
@@ -41,7 +41,7 @@ def said_over_true(scene, times, truth, way):
     return path.error / true if true > ROUNDED[path.digits or 16] else None
 
 
-def judged(scenes, seed):
+def collect_ratios(scenes, seed):
     """Gives for each family and way the ratios that were found."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
@@ -51,12 +51,12 @@ def judged(scenes, seed):
         scene, times = family(rng), np.linspace(0.0, t, LOOKS)
         truth = exactly(scene, times)
         for way in WAYS:
-            ratio = said_over_true(scene, times, truth, way)
+            ratio = estimate_ratio(scene, times, truth, way)
             found[family.__name__, way] += [] if ratio is None else [ratio]
     return found
 
 
-def line(name, ratios):
+def print_row(name, ratios):
     """Prints what was found of these; gives how many are not taken."""
     beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
@@ -71,14 +71,14 @@ def main(argv=None):
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--seed", type=int, default=5)
     asked = parser.parse_args(argv)
-    found = judged(asked.scenes, asked.seed)
+    found = collect_ratios(asked.scenes, asked.seed)
     print(f"  {'path.error / truth':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond")
     for (family, way), ratios in found.items():
-        line(f"{family}, {way}", ratios)
+        print_row(f"{family}, {way}", ratios)
     kept = True
     for way in WAYS:
         ratios = [r for (_, w), some in found.items() if w == way for r in some]
-        kept &= line(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
+        kept &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
     print(f"  beyond: not within a factor of {FACTOR:g}; paths as good as roundings are left out")
     return int(not kept)
 

@@ -13,15 +13,15 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..benchmarks.compiling import compiled
-from ..benchmarks.taylor_speed import medians
+from ..benchmarks.compiling import compile_core
+from ..benchmarks.taylor_speed import median_times
 
 SOURCE = Path(__file__).with_suffix(".c")
 TOPS, ROUNDS = 200, 5
 ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
-def families():
+def draw_families():
     """Makes tops of four families, each with the time to which they are moved."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
@@ -37,10 +37,10 @@ def families():
     yield "all sorts", [kr.Scene(*top) for top in zip(bodies, starts, strict=True)], 30.0
 
 
-class Lanes:
+class LaneRunner:
     def __init__(self):
         self.folder = tempfile.TemporaryDirectory()
-        self.library = compiled(self.folder.name, SOURCE)
+        self.library = compile_core(self.folder.name, SOURCE)
         self.library.kr_bench_lanes_isa.restype = ctypes.c_char_p
 
     def isas(self):
@@ -66,36 +66,36 @@ class Lanes:
         return run
 
 
-def states(scenes, t, **words):
+def solve_states(scenes, t, **words):
     return np.array([kr.solve(scene, [t], "taylor", **words).q[0] for scene in scenes])
 
 
-def errors(q, truth):
+def error_quantiles(q, truth):
     """Gives the median error and that which nine of ten are below [rad]."""
     return np.quantile(kr.attitude_error(q, truth), (0.5, 0.9))
 
 
-def fitting(lanes, scenes, t, truth, log2_tol, order, most):
+def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
     """Finds by how much the tolerance has to be lowered for errors of at most this."""
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
-        found = errors(run(), truth)
+        found = error_quantiles(run(), truth)
         if (found <= most).all():
             return less, run, found
     return None
 
 
 def orders(lanes):
-    for name, scenes, t in families():
-        truth = states(scenes, t, digits=20)
+    for name, scenes, t in draw_families():
+        truth = solve_states(scenes, t, digits=20)
         for log2_tol in (-12, -20, -27, -33, -40, -47, -52):
-            single = errors(states(scenes, t, tol=2.0**log2_tol), truth)
+            single = error_quantiles(solve_states(scenes, t, tol=2.0**log2_tol), truth)
             most = single * (1.05, 1.15)
-            here = (fitting(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
+            here = (fit_tolerance(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
             found = [(n, *row) for n, row in zip(ORDERS, here, strict=True) if row]
             used = lanes.run(scenes, t, log2_tol)
-            gives = errors(used(), truth) / single
-            *times, own = medians([*(run for _, _, run, _ in found), used], ROUNDS)
+            gives = error_quantiles(used(), truth) / single
+            *times, own = median_times([*(run for _, _, run, _ in found), used], ROUNDS)
             print(
                 f"{name}, tol 2^{log2_tol}, single {single[0]:.1e} {single[1]:.1e}; used: "
                 f"{own / TOPS * 1e6:.1f} us, {gives[0]:.2f} {gives[1]:.2f} times these"
@@ -106,9 +106,9 @@ def orders(lanes):
 
 
 def isas(lanes):
-    for name, scenes, t in families():
+    for name, scenes, t in draw_families():
         runs = [lanes.run(scenes, t, -52.0, 20, i) for i in range(len(lanes.isas()))]
-        times = medians(runs, ROUNDS)
+        times = median_times(runs, ROUNDS)
         cells = (
             f"{isa} {time / TOPS * 1e6:.1f} us ({time / times[0]:.2f})"
             for isa, time in zip(lanes.isas(), times, strict=True)
@@ -123,7 +123,7 @@ def main(argv=None):
     wanted = parser.parse_args(argv).parts
     if unknown := set(wanted) - set(parts):
         parser.error(f"no {', '.join(sorted(unknown))}")
-    lanes = Lanes()
+    lanes = LaneRunner()
     for name in wanted:
         parts[name](lanes)
 

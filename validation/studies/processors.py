@@ -11,7 +11,7 @@ from time import process_time
 
 from ..competitors import compiled_core, machine
 from ..references.problems import load_problem
-from .taylor_kernels import Kernels
+from .taylor_kernels import TaylorKernels
 
 ROUNDS, T = 30, 100.0
 WHAT = {"1e-6": (-20, 1), "16 digits": (-53, 4), "20 digits": (-70, 5), "30 digits": (-100, 6)}
@@ -24,15 +24,15 @@ NAMES = {
 }
 
 
-def libraries():
+def list_libraries():
     """Yields the kernels of each row: its name, the library, and their number in there."""
-    all_here = Kernels()
+    all_here = TaylorKernels()
     yield from ((name, all_here, isa) for isa, name in enumerate(all_here.isas))
-    yield "plain", Kernels(plain=True), 0
-    yield "fast", Kernels(alone=True), 0
+    yield "plain", TaylorKernels(plain=True), 0
+    yield "fast", TaylorKernels(alone=True), 0
 
 
-def seconds(call, least=2e-3):
+def time_call(call, least=2e-3):
     """Measures a call, repeated until it fills so many seconds of the processor."""
     number, begin = 0, process_time()
     while (spent := process_time() - begin) < least:
@@ -46,7 +46,7 @@ def main(argv=None):
         prog="python -m validation.studies.processors", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     scene = compiled_core.scene_bytes(load_problem("asymmetric").to_scene())
-    rows, calls, steps = list(libraries()), [], []
+    rows, calls, steps = list(list_libraries()), [], []
     for _, kernels, isa in rows:
         for log2_tol, kernel in WHAT.values():
             taken = c_int64()
@@ -54,7 +54,7 @@ def main(argv=None):
             call()
             calls.append(call)
             steps.append(taken.value)
-    rounds = [[seconds(call) for call in calls] for _ in range(ROUNDS)]
+    rounds = [[time_call(call) for call in calls] for _ in range(ROUNDS)]
     each = iter([1e6 * min(s) / n for *s, n in zip(*rounds, steps, strict=True)])
     print(f"{machine.processor_name()}\n\n| kernels for | {' | '.join(WHAT)} |")
     print("| --- |" + " ---: |" * len(WHAT))

@@ -11,35 +11,35 @@ from statistics import median
 from ..benchmarks.taylor_speed import (
     EPS,
     SCENES,
-    error,
-    heyoka,
+    attitude_error,
+    extended_attitude_error,
     horizon,
-    line,
-    medians,
-    reaching,
-    real128,
-    truth_error,
+    loosest_reaching,
+    make_heyoka_run,
+    make_real128_run,
+    median_times,
+    print_row,
 )
 from ..competitors import compiled_core, timing
 from ..references.problems import load_problem
-from .taylor_kernels import Kernels
+from .taylor_kernels import TaylorKernels
 
 
-def block(name):
+def problem_bytes(name):
     return compiled_core.scene_bytes(load_problem(name).to_scene())
 
 
 def isas():
     """Each instruction set is timed against heyoka, which always uses the machine's best."""
-    kernels, plain = Kernels(), Kernels(plain=True)
+    kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
     for name in ("thesis", "asymmetric"):
         for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
-            at_one_error(kernels, plain, name, target, order)
+            print_at_equal_error(kernels, plain, name, target, order)
 
 
-def at_one_error(kernels, plain, name, target, order):
-    scene, t, kernel = block(name), horizon(name, target), kernels.orders.index(order)
-    peer, theirs = reaching(heyoka, name, t, target, EPS)
+def print_at_equal_error(kernels, plain, name, target, order):
+    scene, t, kernel = problem_bytes(name), horizon(name, target), kernels.orders.index(order)
+    peer, theirs = loosest_reaching(make_heyoka_run, name, t, target, EPS)
 
     def runs_at(log2_tol):
         isas = range(len(kernels.isas))
@@ -47,11 +47,13 @@ def at_one_error(kernels, plain, name, target, order):
         return [*own, plain.run(scene, 0, kernel, log2_tol, t)]
 
     steps = range(-10, -54, -1)
-    errors = [error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in steps]
+    errors = [
+        attitude_error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in steps
+    ]
     within = (tol for i, tol in enumerate(steps) if max(errors[i:]) <= target)
     runs = runs_at(next(within, -53))
-    errors = [error(name, t, run()[0, 1:5]) for run in runs]
-    *own, b = medians([*runs, peer])
+    errors = [attitude_error(name, t, run()[0, 1:5]) for run in runs]
+    *own, b = median_times([*runs, peer])
     for isa, a, e in zip([*kernels.isas, "plain C"], own, errors, strict=True):
         print(
             f"{name} {target or 'tightest'} {isa:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, "
@@ -62,9 +64,9 @@ def at_one_error(kernels, plain, name, target, order):
 def headless():
     """What leaving the heading out saves is timed at equal tolerance, and what it would save if the
     heading were added for itself."""
-    kernels = Kernels()
+    kernels = TaylorKernels()
     for name in ("asymmetric", "thesis"):
-        scene, t = block(name), horizon(name, 0)
+        scene, t = problem_bytes(name), horizon(name, 0)
         for i, (order, tol) in enumerate(
             zip(kernels.orders, (-15, -22, -30, -40, -53), strict=True)
         ):
@@ -72,8 +74,8 @@ def headless():
             runs = [
                 kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)
             ]
-            a, b, c = medians(runs)
-            line(
+            a, b, c = median_times(runs)
+            print_row(
                 f"{name} order {order}, tol 2^{tol}: whole/headless",
                 a / b,
                 1.1,
@@ -83,7 +85,7 @@ def headless():
             )
 
 
-def operations(order):
+def count_operations(order):
     """Counts operations of vectors in a step of the widest kernel: of the pairs and middle terms of
     the sums; of the rest 3 to join two sums, 6 for the rates of q and P, 11 for those of W, 5 to
     turn W's lanes, 2 in the sum at the end."""
@@ -95,17 +97,17 @@ def limits():
     """How near the widest kernel comes to what the machine could do, is measured by two operations
     in a cycle of its clock. What is missing it waits for: each coefficient for the one before, the
     sum at the end for the step."""
-    kernels = Kernels()
+    kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
     clock = kernels.library.kr_bench_cycle
     clock.restype = ctypes.c_double
     for i, order in enumerate(kernels.orders):
-        run = kernels.run(block(name), 0, i, -40, 100.0, steps)
+        run = kernels.run(problem_bytes(name), 0, i, -40, 100.0, steps)
         run()
         times = [(timing.time_once(run), clock()) for _ in range(101)]
         cycles = median(a / b for a, b in times) / steps.value
         nanoseconds = cycles * median(b for _, b in times) * 1e9
-        sums, rest = operations(order)
+        sums, rest = count_operations(order)
         least = (sums + rest) / 2
         print(
             f"order {order}: {nanoseconds:.0f} ns, {cycles:.0f} cycles a step; {sums} operations "
@@ -116,16 +118,16 @@ def limits():
 
 def orders():
     """The choice of order by tolerance rests on the time and error of each order."""
-    kernels = Kernels()
+    kernels = TaylorKernels()
     for name in SCENES:
-        scene, t = block(name), horizon(name, 0)
+        scene, t = problem_bytes(name), horizon(name, 0)
         for log2_tol in range(-13, -54, -4):
             runs = [
                 kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(len(kernels.orders))
             ]
             cells = (
-                f"{1e6 * a:6.1f} us {error(name, t, run()[0, 1:5]):.0e}"
-                for a, run in zip(medians(runs, 9), runs, strict=True)
+                f"{1e6 * a:6.1f} us {attitude_error(name, t, run()[0, 1:5]):.0e}"
+                for a, run in zip(median_times(runs, 9), runs, strict=True)
             )
             print(
                 f"{name} tol 2^{log2_tol}   order {', '.join(map(str, kernels.orders))}: "
@@ -144,21 +146,21 @@ DEPTHS_30 = (
 def depth():
     """Head, order and tolerance for 20 and 30 digits rest on the time and error of others."""
     for head, last in DEPTHS_20:
-        kernels, what = Kernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
-        look_at(kernels, 0, what, (-66, -70, -74), 2e4)
+        kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
+        print_depth(kernels, 0, what, (-66, -70, -74), 2e4)
     for head, last in DEPTHS_30:
-        kernels, what = Kernels((8, 28, head, last)), f"30 digits: head {head} of {last}"
-        look_at(kernels, 1, what, (-96, -100, -104), 100.0)
+        kernels, what = TaylorKernels((8, 28, head, last)), f"30 digits: head {head} of {last}"
+        print_depth(kernels, 1, what, (-96, -100, -104), 100.0)
 
 
-def look_at(kernels, deep, what, tolerances, t):
+def print_depth(kernels, deep, what, tolerances, t):
     for log2_tol in tolerances:
         print(f"{what} tol 2^{log2_tol}", end="")
         for name in ("thesis", "asymmetric_regular"):
-            run = kernels.run(block(name), 0, len(kernels.orders) + deep, log2_tol, t)
-            true = real128(name, t, "1e-33")() if deep else None
+            run = kernels.run(problem_bytes(name), 0, len(kernels.orders) + deep, log2_tol, t)
+            true = make_real128_run(name, t, "1e-33")() if deep else None
             q, seconds = run()[:, 1:5].ravel(), min(timing.time_once(run) for _ in range(5))
-            off = error(name, t, q) if true is None else truth_error(true, q)
+            off = attitude_error(name, t, q) if true is None else extended_attitude_error(true, q)
             print(f"   {name} {seconds * 1e3:.2f} ms {off:.1e}", end="")
         print(flush=True)
 

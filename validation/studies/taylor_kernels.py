@@ -7,25 +7,25 @@ from pathlib import Path
 
 import numpy as np
 
-from ..benchmarks.compiling import ISAS, compiled
+from ..benchmarks.compiling import ISAS, compile_core
 
 SOURCE = Path(__file__).with_suffix(".c")
 TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
-def library(folder, terms, plain, alone):
+def compile_library(folder, terms, plain, alone):
     """Compiles all instruction sets; or the portable kernel alone; or that of every x86_64 alone,
     fast before small; or, with other numbers of terms (head and last for 20 digits, for 30), the
     widest alone."""
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
-        return compiled(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
+        return compile_core(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
     if plain or alone:
-        return compiled(folder, SOURCE, {}, ("-DKR_PLAIN",) if plain else ())
-    return compiled(folder, SOURCE)
+        return compile_core(folder, SOURCE, {}, ("-DKR_PLAIN",) if plain else ())
+    return compile_core(folder, SOURCE)
 
 
-def listed(give):
+def read_list(give):
     """Gives what the core lists, up to its end."""
     found = []
     while this := give(len(found)):
@@ -33,13 +33,13 @@ def listed(give):
     return found
 
 
-class Kernels:
+class TaylorKernels:
     def __init__(self, terms=None, plain=False, alone=False):
         self.folder = tempfile.TemporaryDirectory()
-        self.library = library(self.folder.name, terms, plain, alone)
+        self.library = compile_library(self.folder.name, terms, plain, alone)
         self.library.kr_bench_isa.restype = ctypes.c_char_p
-        self.isas = [name.decode() for name in listed(self.library.kr_bench_isa)]
-        self.orders = listed(self.library.kr_bench_order)
+        self.isas = [name.decode() for name in read_list(self.library.kr_bench_isa)]
+        self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
         """Makes a call that solves, and gives the state at t and what it leaves out; `steps` gets

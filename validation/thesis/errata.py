@@ -17,14 +17,14 @@ class Erratum:
     right: float
 
 
-def erratum(number, where, says, is_right, measure):
+def register_erratum(number, where, says, is_right, measure):
     """Makes an erratum of a function that computes (the text's error, the right one's)."""
 
-    def of(compute):
-        def made():
+    def make_erratum(compute):
+        def compute_erratum():
             text, right = map(float, compute())
             return Erratum(number, where, says, is_right, measure, text, right)
 
-        return made
+        return compute_erratum
 
-    return of
+    return make_erratum

@@ -30,22 +30,22 @@ class Top:
     opacity: float = 1.0
 
 
-def seen(points):
+def project(points):
     return sphere_plots.project(points, ELEVATION, AZIMUTH)
 
 
-def on_paper(points):
-    return np.stack(seen(points)[:2], axis=-1)
+def project_to_plane(points):
+    return np.stack(project(points)[:2], axis=-1)
 
 
-def bare(axes):
+def hide_frame(axes):
     """Takes frame and ticks away, and makes lengths the same across and up."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
-def faces(half, centre):
+def cuboid_faces(half, centre):
     """Gives (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
@@ -56,12 +56,12 @@ def faces(half, centre):
     return found * half + centre
 
 
-def cuboid(axes, corners, top):
+def draw_cuboid(axes, corners, top):
     """Draws its faces; of a cuboid of glass also those behind."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    towards = seen(normals)[2]
+    towards = project(normals)[2]
     for i in np.argsort(towards):
         if top.opacity == 1.0 and towards[i] <= 0.0:
             continue
@@ -69,7 +69,7 @@ def cuboid(axes, corners, top):
         fill = (*(shade * base), top.opacity if towards[i] > 0.0 else 0.0)
         axes.add_collection(
             PolyCollection(
-                [on_paper(corners[i])],
+                [project_to_plane(corners[i])],
                 facecolors=[fill],
                 edgecolors=[0.45 * base + 0.1],
                 linewidths=top.width,
@@ -78,40 +78,40 @@ def cuboid(axes, corners, top):
         )
 
 
-def vectors(axes, top, origin, behind):
+def draw_vectors(axes, top, origin, behind):
     """Draws momentum in green and velocity in blue, the longest of the path of one length: those
     that point away, or the others."""
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
-        if (seen(tip)[2] < 0.0) == behind:
-            x, y = on_paper(np.array((origin, origin + tip))).T
+        if (project(tip)[2] < 0.0) == behind:
+            x, y = project_to_plane(np.array((origin, origin + tip))).T
             line = {"linewidth": 0.7 * top.width + 0.8, "solid_capstyle": "round"}
             axes.plot(x, y, color=colour, **line)
             axes.plot(x[1:], y[1:], "o", color=colour, markersize=top.width + 2.5)
 
 
-def at_one_place(axes, tops, half, pivot, origin):
+def draw_tops(axes, tops, half, pivot, origin):
     """Draws several tops about one origin."""
-    body = faces(np.array(half), -np.array(pivot))
+    body = cuboid_faces(np.array(half), -np.array(pivot))
     for top in tops:
-        vectors(axes, top, origin, behind=True)
+        draw_vectors(axes, top, origin, behind=True)
     for top in tops:
-        cuboid(axes, body @ top.path.frame[top.i] + origin, top)
+        draw_cuboid(axes, body @ top.path.frame[top.i] + origin, top)
     for top in tops:
-        vectors(axes, top, origin, behind=False)
+        draw_vectors(axes, top, origin, behind=False)
 
 
-def place(side):
+def origin_of(side):
     """Gives the origin of the tops on a side, -0.5 or 0.5."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
 
-def at_time(course, t, colour, width, opacity):
+def top_at_time(course, t, colour, width, opacity):
     return Top(course.path, int(np.argmin(np.abs(course.t - t))), colour, width, opacity)
 
 
-def four_tops(courses, t, half, pivot):
+def draw_four_tops(courses, t, half, pivot):
     """Draws figures 6.1 to 6.4 and their like. `courses`: red, blue, yellow, green by name; the two
     of eps2 are of glass."""
     with plt.rc_context(STYLE):
@@ -121,40 +121,40 @@ def four_tops(courses, t, half, pivot):
             (0.5, "Extrap", "yellow", "green"),
         ):
             tops = [
-                at_time(courses[solid], t, TOPS[solid], THICK, 1.0),
-                at_time(courses[glass], t, TOPS[glass], THIN, GLASS),
+                top_at_time(courses[solid], t, TOPS[solid], THICK, 1.0),
+                top_at_time(courses[glass], t, TOPS[glass], THIN, GLASS),
             ]
-            at_one_place(axes, tops, half, pivot, place(side))
+            draw_tops(axes, tops, half, pivot, origin_of(side))
             axes.annotate(method, (side * APART, -2.6), ha="center", color=FAINT)
-        bare(axes)
+        hide_frame(axes)
         axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
         return figure_to_svg(figure)
 
 
-def at_start(scene, colour):
+def tops_at_start(scene, colour):
     return [Top(kr.solve(scene, [0.0]), 0, colour)]
 
 
-def one_top(scene, half, pivot, colour):
+def draw_one_top(scene, half, pivot, colour):
     """Draws the body at the start, with its vectors."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
-        at_one_place(axes, at_start(scene, colour), half, pivot, np.zeros(3))
-        bare(axes)
+        draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
+        hide_frame(axes)
         return figure_to_svg(figure)
 
 
-def two_tops(scene, half, pivot, colours):
+def draw_two_tops(scene, half, pivot, colours):
     """Draws figure 5.10: a top and its duplicate."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
-            at_one_place(axes, at_start(scene, colour), half, pivot, place(side))
-        bare(axes)
+            draw_tops(axes, tops_at_start(scene, colour), half, pivot, origin_of(side))
+        hide_frame(axes)
         return figure_to_svg(figure)
 
 
-def rod(rod, colour, azimuth=AZIMUTH):
+def draw_rod(rod, colour, azimuth=AZIMUTH):
     """Draws a rod as thick as the moments say."""
     thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
     with plt.rc_context(STYLE):
@@ -163,7 +163,7 @@ def rod(rod, colour, azimuth=AZIMUTH):
         return figure_to_svg(figure)
 
 
-def trace(path):
+def draw_trace(path):
     """Draws the path of the axis."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")

@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 
 from ..competitors import timing
-from .trajectories import SCENE, restarted, truth
+from .trajectories import SCENE, solve_truth, solve_with_restarts
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -16,7 +16,7 @@ FORMS = ("extrap", "extrap_kirchhoff")
 STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_B (5.6.6)
 
 
-def adjusted(kind, half=0.8):
+def special_scene(kind, half=0.8):
     """Gives the cuboid at startup, adjusted to C_B = half by the program's checkbox (5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
@@ -24,7 +24,7 @@ def adjusted(kind, half=0.8):
 
 
 @dataclass(frozen=True)
-class Fourth:
+class FourthIntegral:
     """An integral, and its change along Extrap's course."""
 
     t: np.ndarray
@@ -32,20 +32,20 @@ class Fourth:
     change: np.ndarray
 
 
-def fourth(kind):
+def measure_fourth_integral(kind):
     """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300
     units."""
-    course = restarted(adjusted(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
+    course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
-    return Fourth(course.t, float(values[0]), values - values[0])
+    return FourthIntegral(course.t, float(values[0]), values - values[0])
 
 
-def values_of_k():
+def compute_k_values():
     """Gives K at the start by (C_B, units): the text's H has I1 = 1, and a unit of time that it
     leaves open."""
     found = {}
     for half in (0.8, 1.0):
-        scene = adjusted("kowalewski", half)
+        scene = special_scene("kowalewski", half)
         body = scene.body
         found[half, "I1 = 1"] = k = float(kr.solve(scene, [0.0]).kowalewski[0])
         found[half, "|p| = 1"] = (
@@ -55,7 +55,7 @@ def values_of_k():
 
 
 @dataclass(frozen=True)
-class Form:
+class FormResult:
     """One form of the equations at one tolerance."""
 
     scene: str
@@ -66,41 +66,41 @@ class Form:
     seconds: float
 
 
-def forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
+def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
     """Compares rest frame and body (chapter 3.4), both with the whole frame, twelve equations
     each."""
-    return [form for name, end in scenes for form in forms_of(name, end, rounds)]
+    return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
-def forms_of(name, end, rounds):
+def compare_forms_on(name, end, rounds):
     scene = getattr(kr.scenes, name)
-    q = truth(scene, [end]).path.q[-1]
+    q = solve_truth(scene, [end]).path.q[-1]
     settings = [(form, tol) for form in FORMS for tol in TOLERANCES]
     calls = [partial(kr.solve, scene, [end], method=form, tol=tol) for form, tol in settings]
     seconds = timing.best_times(calls, rounds)
     for (form, tol), call, best in zip(settings, calls, seconds, strict=True):
         path = call()
         error = float(kr.attitude_error(path.q[-1], q))
-        yield Form(name, form, tol, error, path.stats.evaluations, best)
+        yield FormResult(name, form, tol, error, path.stats.evaluations, best)
 
 
-def frozen_frame(interval, end=100.0, scene=SCENE):
+def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Gives the attitude error at the end [rad] that comes of the disadvantage that the text sees:
     M and P are exact, but the frame is turned on by the angular velocity at the begin of each
     interval."""
-    exact = truth(scene, np.arange(round(end / interval) + 1) * interval).path
+    exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
-    for turn in turns(in_body(exact)[:-1] * interval):
+    for turn in rotation_quaternions(body_velocity(exact)[:-1] * interval):
         q = np.array(kr.quaternion.multiply(q, turn))
     return float(kr.attitude_error(q / np.linalg.norm(q), exact.q[-1]))
 
 
-def in_body(path):
+def body_velocity(path):
     """Gives the angular velocity along N, B, T."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 
-def turns(angles):
+def rotation_quaternions(angles):
     """Gives the quaternions of rotation vectors in rows."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

@@ -4,11 +4,11 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .experiments import grid
-from .figures_chapter5 import rod_of
-from .integrals import FORMS, adjusted
+from .experiments import time_grid
+from .figures_chapter5 import compute_rod
+from .integrals import FORMS, special_scene
 from .sentence import Sentence
-from .trajectories import HALF, SCENE, fixed, theorem42, truth
+from .trajectories import HALF, SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
 SQUARE, INVERSE = "\N{SUPERSCRIPT TWO}", "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}"
@@ -21,7 +21,7 @@ SPECIAL = {  # how the text makes them, and how large their equal moments are be
 }
 
 
-def chapter3(forms, frozen):
+def check_chapter3(forms, frozen):
     """Judges the sentences of 3.4 on the form of the equations. `frozen`: {interval: attitude
     error}."""
 
@@ -50,7 +50,7 @@ def chapter3(forms, frozen):
     )
 
 
-def chapter4(four):
+def check_chapter4(four):
     per = four.green.evaluations / (len(four.t) - 1)
     yield Sentence(
         "4.1",
@@ -76,7 +76,7 @@ def chapter4(four):
         abs(lever - 1) < 1e-3,
         "erratum 5: the unit of mass is not the mass",
     )
-    residual = map_residual()
+    residual = compute_map_residual()
     yield Sentence(
         "4.2.3",
         f"Theorem 4.1: m' = m + eps [p, a], a' = (1 + eps m') a (1 + eps m'){INVERSE}",
@@ -85,22 +85,22 @@ def chapter4(four):
     )
 
 
-def map_residual(eps=0.2):
+def compute_map_residual(eps=0.2):
     """Measures how far a path of bobenko_suris is from theorem 4.1 as printed, in scaled units."""
     scaled = kr.scaled_units(SCENE.body).into(SCENE)
-    path = fixed(scaled, "bobenko_suris", eps, 20.0).path
+    path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     before = zip(path.m[:-1], path.apex[:-1], strict=True)
-    made = [su2.step_of(m, a, eps, g) for m, a in before]
+    made = [su2.make_step(m, a, eps, g) for m, a in before]
     return max(
         np.abs(np.array([m for m, _ in made]) - path.m[1:]).max(),
         np.abs(np.array([a for _, a in made]) - path.apex[1:]).max(),
     )
 
 
-def special_tops():
+def check_special_tops():
     for kind, (says, ratio) in SPECIAL.items():
-        i1, i2, i3 = adjusted(kind).body.moments
+        i1, i2, i3 = special_scene(kind).body.moments
         yield Sentence(
             "5.6.6",
             says,
@@ -109,13 +109,13 @@ def special_tops():
         )
 
 
-def chapter5(k, g, values):
-    yield from counts()
-    yield from special_tops()
-    yield from fourth_integrals(k, g, values)
-    yield from rods()
-    yield from traces()
-    rk4, extrap = better_than_rk4()
+def check_chapter5(k, g, values):
+    yield from check_counts()
+    yield from check_special_tops()
+    yield from check_fourth_integrals(k, g, values)
+    yield from check_rods()
+    yield from check_traces()
+    rk4, extrap = compare_with_rk4()
     yield Sentence(
         "6.1.1",
         "Extrap showed a better performance than Runge-Kutta",
@@ -124,7 +124,7 @@ def chapter5(k, g, values):
     )
 
 
-def counts():
+def check_counts():
     c_n, c_b, c_t = HALF
     moment = 8 * c_n * c_b * c_t / 3 * (c_b**2 + 4 * c_t**2)
     yield Sentence(
@@ -133,13 +133,13 @@ def counts():
         f"{moment:.6f} and {SCENE.body.moments[0]:.6f}",
         abs(moment / SCENE.body.moments[0] - 1) < 1e-12,
     )
-    points = len(theorem42(SCENE, 0.02, 1.0).t)
+    points = len(solve_theorem42(SCENE, 0.02, 1.0).t)
     yield Sentence(
         "5.6.5", "[0, 1] with eps = 0.02: N = 50 time points", f"{points - 1} steps", points == 51
     )
 
 
-def fourth_integrals(k, g, values):
+def check_fourth_integrals(k, g, values):
     said = "; ".join(
         f"{value:.3g} (C_B = {half:g}, {units})" for (half, units), value in values.items()
     )
@@ -163,25 +163,25 @@ def fourth_integrals(k, g, values):
     )
 
 
-def discrete_rod(eps=0.05, end=20.0):
+def measure_discrete_rod(eps=0.05, end=20.0):
     """Measures how far the program's rod, frames moved by eps along T, is from the centre line at
     its end; and with half of eps."""
     errors = []
     for h in (eps, eps / 2):
-        rod = kr.rod(truth(SCENE, grid(h, end)).path)
+        rod = kr.rod(solve_truth(SCENE, time_grid(h, end)).path)
         errors.append(np.linalg.norm(h * rod.frame[:-1, 2].sum(axis=0) - rod.centre[-1]))
     return errors
 
 
-def rods():
-    coarse, fine = discrete_rod()
+def check_rods():
+    coarse, fine = measure_discrete_rod()
     yield Sentence(
         "5.7.1",
         "Moving the frame by eps to the direction of T gives a discrete elastic rod",
         f"its end is off by {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
         1.5 < coarse / fine < 3,
     )
-    special = [rod_of(adjusted(kind)) for kind in SPECIAL]
+    special = [compute_rod(special_scene(kind)) for kind in SPECIAL]
     half, quarter = (rod.stiffness[1] / rod.stiffness[0] for rod in special)
     yield Sentence(
         "5.7.2",
@@ -199,8 +199,8 @@ def rods():
     )
 
 
-def traces():
-    apex = kr.apex(truth(SCENE, np.linspace(0, 60, 6001)).path)
+def check_traces():
+    apex = kr.apex(solve_truth(SCENE, np.linspace(0, 60, 6001)).path)
     period, height = apex.nutation().period, apex.height
     is_low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
     between = np.diff(apex.t[1:-1][is_low])
@@ -213,9 +213,9 @@ def traces():
     )
 
 
-def better_than_rk4(target=1e-3, end=100.0):
+def compare_with_rk4(target=1e-3, end=100.0):
     """Gives the evaluations of each to a frame error below the target."""
-    true = truth(SCENE, [end]).path.q[-1]
+    true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):
         for setting in settings:

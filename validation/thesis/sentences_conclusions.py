@@ -4,13 +4,13 @@ true."""
 import numpy as np
 
 from .sentence import Sentence
-from .sentences_chapter6 import both, pair
+from .sentences_chapter6 import describe_errors, largest_errors
 
 UE = "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
 
 
-def runge_kutta(by_step):
-    yield from at_one_step(by_step[0.2])
+def check_runge_kutta(by_step):
+    yield from check_one_step(by_step[0.2])
     ratios = [each.L["rk4"].max() / each.L["BS"].max() for each in by_step.values()]
     yield Sentence(
         "6.3",
@@ -19,7 +19,7 @@ def runge_kutta(by_step):
         + ", ".join(f"{ratio:.0f}" for ratio in ratios),
         min(ratios) > 1,
     )
-    wrong = {h: wrong_from(each) for h, each in by_step.items()}
+    wrong = {h: find_divergence(each) for h, each in by_step.items()}
     said = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
     yield Sentence(
         "6.3",
@@ -29,13 +29,13 @@ def runge_kutta(by_step):
     )
 
 
-def wrong_from(equal):
+def find_divergence(equal):
     """Says from when on the frame error of Runge-Kutta exceeds 0.5; None for never."""
     errors = zip(equal.t, equal.L["rk4"], strict=True)
     return next((t for t, error in errors if error > 0.5), None)
 
 
-def at_one_step(equal):
+def check_one_step(equal):
     each = equal.rk4.evaluations / equal.rk4.steps
     yield Sentence(
         "6.3",
@@ -61,12 +61,12 @@ def at_one_step(equal):
     )
 
 
-def conclusions(four, timed):
+def check_conclusions(four, timed):
     error = four.blue.energy_error
     yield Sentence(
         "6.4",
         "The error in the energy oscillates and does not increase",
-        f"range to 300 and from 300 to 600: {halves(four)}",
+        f"range to 300 and from 300 to 600: {describe_halves(four)}",
         abs(np.ptp(error[four.t > 300]) / np.ptp(error) - 1) < 0.02,
     )
     yield Sentence(
@@ -75,21 +75,21 @@ def conclusions(four, timed):
         f"{four.until('BS', 20):.2g} rad by t = 20 (eps = 0.2)",
         four.until("BS", 20) > 10 * four.until("Ext", 20),
     )
-    bs, ext = pair(timed, 3200)
+    bs, ext = largest_errors(timed, 3200)
     yield Sentence(
         "6.4, A",
         "For long intervals Bobenko-Suris clearly dominates (A: dominiert klar), with the settings "
         "of the text",
-        f"6.1, to 600: {both(four, 600)}; 6.2, to 3200: {both(timed, 3200)}",
+        f"6.1, to 600: {describe_errors(four, 600)}; 6.2, to 3200: {describe_errors(timed, 3200)}",
         bs < ext and four.until("BS", 600) < four.until("Ext", 600),
         "its error is the larger one to the end of both",
     )
-    yield from at_equal_time(timed)
+    yield from check_equal_time(timed)
 
 
-def at_equal_time(timed):
-    same, ext = pair(timed, 3200, ("equal", "Ext"))
-    meet = overtaken(timed)
+def check_equal_time(timed):
+    same, ext = largest_errors(timed, 3200, ("equal", "Ext"))
+    meet = find_overtaking(timed)
     since = f"; Extrap the worse from t = {meet:g} on" if meet else ""
     yield Sentence(
         "6.4, A",
@@ -98,7 +98,7 @@ def at_equal_time(timed):
         same < ext,
         "the machine was too busy, or steps of Bobenko-Suris cost more beside those of Extrap",
     )
-    same, ext = pair(timed, 200, ("equal", "Ext"))
+    same, ext = largest_errors(timed, 200, ("equal", "Ext"))
     yield Sentence(
         "A",
         f"For short intervals it is unsuitable (f{UE}r kurze Zeitperioden ungeeignet)",
@@ -108,7 +108,7 @@ def at_equal_time(timed):
     )
 
 
-def overtaken(timed):
+def find_overtaking(timed):
     """Says from when on Extrap's largest error so far exceeds that of Bobenko-Suris with equal
     time; None for never."""
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
@@ -116,6 +116,6 @@ def overtaken(timed):
     return None if last == len(ahead) - 1 else float(timed.t[last + 1])
 
 
-def halves(four):
+def describe_halves(four):
     error, is_early = four.blue.energy_error, four.t <= 300
     return " and ".join(f"{np.ptp(error[part]):.3f}" for part in (is_early, ~is_early))

@@ -17,7 +17,7 @@ IMPROVED = [
 
 
 @dataclass(frozen=True)
-class Course:
+class Trajectory:
     """The states of one top at times, by the thesis' names for them, and what they cost."""
 
     path: kr.Path
@@ -48,18 +48,18 @@ class Course:
         return self.axial_momentum - self.axial_momentum[0]
 
 
-def truth(scene, times):
+def solve_truth(scene, times):
     """Gives what is trusted: the closed form where there is one, else the tightest tolerance."""
-    return Course(kr.solve(scene, times, tol=1e-13), 0)
+    return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
-def fixed(scene, method, step, end, every=1):
+def solve_fixed_step(scene, method, step, end, every=1):
     """Keeps each so many steps of a method of fixed step."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
-    return Course(path, path.stats.evaluations, path.stats.steps)
+    return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
 
-def theorem42(scene, step, end, every=1):
+def solve_theorem42(scene, step, end, every=1):
     """Gives the Bobenko-Suris discretization as the thesis has it, for a cuboid described in its
     principal axes.
 
@@ -67,7 +67,7 @@ def theorem42(scene, step, end, every=1):
     2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) a step, where kreisel has h c / I3 for the first term,
     which makes the twist exact.
     """
-    course = fixed(scene, "bobenko_suris", step, end, every)
+    course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
     rate = step * course.axial_momentum[0] / scene.body.moments[2]
     half = 0.5 * (2.0 * np.arctan(0.5 * rate) - rate) * every * np.arange(len(path))
@@ -77,7 +77,7 @@ def theorem42(scene, step, end, every=1):
     return replace(course, path=replace(path, states=states))
 
 
-def restarted(scene, interval, end, tol=TOL, first=FIRST, every=1):
+def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Gives Extrap as the program uses it: begun anew, with its first step, at each interval, which
     is the time between two pictures and not a step. Every so many ends are kept."""
     n = round(end / interval)
@@ -89,10 +89,10 @@ def restarted(scene, interval, end, tol=TOL, first=FIRST, every=1):
         if k % every == 0:
             states.append(np.array([k * interval, *path.states[-1, 1:]]))
     whole = kr.Path(scene, np.array(states), "extrap", first, tol, path.stats)
-    return Course(whole, *cost.tolist())
+    return Trajectory(whole, *cost.tolist())
 
 
-def frame_error(one, other):
+def compute_frame_error(one, other):
     """Gives the thesis' L (6.1.3) at the times that both have: half the angle between the
     attitudes, 0 .. pi / 2 [rad]."""
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
@@ -100,12 +100,12 @@ def frame_error(one, other):
     return 0.5 * kr.attitude_error(one.path.q, other.path.q)
 
 
-def largest(t, values, until):
+def largest_until(t, values, until):
     """Gives the largest value up to a time."""
     return float(values[t <= until * (1 + 1e-9)].max())
 
 
-def exponent(t, values, begin):
+def fit_exponent(t, values, begin):
     """Gives p of the power law t^p that the running maximum follows from `begin` on."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])
