@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from validation.references.orders import BODIES, TILT
-from validation.references.orders import tilted_scene as scene
+from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):

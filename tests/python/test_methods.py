@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from validation.references.orders import BODIES, measure_order
-from validation.references.orders import tilted_scene as scene
+from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):

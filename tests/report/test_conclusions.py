@@ -21,10 +21,10 @@ def test_the_truths_agree_within_the_conditioning_and_the_sentence_says_so(name)
     ((_, many, _),) = truth.summarize_agreement([line])
     assert many < 1e-6, "of a rounding of the data"
     assert truth.conclude([line]).startswith(
-        "On every scene the truths of many digits agree within the conditioning"
+        "On every scene the high-precision results agree within the conditioning"
     )
     apart = line | {"ways": [("heyoka, 128 bit, momentum", 2 * kept["conditioning"])]}
-    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the truths")
+    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the high-precision")
 
 
 def cell(method, verdict, mark="", shown_by="second run"):
@@ -50,10 +50,10 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
         ]
     )
     assert (
-        "Of 3 cells one is wrong in silence: b on a case" in said
+        "One of 3 cells is wrong in silence: b on a case" in said
         and "1 are right, 0 as asked, 1 degraded" in said
     )
-    assert "Of 1 cells none is wrong in silence." in concluded([cell("a", "right", shown_by="")])
+    assert "None of 1 cells is wrong in silence." in concluded([cell("a", "right", shown_by="")])
     assert concluded([]) == ""
 
 
@@ -99,7 +99,7 @@ def test_what_is_left_out_is_said_and_measured():
     assert set(found["plans"]) == {"all", "level"} and all(
         "left out" in text for text in found["plans"].values()
     )
-    assert rows["states on the way"]["bytes"] * 100 < rows["states on the way"]["bytes_with"]
+    assert rows["intermediate states"]["bytes"] * 100 < rows["intermediate states"]["bytes_with"]
     assert rows["attitude"]["bytes"] < rows["attitude"]["bytes_with"], (
         "two numbers and the time for six and the time"
     )

@@ -41,7 +41,7 @@ def test_an_interruption_keeps_what_was_measured():
         if len(calls) == 5:
             raise KeyboardInterrupt
 
-    samples, interrupted = timing.time_interleaved([call, call], [1.0, 1.0], rounds=10)
+    samples, interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
     assert interrupted and [len(own) for own in samples] == [2, 2]
 
 

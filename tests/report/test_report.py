@@ -114,10 +114,10 @@ def test_the_report_refuses_what_is_no_scene_by_name(content, tmp_path, capsys):
     assert "wrong.toml" in capsys.readouterr().out.replace("\n", "")
 
 
-def test_the_report_refuses_a_top_that_rests_for_ever(tmp_path, capsys):
+def test_the_report_refuses_a_top_that_rests_forever(tmp_path, capsys):
     ODD["free"].replace(momentum=(0.0, 0.0, 0.0)).to_toml(tmp_path / "still.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "still.toml")]) == 2
-    assert "rests for ever" in capsys.readouterr().out.replace("\n", " ")
+    assert "rests forever" in capsys.readouterr().out.replace("\n", " ")
 
 
 def test_the_report_refuses_an_unknown_part(capsys):
@@ -125,4 +125,4 @@ def test_the_report_refuses_an_unknown_part(capsys):
         report.main(["--only", "truth,magic"])
     assert refused.value.code == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert "'magic' is none of workprecision, truth, atlas" in said
+    assert "unknown part 'magic'; parts are workprecision, truth, atlas" in said

@@ -1,1 +1,1 @@
-"""Programs that measure: python -m validation.benchmarks.NAME."""
+"""Benchmarks of speed and accuracy: python -m validation.benchmarks.NAME."""

@@ -1,10 +1,10 @@
-"""Calls: what kr.solve takes beside the core's own work, and what a scene takes to be made.
+"""The overhead of kr.solve beyond the work of the core, and the cost of making a scene.
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
-The fixed share is the time of a call less that of the core's own work, which call_overhead.c measures: a
-top made, its states recorded, the top freed, in C. Every case is timed in a process of its own,
-this kreisel's and that of the other interpreter in turn; the fastest of 25 repeats counts, and of
+The overhead is the time of a call less that of the core's own work: a top made, its states recorded
+and the top freed in C. call_overhead.c measures that work. Every case is timed in its own process,
+for this kreisel and that of the other interpreter in turn. The fastest of 25 repeats counts, and of
 these the median of the rounds, in microseconds.
 """
 
@@ -22,8 +22,8 @@ from ..competitors import compiled_core
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 ROW = [0.01 * k for k in range(1, 11)]
-MUST, STRETCH, SCENE_MUST = 5.0, 3.0, 6.0  # microseconds
-SOLVES = {  # scene, method, step, times as the core takes them, and the words of the call
+MUST, STRETCH, SCENE_MUST = 5.0, 3.0, 6.0  # bounds [us]
+SOLVES = {  # scene, method, step, times for the core, and arguments of the call
     "solve exact, [t]": ("thesis", "exact", 0.0, [1.0], "thesis, [1.0]"),
     "solve exact, t": ("thesis", "exact", 0.0, [0.0, 1.0], "thesis, 1.0"),
     "solve exact, a list": ("thesis", "exact", 0.0, ROW, "thesis, ROW"),
@@ -58,7 +58,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Measures the core's own work in each solve, in microseconds."""
+    """Return the time of the core's own work in each call of solve [us]."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
@@ -75,7 +75,7 @@ def time_core(folder):
 
 
 def gsl_flags():
-    """Gives what the library needs of GSL, where it was built with that."""
+    """Return the linker flags for GSL, if the library was built with it."""
     if "gsl_bsimp" not in kr.methods:
         return []
     asked = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
@@ -83,8 +83,7 @@ def gsl_flags():
 
 
 def time_call(interpreter, call, folder):
-    """Measures a call, in microseconds, in a process of its own, which finds its kreisel outside of
-    here."""
+    """Return the time of a call [us] in its own process, outside of this source tree."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:
@@ -113,8 +112,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Words a row: the core's own work, then of each kreisel the call and its fixed share; the
-    verdict."""
+    """Return a row: the core's own work, then call and overhead of each kreisel, and the verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

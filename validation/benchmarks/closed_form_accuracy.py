@@ -1,10 +1,11 @@
-"""How exact kreisel.exact is, against truths that share no formula with it: python -m
-validation.benchmarks.closed_form_accuracy
+"""The accuracy of kreisel.exact, against references that share no formula with it.
 
-The tops of exact_cases, by name and at random, are computed by quadrature in 50 digits, some of
-them by heyoka in 128 bit, too, which checks the quadrature; and the k-th state of the Bobenko-Suris
-map against the map in 113 bits. Errors are angles [rad]; those of the momentum are in units of the
-largest that the top's energy allows. --full: 20,000 tops.
+    python -m validation.benchmarks.closed_form_accuracy [--full] [--header]
+
+The tops of exact_cases, named and random, are computed by quadrature in 50 digits. Some are also
+computed by heyoka in 128 bits, which checks the quadrature. The k-th state of the Bobenko-Suris map
+is compared with the map in 113 bits. Errors are angles [rad]; those of the momentum are relative to
+the largest momentum that the energy of the top allows. --full runs 20,000 tops.
 """
 
 import argparse
@@ -30,7 +31,7 @@ TRUTH_TIMES = (7.0, 1e6)  # of the C tests
 
 
 def reference_solution(case):
-    """Gives the truth of a case, and the scale of its momentum."""
+    """Return the reference solution of a case, and the scale of its momentum."""
     if cases.is_lagrange(case):
         i1, i3, lever, q, m = case
         kinetic = np.dot(m, m) / (2 * min(i1, i3))
@@ -47,8 +48,10 @@ def momentum_error(truth, m, scale):
 
 
 def compute_errors(case, times):
-    """Gives (attitude error, momentum error) at each time, and k'^2, the distance from a
-    separatrix."""
+    """Return (attitude error, momentum error) at each time, and k'^2.
+
+    The latter is the distance from a separatrix.
+    """
     truth, scale = reference_solution(case)
     path = kr.exact(cases.case_scene(case))(list(times))
     found = []
@@ -86,7 +89,7 @@ def print_row(name, text, found):
     print(f"  {name:34} {text}   {errors}   {largest:.1e}", flush=True)
 
 
-def print_named_cases():
+def print_cases():
     times = ", ".join(f"{t:g}" for t in TIMES)
     print(f"named cases: attitude errors at t = {times}; the largest momentum error")
     worst = 0.0
@@ -98,7 +101,7 @@ def print_named_cases():
 
 
 def check_quadrature():
-    """Holds the quadrature against heyoka in 128 bit."""
+    """Compare the quadrature with heyoka in 128 bits."""
     names = ("tilted", "upside down", "disc", "unstable sleep, leaning 1e-2", "free")
     print("quadrature against heyoka in 128 bit at t = 7:")
     for name in names:
@@ -111,7 +114,7 @@ def check_quadrature():
 
 
 class QuadMap:
-    """The Bobenko-Suris map in 113 bits, a case a line (exact_map.c)."""
+    """The Bobenko-Suris map in 113 bits, by exact_map.c."""
 
     def __init__(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -122,7 +125,7 @@ class QuadMap:
         )
 
     def __call__(self, jobs):
-        """Gives the states of each (case, step, whole numbers k), 7 mpmath numbers each."""
+        """Return the states of each (case, step, integers k), as 7 mpmath numbers."""
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
             numbers = (i1, i3, lever, step, *cases.normalize(q), *m)
@@ -181,7 +184,7 @@ def print_random_maps(quad, tops):
 
 
 def print_header():
-    """Prints tests/c/exact_truth.h."""
+    """Print tests/c/exact_truth.h."""
 
     def row(numbers):
         return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
@@ -241,7 +244,7 @@ def main(argv=None):
     if chosen.header:
         print_header()
         return 0
-    print_named_cases()
+    print_cases()
     check_quadrature()
     print_maps(4000 if chosen.full else 100, 1000000 if chosen.full else 30000)
     with multiprocessing.Pool() as pool:

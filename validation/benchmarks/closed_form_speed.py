@@ -1,9 +1,10 @@
-"""What the closed form costs beside heyoka's steps and dense output, interleaved: python -m
-validation.benchmarks.closed_form_speed
+"""The cost of the closed form against heyoka's steps and dense output.
 
-Ours is timed in C, by closed_form_speed.c; heyoka in its own loops, so that what Python adds to a call is lost
-in them. The best of all rounds counts, of both: what else the machine does falls on the longer of
-the two, which is heyoka's.
+    python -m validation.benchmarks.closed_form_speed [scene ...] [--rounds 41]
+
+kreisel is timed in C by closed_form_speed.c, and heyoka in its own loops, so that the overhead of
+Python is negligible. Both run interleaved and the best of all rounds counts. Disturbances affect
+mostly heyoka, whose runs are longer.
 """
 
 import argparse
@@ -35,11 +36,11 @@ TARGETS = {
     "a state": (2, 3),
     "a state of 4096": (10, 20),
     f"a state of {STREAM}": (10, 20),
-}  # times faster: must, stretch
+}  # required and desired speedup
 
 
 def compile_library():
-    """Compiles the core with all its instruction sets, and the loops that time it."""
+    """Compile the core with all its instruction sets, and the loops that time it."""
     with tempfile.TemporaryDirectory() as folder:
         loops = compile_core(folder, Path(__file__).with_suffix(".c"))
     for name in ("closed_form", "closed_form_and_state", "states", "batch", "map_state"):
@@ -49,7 +50,7 @@ def compile_library():
 
 
 def list_isas(loops):
-    """Gives the number of each instruction set that runs here, by name."""
+    """Return the index of each instruction set that runs here, by name."""
     found, i = {}, 0
     while (name := loops.bench_isa(i)) is not None:
         found |= {name.decode(): i} if name else {}
@@ -80,7 +81,7 @@ class KreiselTimer:
         return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def has_equal_bits(self):
-        """Says whether single states and batches have one set of bits on every instruction set."""
+        """Return whether states and batches have equal bits on every instruction set."""
 
         def bits(call, isa):
             assert call(isa) > 0
@@ -108,7 +109,7 @@ class HeyokaTimer:
         return time.perf_counter() - begin
 
     def time_outputs(self):
-        """Gives the seconds a state of dense output, its steps included."""
+        """Return the seconds per state of dense output, including the steps."""
         self.reset()
         begin = time.perf_counter()
         self.top.propagate_grid(self.grid)

@@ -1,5 +1,7 @@
-"""The core compiled for a program here, with what users cannot call: as CMakeLists.txt compiles it,
-with other sources beside it, other instruction sets, or other numbers of terms."""
+"""The core compiled as CMakeLists.txt does, with functions that users cannot call.
+
+Programs here add sources, choose instruction sets, or set other numbers of terms.
+"""
 
 import ctypes
 import os
@@ -12,7 +14,7 @@ FLAGS = (
     *("-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-math-errno"),
     *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
 )
-OF_LOOPS = "states.c"  # its loops over times are left to the compiler's vectorizer
+OF_LOOPS = "states.c"  # compiled with automatic vectorization
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
 SMALL = dict.fromkeys(("closed_form.c", "plans.c", "map.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
@@ -22,19 +24,19 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Gives the files of the library, the adapters to GSL and the page's own file apart."""
+    """Return the files of the library, without the adapters to GSL and the viewer's own file."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
 
 def isa_files():
-    """Gives the files that are compiled once more for each instruction set."""
+    """Return the files that are compiled once more for each instruction set."""
     exact = (CSRC / "exact" / name for name in ("states.c", "plans.c", "closed_form.c", "map.c"))
     return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
 
 
 def size_options(file, options):
-    """Gives the options of what runs everywhere, where other instruction sets are beside it."""
+    """Return the options of baseline files, which are small if other instruction sets exist."""
     return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
 
 
@@ -43,7 +45,7 @@ def find_compiler():
 
 
 def compile_core(folder, source, isas=ISAS, options=("-DKR_X86",)):
-    """Compiles the core and one more source into a library in the folder, and loads it."""
+    """Compile the core and one more source into a library in the folder, and load it."""
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]

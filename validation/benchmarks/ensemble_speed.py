@@ -1,11 +1,12 @@
-"""Many tops at once, beside heyoka's batches, GSL and SciPy at equal error: python -m
-validation.benchmarks.ensemble_speed [throughput threads large single]
+"""Many tops at once, against heyoka's batches, GSL and SciPy at equal error.
 
-Random tops of one body to t = 100, in two threads. Each contender runs at several tolerances, all
-in turn, round by round; times are those of a top, read off where the median attitude errors of a
-sample are equal, and what is graded is the median over the rounds of ratios to heyoka's batches of
-eight, led by hand. The errors are those against a series of 30 digits. `must` and `stretch` are
-what was promised. SciPy moves a few tops only, on one thread, and is counted as if two shared them.
+    python -m validation.benchmarks.ensemble_speed [throughput threads large single]
+
+Random tops of one body are solved to t = 100 in two threads. Each contender runs at several
+tolerances, all in turn, round by round. Times are per top, interpolated to equal median attitude
+errors of a sample. The median over the rounds of the ratios to heyoka's batches of eight is graded.
+Errors refer to a series with 30 digits. `must` and `stretch` are the required figures. SciPy solves
+only a few tops on one thread, and is counted as if two threads shared them.
 """
 
 import argparse
@@ -30,9 +31,9 @@ ROOT = Path(__file__).parents[2]
 BOUNDS = {
     ensemble_runs.HEYOKA: (2.2, 3),
     ensemble_runs.OWN_CALL: (8, None),
-}  # of asymmetric tops: must, stretch
-BUSY = 0.5  # from this load on
-CLOSED = 25, 50  # of Lagrange tops, in closed form, beside heyoka's batches
+}  # required and desired ratio for asymmetric tops
+BUSY = 0.5  # system load above which a warning is printed
+CLOSED = 25, 50  # the same for Lagrange tops in closed form against heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, sys
 from validation.references.random_ensembles import draw_tops
@@ -43,7 +44,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 
 
 def print_grade(what, value, must, stretch=None, unit="", at_most=False):
-    """Prints a figure beside what was promised."""
+    """Print a figure beside its required bounds."""
     sign = -1 if at_most else 1
     grades = {"stretch": stretch, "must": must}
     met = (name for name, bound in grades.items() if bound and sign * value >= sign * bound)
@@ -106,8 +107,10 @@ def print_comparison(what, told, bounds):
 
 
 def threads(options):
-    """Prints how much faster two threads are than one, and how much two calls beside each other,
-    one thread each: more than that the machine does not give."""
+    """Print the speedup of two threads, and that of two simultaneous calls with one thread each.
+
+    The latter is the most that the machine allows.
+    """
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():
         for n in (options.tops, 10 * options.tops) if method == "exact" else (options.tops,):
@@ -119,8 +122,7 @@ def threads(options):
 
 
 def measure_gains(one, two, rounds):
-    """Gives the medians over the rounds of one call over the other, and over half of the time that
-    the first takes twice beside itself."""
+    """Return the median speedups of two threads and of two simultaneous calls."""
     with ThreadPoolExecutor(2) as pool:
 
         def beside():
@@ -128,15 +130,13 @@ def measure_gains(one, two, rounds):
                 future.result()
 
         calls = one, two, beside
-        samples, _ = timing.time_interleaved(
-            calls, [timing.time_once(call) for call in calls], rounds
-        )
+        samples, _ = timing.time_in_turn(calls, [timing.time_once(call) for call in calls], rounds)
     gain = median(a / b for a, b in zip(samples[0], samples[1], strict=True))
     return gain, median(2.0 * a / c for a, c in zip(samples[0], samples[2], strict=True))
 
 
 def large(options):
-    """Prints what very many tops take of time and memory."""
+    """Print the time and memory of very many tops."""
     n = options.large
     side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (
@@ -157,8 +157,10 @@ def large(options):
 
 
 def single(options):
-    """Prints the errors of an ensemble over those of single runs, in units of what a rounding of
-    the start does to each top."""
+    """Print the errors of an ensemble over those of single runs.
+
+    Errors are in units of the effect that a rounding of the start has on each top.
+    """
     for kind in SCENES:
         tops = draw_tops(kind, options.sample)
         true, unit = compute_truths(tops), compute_conditioning(tops)

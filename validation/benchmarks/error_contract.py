@@ -1,12 +1,13 @@
-"""Whether kr.solve(..., method="geometric", error=...) keeps its word: python -m
-validation.benchmarks.error_contract
+"""The error contract of kr.solve(..., method="geometric", error=...).
 
-On random tops of several families, to random times up to 100 and back, for targets from 1e-3 to
-1e-10, the true attitude error on [0, t] is held against the target, by the Taylor series with 30
-digits, which of every hundred scenes ten are held against heyoka with 60; and the evaluations of
-the torque against those of the cheapest step of the chosen method that would have met the target.
-Trial runs count. A refusal is needless where the roundings of a run in doubles, by the Taylor
-series, come to less than a third of the target.
+    python -m validation.benchmarks.error_contract [--scenes 200] [--seed 5] [--verbose]
+
+Random tops of several families are solved to random times up to 100 in both directions, for targets
+from 1e-3 to 1e-10. The true attitude error on [0, t] is compared with the target. The reference is
+the Taylor series with 30 digits, checked against heyoka with 60 digits on ten of every hundred
+scenes. The evaluations of the torque, including trial runs, are compared with those of the largest
+step of the chosen method that meets the target. A refusal is needless if the roundings of a run of
+the Taylor series in doubles amount to less than a third of the target.
 """
 
 import argparse
@@ -19,7 +20,7 @@ from ..references.multiprecision import MultiprecisionIntegrator
 from ..references.problems import attitude_errors
 
 SAMPLES = 200
-ROUNDED = 1e-15  # an attitude is not truer than this in doubles [rad]
+ROUNDED = 1e-15  # accuracy of an attitude in doubles [rad]
 
 
 def principal_attitudes(path):
@@ -45,8 +46,11 @@ def random_body(rng, kind):
 
 
 def ordinary(rng):
-    """Throws a top of some kind; one in five from within 0.01 of upright or hanging, one in ten ten
-    times as fast, one in ten a hundred times slower."""
+    """Draw a top of some kind.
+
+    One in five starts within 0.01 of upright or hanging, one in ten is ten times as fast, and one
+    in ten is a hundred times slower.
+    """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
     if rng.random() < 0.2:
@@ -59,7 +63,7 @@ def ordinary(rng):
 
 
 def place_near_upright(rng, body, speed):
-    """Sets the centre of mass almost above the fixed point."""
+    """Return a scene with the centre of mass almost above the fixed point."""
     com = np.array(body.com)
     half = com / np.linalg.norm(com) + [0.0, 0.0, 1.0]
     tilt = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -85,7 +89,7 @@ def anywhere_at_rest(rng):
 
 
 def sleeping(rng):
-    """Spins a symmetric top upright, at up to twice the speed that keeps it there."""
+    """Draw an upright symmetric top with up to twice the critical spin."""
     scene = place_near_upright(rng, random_body(rng, "lagrange"), 0.0)
     moments, lever = scene.body.moments, scene.body.mass * abs(scene.body.com[2])
     spin = rng.uniform(0.0, 2.0) * 2.0 * np.sqrt(lever * moments[0])
@@ -93,7 +97,7 @@ def sleeping(rng):
 
 
 def middle_axis(rng):
-    """Spins a free body about the axis of its middle moment, almost."""
+    """Draw a free body that rotates almost about the axis of its middle moment."""
     half = np.sort(np.exp(rng.normal(0.0, 0.5, 3)))
     body = kr.Body.cuboid(half=tuple(half), pivot=(0.0, 0.0, 0.0))
     momentum = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -102,7 +106,7 @@ def middle_axis(rng):
 
 
 def near_a_rod(rng):
-    """Makes one moment tiny, or two almost equal, and starts slowly."""
+    """Draw a body with one tiny moment, or two almost equal, and a slow start."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
     body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), made_up=True)
     speed = 10 ** rng.uniform(-8, 0)
@@ -112,7 +116,7 @@ def near_a_rod(rng):
 
 
 def lively(rng):
-    """Throws an asymmetric body at about the energy it takes to turn over, where it is chaotic."""
+    """Draw an asymmetric body at about the energy of turning over, where motion is chaotic."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
@@ -126,8 +130,10 @@ def fast(rng):
 
 
 def nearly_of_a_kind(rng):
-    """Takes a Lagrange top whose moments, centre of mass or both are beside what they should be by
-    1e-16 to 1e-11, or a body as nearly spherical, and starts it anyhow or close to upright."""
+    """Draw a top that is almost a Lagrange top or almost spherical, anywhere or near upright.
+
+    Its moments, its centre of mass or both deviate by 1e-16 to 1e-11.
+    """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
     off = (first, 0.0), (0.0, second), (first, second)
     apart, beside = off[rng.integers(3)]
@@ -167,17 +173,16 @@ class Case:
     family: str
     plan: kr.Plan | None = None
     refused: str = ""
-    needless: bool = False  # refused, and roundings do not explain it
-    error: float = 0.0  # true
-    price: float = 0.0  # of the cheapest run that would have met the target; with the trials
-    alone: float = 0.0  # without them
-    shown: float = 1.0  # the true error of a path's states, of what it says
-    apart: float = 0.0  # the two truths, of the target
+    needless: bool = False  # refused although roundings do not explain it
+    error: float = 0.0  # true error [rad]
+    price: float = 0.0  # cost over that of the cheapest sufficient run, with trials
+    alone: float = 0.0  # the same without trials
+    shown: float = 1.0  # true over estimated error of a path
+    apart: float = 0.0  # difference of both references, relative to the target
 
 
 def run_error(case, times, truth, steps):
-    """Gives the true error of a run of so many steps; inf where they are too long for the
-    method."""
+    """Return the true error of a run with `steps` steps, or inf where the steps are too long."""
     try:
         path = kr.solve(case.scene, times, case.plan.method, step=abs(case.t) / steps)
     except (ValueError, kr.Error):
@@ -186,8 +191,10 @@ def run_error(case, times, truth, steps):
 
 
 def fewest_steps(case, times, truth, steps):
-    """Gives the fewest steps, within 5 %, of the chosen method that meet the target; at most 4
-    times those taken."""
+    """Return the fewest steps, within 5 %, of the chosen method that meet the target.
+
+    At most 4 times the steps taken are tried.
+    """
     n = max(1, steps // 10)
     while run_error(case, times, truth, n) > case.target and n < 4 * steps:
         n = max(n + 1, int(1.05 * n))
@@ -195,14 +202,16 @@ def fewest_steps(case, times, truth, steps):
 
 
 def rounding_error(case, times):
-    """Gives how far the roundings of a run in doubles lead astray."""
+    """Return the effect of roundings on a run in doubles [rad]."""
     one, other = (kr.solve(case.scene, times, "taylor", digits=digits).q for digits in (16, 20))
     return attitude_errors(one, other).max()
 
 
 def estimate_ratio(case, times, truth):
-    """Gives the true error of a path with these times over what it says of it: 1 where both are
-    roundings, or a run that is looked at so often is refused."""
+    """Return the true error of a path at these times over its own estimate.
+
+    The ratio is 1 where both are roundings, or where the run with these times is refused.
+    """
     try:
         path = kr.solve(case.scene, times, method="geometric", error=case.target)
     except ValueError:
@@ -235,7 +244,7 @@ def judge_case(case, second=None):
 
 
 def print_row(name, cases):
-    """Prints what became of these; gives how many were over the target, and the price."""
+    """Print a row for these cases; return the number over the target, and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
     shown = np.array([case.shown for case in done])
@@ -253,7 +262,10 @@ def print_row(name, cases):
 
 
 def print_summary(cases):
-    """Prints a line for each family and one for all; gives the part that is kept, and the price."""
+    """Print a row per family and one for all; return the share that meets its target, and more.
+
+    The other values are the share of needless refusals and the price.
+    """
     print(
         "  family             tried refused needless  over  worst/target  true/said   price   alone"
     )

@@ -1,8 +1,9 @@
-"""The figures of the geometric methods, each beside its bound: python -m validation.benchmarks.geometric_methods
-[section ...] [--full]
+"""The figures of the geometric methods, each beside its bound.
 
-Without --full the timing has fewer rounds, and the promise of kr.solve(..., method="geometric") is
-held on 20 scenes.
+    python -m validation.benchmarks.geometric_methods [section ...] [--full]
+
+Without --full the timing has fewer rounds, and the error contract of kr.solve(...,
+method="geometric") is checked on 20 scenes.
 """
 
 import argparse
@@ -29,7 +30,7 @@ failed = []
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is done: rounds of timing, and scenes of the promise."""
+    """The extent of a run: rounds of timing, and scenes of the contract."""
 
     rounds: int
     scenes: int
@@ -51,14 +52,14 @@ def print_bound(what, value, must, stretch=None, most=True):
         failed.append(what)
 
 
-def load_published(name):
-    """Gives a published top in its principal axes."""
+def load_literature_top(name):
+    """Return a published top in its principal axes."""
     (top,) = (top for top in literature() if top.name == name)
     return problem_of_scene(name, top.scene)
 
 
 def order(extent):
-    """Takes the order measured less that claimed, in q and m, the worse; from tilted starts."""
+    """Compare the observed order with the nominal one, in q and m, from tilted starts."""
     for name, method in kr.methods.items():
         bodies = [
             body
@@ -73,7 +74,7 @@ def order(extent):
 
 
 def integrals(extent):
-    """Follows the constants of bobenko_suris4 over 1e6 steps, and its energy to t = 1e6."""
+    """Check the invariants of bobenko_suris4 over 1e6 steps, and its energy to t = 1e6."""
     scene = kr.scenes.thesis.replace(attitude=orders.TILT)
     for step in (0.2, 0.1, 0.05):
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
@@ -97,7 +98,7 @@ def integrals(extent):
 
 
 def accuracy(extent):
-    """Holds bobenko_suris4 against bobenko_suris on the thesis top at one step, t = 100."""
+    """Compare bobenko_suris4 with bobenko_suris on the thesis' top at one step, t = 100."""
     scene = kr.scenes.thesis
     truth = kr.solve(scene, 100, method="exact").q[-1]
     for step, bound in ((1 / 5, 140.0), (1 / 20, 1e3), (1 / 160, 1e5)):
@@ -114,7 +115,7 @@ def accuracy(extent):
 
 
 class HeyokaCall:
-    """A top at a tolerance; its steps are counted."""
+    """A run of heyoka on a top at a tolerance, which counts its steps."""
 
     def __init__(self, problem, end, tol=EPS):
         system, self.start = equations.build_system(problem)
@@ -129,16 +130,16 @@ class HeyokaCall:
 
 def time_rounds(rounds, *calls):
     about = [min(timing.time_once(call) for _ in range(3)) for call in calls]
-    return timing.time_interleaved(calls, about, rounds)[0]
+    return timing.time_in_turn(calls, about, rounds)[0]
 
 
 def time_ratio(one, two):
-    """Divides the least by the least: what else the machine does only adds."""
+    """Return the ratio of the least times, because disturbances only add time."""
     return min(one) / min(two)
 
 
 def cost(extent):
-    """Takes a step as a part of heyoka's at tol = eps on one top, in one run."""
+    """Compare the time of a step with that of heyoka's at tol = eps on one top, in one run."""
     bounds = {
         "bobenko_suris": (25, 35),
         "bobenko_suris2": (25, 35),
@@ -167,8 +168,8 @@ def energy_drift(scene, end, method, step):
 
 
 def gni(extent):
-    """Holds the energy error of suzuki4 against the published table."""
-    scene = load_published("gni_asymmetric_heavy_top").to_scene()
+    """Compare the energy error of suzuki4 with the published table."""
+    scene = load_literature_top("gni_asymmetric_heavy_top").to_scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
     for step in steps:
@@ -185,8 +186,8 @@ def gni(extent):
 
 
 def simo_wong(extent):
-    """Holds energy errors at the published step against those of the published problem."""
-    scene = load_published("simo_wong_fast_top").to_scene()
+    """Compare energy errors at the published step with those of the published problem."""
+    scene = load_literature_top("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {
         name: energy_drift(scene, 10, name, step)
@@ -204,9 +205,8 @@ def simo_wong(extent):
 
 
 def bruels(extent):
-    """Sets the cheapest geometric run with an attitude error of 1e-13 at t = 2 against the cheapest
-    of heyoka's."""
-    problem = load_published("bruels_cardona_heavy_top")
+    """Compare the cheapest geometric run with an attitude error of 1e-13 at t = 2 with heyoka's."""
+    problem = load_literature_top("bruels_cardona_heavy_top")
     scene, truth = problem.to_scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
     runs = []
     for name in ("takahashi_imada4", "blanes_moan6", "kahan_li6", "kahan_li8"):
@@ -222,7 +222,7 @@ def bruels(extent):
     ]
     peer = HeyokaCall(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
-    end = np.array([2.0])  # the core's own call, as heyoka's is
+    end = np.array([2.0])  # without Python overhead, as for heyoka
     calls = [
         compiled_core.make_recording_call(compiled_core.scene_bytes(scene), name, end, step=2 / n)
         for n, name, _ in runs
@@ -236,7 +236,7 @@ def bruels(extent):
 
 
 def contract(extent):
-    """Tries `error=` on scenes of a fresh seed, here that of the day."""
+    """Check `error=` on random scenes; the seed is the current date."""
     scenes = extent.scenes
     kept, needless, price = error_contract.judge_scenes(
         scenes, seed=int(date.today().strftime("%y%m%d"))

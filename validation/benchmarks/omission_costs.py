@@ -1,10 +1,9 @@
-"""Running: what leaving out saves, in time and memory; how soon Ctrl-C stops; what a checkpoint
-costs.
+"""Savings from leaving out, the latency of Ctrl-C, and the cost of a checkpoint.
 
     python -m validation.benchmarks.omission_costs [--rounds 25]
 
-Each ratio is the time of the whole over the time of what is wanted, the fastest of rounds in turn;
-must and stretch stand beside it.
+Each ratio is the time of the whole over the time of the part wanted, the fastest of rounds in turn.
+The required and desired ratios stand beside it.
 """
 
 import argparse
@@ -74,7 +73,7 @@ def solve_all(t):
     return path.nutation, path.energy
 
 
-def solve_wanted(t):
+def solve_selection(t):
     return kr.solve(TOP, t, want=WANT)
 
 
@@ -93,14 +92,14 @@ def print_omissions(rounds):
     times = np.linspace(0, 10, MANY)
     for name, call in {
         "all states": lambda: kr.solve(TOP, times),
-        f"want={WANT}": lambda: solve_wanted(times),
+        f"want={WANT}": lambda: solve_selection(times),
         f"a stream of want={WANT}": lambda: [None for _ in kr.stream(TOP, times, want=WANT)],
     }.items():
         print(f"memory, {MANY:,} states: {name:<40}{peak_memory(call) / 1e6:8.1f} MB")
 
 
 def output_cases():
-    """Gives cases in which less is asked: name, the whole, a part, must and stretch if any."""
+    """Yield cases with less output: name, whole, part, and the bounds if any."""
     ends, few = np.array([0.0, END]), np.linspace(0, END, 1000)
     yield (
         "attitude, in C: want nutation and energy at the end",
@@ -111,13 +110,13 @@ def output_cases():
     yield (
         "attitude, the call from Python, quantities computed",
         partial(solve_all, END),
-        partial(solve_wanted, END),
+        partial(solve_selection, END),
         *(1.1, 1.3),
     )
     yield (
         "attitude, and 1000 states on the way",
         partial(solve_all, few),
-        partial(solve_wanted, few),
+        partial(solve_selection, few),
     )
     yield (
         "1000 states on the way: start and end only",
@@ -129,7 +128,7 @@ def output_cases():
 
 
 def problem_cases():
-    """Gives cases in which there is less to compute: name, the whole, a part."""
+    """Yield cases with less to compute: name, whole, part."""
     symmetric, ends = kr.scenes.thesis, np.array([0.0, END])
     still, body = symmetric.replace(gravity=0.0), symmetric.body
     i1, i2, i3 = body.inertia
@@ -154,8 +153,7 @@ def problem_cases():
 
 
 def make_step_run(scene):
-    """Takes so many steps of a top that they take about as long as a call can tell, one number for
-    every scene."""
+    """Return a call with the same number of steps for every scene, as many as a call can time."""
     return compiled_core.make_recording_call(
         compiled_core.scene_bytes(scene), "taylor", np.array([1e5]), most=1000
     )

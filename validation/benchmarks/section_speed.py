@@ -1,10 +1,12 @@
-"""What sections, starts and frequencies cost, and how exact they are: python -m
-validation.benchmarks.section_speed [time frequencies layer]
+"""The cost of sections, starts and frequencies, and their accuracy.
 
-`time`: sections of 100 asymmetric tops of one energy and vertical momentum by 500 crossings, in one
-thread and in two, beside the way there with events looked for top by top and without any; and a
-million starts. `frequencies`: by how much those of random Lagrange tops are off the closed form's.
-`layer`: swings along the separatrix beside Melnikov's integral. `must` is what was promised.
+    python -m validation.benchmarks.section_speed [time frequencies layer]
+
+`time` computes sections of 100 asymmetric tops of one energy and vertical momentum with 500
+crossings, in one thread and in two. It compares them with events on single tops and with runs
+without events, and draws a million starts. `frequencies` compares those of random Lagrange tops
+with the closed form. `layer` compares swings along the separatrix with Melnikov's integral. `must`
+is the required figure.
 """
 
 import argparse

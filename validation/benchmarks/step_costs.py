@@ -1,10 +1,9 @@
-"""What a step costs: heyoka's at its tightest tolerance over ours, on one top in one run; and
-recording.
+"""The cost of a step against heyoka's at its tightest tolerance, and of recording.
 
     python -m validation.benchmarks.step_costs [scene ...] [--rounds 25]
 
-A step of heyoka goes much further than one of ours: this says how light the methods and the driver
-are, not who is better.
+A step of heyoka covers much more time than one of kreisel. The ratio shows how light the methods
+and the driver are, and not which program is better.
 """
 
 import argparse
@@ -33,11 +32,11 @@ def make_solve(problem, method, **words):
 
 
 def time_calls(calls, rounds):
-    """Gives the seconds of each call in each round."""
+    """Return the seconds of each call in each round."""
     for call in calls.values():
         call()
     about = [timing.time_once(call) for call in calls.values()]
-    samples, _ = timing.time_interleaved(calls.values(), about, rounds)
+    samples, _ = timing.time_in_turn(calls.values(), about, rounds)
     return dict(zip(calls, samples, strict=True))
 
 
@@ -47,7 +46,7 @@ def format_spread(values, form):
 
 
 def print_steps(scene, rounds):
-    """Prints the median cost of a step and the ratios to heyoka's, round by round."""
+    """Print the median cost of a step, and its ratio to heyoka's round by round."""
     problem = load_problem(scene)
     heyokas = {
         name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
@@ -75,8 +74,7 @@ def print_steps(scene, rounds):
 
 
 def print_recording(scene, rounds):
-    """Times a run that keeps every step over one that keeps none, from Python: with new memory each
-    time."""
+    """Time a run that keeps every step over one that keeps none, from Python with new memory."""
     problem = load_problem(scene)
     print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
     for who in list_contenders(problem):
@@ -93,8 +91,7 @@ def print_recording(scene, rounds):
 
 
 def print_recording_in_c(rounds):
-    """Times keeping over not keeping from C, into memory that was used before: record.c, built
-    against the static library."""
+    """Time the same ratio in C with reused memory, by record.c and the static library."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nno cmake or cc: recording is not measured from C")
         return
@@ -108,7 +105,7 @@ def print_recording_in_c(rounds):
 
 
 def build_program(folder):
-    """Builds the static library and record.c in a folder; gives the program."""
+    """Build the static library and record.c in a folder; return the program."""
     quiet = {"check": True, "stdout": subprocess.DEVNULL}
     options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
     subprocess.run(["cmake", "-S", ROOT, "-B", folder, *options], **quiet)

@@ -1,9 +1,9 @@
-"""Sweeps: what files cost beside the same ensembles without them, in time and memory; how soon a
-plan stands, and how soon Ctrl-C ends the making: python -m validation.benchmarks.sweep_costs [cost memory
-plan stop check]
+"""The cost of a sweep against ensembles without files, of its plan, and of Ctrl-C.
 
-`must` is what was promised. Both ways of `cost` make the same tops part by part and are timed in
-turn, round by round; the disk is the one of --to.
+    python -m validation.benchmarks.sweep_costs [cost memory plan stop check]
+
+`must` is the required figure. Both ways of `cost` compute the same tops part by part, timed in
+turn, round by round. The files are on the disk of --to.
 """
 
 import argparse
@@ -53,7 +53,7 @@ tilt = [0.01, 1]
 
 
 def make_source(n):
-    """Random Lagrange tops."""
+    """Return a source of random Lagrange tops."""
     return kr.Source.random(kr.scenes.sleeping, n, seed=1, spin=(0, 20), tilt=(0.01, 1))
 
 
@@ -62,7 +62,7 @@ def run_sweep(to, n, **more):
 
 
 def cost(options):
-    """Prints the time of a sweep over that of the same ensembles without files."""
+    """Print the time of a sweep over that of the same ensembles without files."""
     tops, ratios = make_source(options.tops), []
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         part = kr.sweep(tops, TIMES, to=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan["part"]
@@ -81,7 +81,7 @@ def cost(options):
 
 
 def memory(options):
-    """Prints the largest memory of a process that sweeps."""
+    """Print the peak memory of a process that sweeps."""
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         command = [sys.executable, "-c", MEMORY, f"{folder}/runs", str(options.tops)]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
@@ -95,7 +95,7 @@ def memory(options):
 
 
 def plan(options):
-    """Prints how soon the plan of very many tops stands."""
+    """Print the time to plan very many tops."""
     spin, tilt = np.linspace(0, 20, 10_000), np.linspace(0.01, 1, 10_000)
     makers = {
         "grid": lambda: kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt),
@@ -115,7 +115,7 @@ def make_plan(tops, folder):
 
 
 def stop(options):
-    """Prints how soon Ctrl-C ends a sweep, in the midst of a part."""
+    """Print the time that Ctrl-C takes to end a sweep within a part."""
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         command = [sys.executable, "-c", STOPPED, f"{folder}/here", str(10**7)]
         time_interrupt("by threads", command, subprocess.PIPE)
@@ -126,7 +126,7 @@ def stop(options):
 
 
 def time_interrupt(what, command, said, parts=None):
-    """Sends Ctrl-C once a part is there, or progress is told, and waits for the end."""
+    """Send Ctrl-C once a part exists or progress is reported, and wait for the end."""
     with subprocess.Popen(command, stdout=said, stderr=subprocess.DEVNULL) as run:
         if parts is None:
             run.stdout.readline()
@@ -140,7 +140,7 @@ def time_interrupt(what, command, said, parts=None):
 
 
 def check(options):
-    """Prints how fast the bits of parts are looked at."""
+    """Print the rate at which parts are verified."""
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
         found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())

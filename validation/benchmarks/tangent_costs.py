@@ -1,12 +1,14 @@
-"""What tangents cost: python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
+"""The cost of tangents.
+
+    python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
 
 scalar    a path with one tangent, with six and with all fourteen, over the path alone
-ensemble  the indicators of chaos over the paths alone, of tops that differ in gravity, on a thread
-heyoka    heyoka's var_ode_sys of first order beside six tangents: the path with its derivative by
-          the start, at heyoka's tightest tolerance, and what either errs by
-rate      tops a second to t = 1000 for kreisel.megno on two threads, of the asymmetric scene
+ensemble  the indicators of chaos over the paths alone, of tops with several gravities, on one thread
+heyoka    heyoka's var_ode_sys of first order against six tangents: the path with its derivative by
+          the start, at heyoka's tightest tolerance, and both errors
+rate      tops per second to t = 1000 for kreisel.megno on two threads, of the asymmetric scene
 
-Everything runs in one process, in turn; times are the least of some rounds.
+Everything runs in one process, in turn. Times are the least of several rounds.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ ROUNDS = 25
 
 
 def least_times(*calls, rounds=ROUNDS):
-    """Gives the least time of each call, made in turn [s]."""
+    """Return the least time of each call, made in turn [s]."""
     times = np.full((rounds, len(calls)), np.inf)
     for spent in times:
         for i, call in enumerate(calls):
@@ -39,7 +41,7 @@ def least_times(*calls, rounds=ROUNDS):
 
 
 def make_run(scene, t, bits):
-    """Makes a call that moves a top to t, with tangents by these."""
+    """Return a call that moves a top to `t`, with the tangents in `bits`."""
 
     def call():
         _, top = start(scene._block, "taylor", 0.0, 0.0, 0, 0, False, False, [], bits)
@@ -71,8 +73,7 @@ def ensemble():
 
 
 def attitude_derivative(path, inertia):
-    """Gives the derivative of the attitude by the angular velocity at the start, seen from the
-    body, as heyoka has it: (4, 3)."""
+    """Return the derivative of the attitude by the body angular velocity at the start, (4, 3)."""
     turns = np.stack([kr.quaternion.turn(path.q[0], axis) for axis in np.eye(3)], axis=1)
     theta = path.tangents[-1][:3, 3:6] @ (turns * inertia)
     return np.stack(

@@ -1,10 +1,11 @@
-"""The Taylor method against heyoka in its best setting: python -m validation.benchmarks.taylor_speed [ratios
-long digits dense]
+"""The Taylor method against heyoka in its best setting.
 
-Everything runs in one process, in turn; times are medians, errors are of the attitude at the end,
-against the series of 30 digits (checked against heyoka in 128 bit first). `must` and `stretch` are
-what was promised. heyoka has seven equations, not compact, and its loosest tolerance from which on
-every tighter one keeps the error; ours goes by that rule too.
+    python -m validation.benchmarks.taylor_speed [ratios long digits dense]
+
+Everything runs in one process, in turn. Times are medians. Errors are of the attitude at the end,
+against the series with 30 digits, which is first checked against heyoka in 128 bits. `must` and
+`stretch` are the required figures. heyoka uses seven equations, not in compact mode. Both programs
+use the loosest tolerance whose error is kept at every tighter one.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from ..references.problems import load_problem
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
 EPS = np.finfo(float).eps
-LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")  # than the truth's
+LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")  # looser than the tolerance of the truth
 TOLERANCES = 10.0 ** np.arange(-2, -15.6, -0.25)
 
 
@@ -38,7 +39,7 @@ def solve_truth(name, t):
 
 
 def attitude_error(name, t, q):
-    """Gives the error of an attitude in doubles, or in doubles and what they leave out."""
+    """Return the error of an attitude in doubles, with or without low words."""
     true = solve_truth(name, t)
     high, low = (q, np.zeros(4)) if len(q) == 4 else (q[:4], q[4:])
     want, rest = true.q[-1], true.q_low[-1]
@@ -49,8 +50,8 @@ def attitude_error(name, t, q):
 
 
 def make_kreisel_run(name, t, tol=0.0, digits=0, method="taylor"):
-    """Makes a call that solves, and gives the attitude at the end and what that leaves out."""
-    # The core takes what was made beforehand, as heyoka does.
+    """Return a call that solves and returns the attitude at the end with its low words."""
+    # The set-up is excluded, as for heyoka.
     block, times = compiled_core.scene_bytes(load_problem(name).to_scene()), np.array([t])
     call = compiled_core.make_recording_call(block, method, times, tol=tol, digits=digits)
 
@@ -92,24 +93,26 @@ def make_real128_run(name, t, tol):
 
 
 def median_times(calls, rounds=41):
-    """Gives the median seconds of the first call, interleaved, and of each other by the median of
-    its ratio to the first."""
+    """Return the median seconds of the first call, and of others by their ratio to the first.
+
+    The calls are interleaved, and the ratio is the median over the rounds.
+    """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
-    (first, *others), _ = timing.time_interleaved(calls, about, rounds)
+    (first, *others), _ = timing.time_in_turn(calls, about, rounds)
     ratios = (median(b / a for a, b in zip(first, other, strict=True)) for other in others)
     return [median(first), *(median(first) * ratio for ratio in ratios)]
 
 
 @functools.cache
 def make_ladder(make, name, t, tightest, **words):
-    """Gives runs from loose to tight, each with the largest error of it and all tighter ones."""
+    """Return runs from loose to tight, each with the largest error of it and all tighter ones."""
     runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
     errors = [attitude_error(name, t, run()) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))
 
 
 def loosest_reaching(make, name, t, target, tightest, **words):
-    """Gives the loosest run that stays within the target, or the tightest."""
+    """Return the loosest run that stays within the target, or the tightest."""
     steps = make_ladder(make, name, t, tightest, **words)
     return next((step for step in steps if step[1] <= target), steps[-1])
 
@@ -122,8 +125,10 @@ def print_row(what, value, must, stretch, rest=""):
 
 
 def pair_at_equal_error(name, t, target):
-    """Gives our run and heyoka's, and their errors. At the tightest these are heyoka's best, and
-    ours about as good."""
+    """Return a run of kreisel and one of heyoka, and their errors.
+
+    Target 0 stands for heyoka's best error, and about the same error for kreisel.
+    """
     peer, f = loosest_reaching(make_heyoka_run, name, t, target, EPS)
     own, e = loosest_reaching(make_kreisel_run, name, t, target or 1.5 * f, 2.0**-53)
     return own, peer, e, f
@@ -194,7 +199,7 @@ def digits():
         own, best = make_kreisel_run(name, t, digits=30), make_real128_run(name, t, "1e-33")
         e = attitude_error(name, t, best())
         runs = [(tol, make_real128_run(name, t, tol)) for tol in LOOSER]
-        known = [(tol, run, extended_attitude_error(best(), run())) for tol, run in runs]
+        known = [(tol, run, attitude_error_with_low_words(best(), run())) for tol, run in runs]
         tol, peer, f = next((each for each in known if each[2] <= e), known[-1])
         a, b, c = median_times([own, peer, best], 3)
         print_row(
@@ -207,8 +212,8 @@ def digits():
         )
 
 
-def extended_attitude_error(want, q):
-    """Gives the angle between two attitudes of doubles and what they leave out, of any size."""
+def attitude_error_with_low_words(want, q):
+    """Return the angle between two attitudes given as doubles with low words."""
 
     def sums(q):
         high, low = q[:4].tolist(), q[4:].tolist()

@@ -1,9 +1,10 @@
-"""What the page weighs and how fast it is, in headless Chromium that draws in software: python -m
-validation.benchmarks.viewer_speed
+"""The size and speed of the interactive page, in headless Chromium with software rendering.
 
-A frame's steps are those of 1/60 of a unit of time. Each time is the median of its repetitions, the
-largest behind it. Of drags the 99th percentile is told too, and the most that the page's own thread
-worked for an event: where a machine has other things to do, the page waits, but does not work.
+    python -m validation.benchmarks.viewer_speed
+
+The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
+followed by the largest. For drags the 99th percentile is printed too, and the longest work of the
+page's own thread for an event. On a busy machine the page waits without working.
 """
 
 import argparse
@@ -24,8 +25,8 @@ PAIRS = [
 ]
 
 WINDOW = {"width": 1280, "height": 800}
-EVENTS = 600  # of each drag
-DRAGS = [  # the preset, what is held of which top, and the number of a corner
+EVENTS = 600  # per drag
+DRAGS = [  # preset, dragged part, top, and index of a corner
     ("A spinning top", "tip", 0, 0),
     ("A spinning top", "face", 0, 0),
     ("Sleeping top", "tip", 1, 0),
@@ -39,13 +40,13 @@ DRAGS = [  # the preset, what is held of which top, and the number of a corner
     ("Energy and motion", "corner", 1, 5),
 ]
 
-# Milliseconds from the navigation to the first picture, drawn to its end.
+# Milliseconds from navigation until the first picture is complete.
 READY = """new Promise((done) => { const look = () => {
     if (!window.kreisel?.view.renderer.info.render.frame) return requestAnimationFrame(look);
     kreisel.view.renderer.getContext().finish();
     done(performance.now());
 }; look(); })"""
-# Milliseconds a frame for stepping alone, over 2000 frames: eleven times.
+# Milliseconds per frame for stepping alone, over 2000 frames, eleven times.
 STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
     kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
@@ -53,7 +54,7 @@ STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
-# Moves what is held so often, with a picture after each thirty; a pivot is a corner held with Alt.
+# Drag a part, with a picture after every 30 events; a pivot is a corner dragged with Alt.
 HELD = """async ([part, top, number, events]) => {
     const { canvas } = kreisel.view, altKey = part === "pivot";
     const [x, y] = kreisel.at(altKey ? "corner" : part, top, number);
@@ -73,7 +74,7 @@ LOAD = """(name) => {
     const preset = kreisel.presets.find((preset) => preset.name === name.split(",")[0]);
     kreisel.page.load({ ...preset, ghost: name.endsWith("ghost") });
 }"""
-# Of each pointermove: how many frames until it was drawn, and after how many milliseconds.
+# Frames and milliseconds from each pointermove until it is drawn.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
     const { render } = kreisel.view.renderer.info, before = render.frame;
     let frames = 0;
@@ -90,7 +91,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Until the first picture: the time, and what the page's own thread worked of that."""
+    """Return the time to the first picture, and the work of the page's own thread."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -115,8 +116,8 @@ def print_spread(what, took, worked):
     )
 
 
-def time_held_drag(browser, page, *held):
-    """Drags; of each event, how long it took and what the page's own thread worked of that."""
+def time_drag_events(browser, page, *held):
+    """Return the duration of each event of a drag, and the work of the page's own thread."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [
@@ -129,7 +130,7 @@ def time_held_drag(browser, page, *held):
 
 
 def time_drag(page):
-    """Takes the green tip, and moves it a hundred times."""
+    """Move the green tip a hundred times; return frames and milliseconds until it was drawn."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.at('tip')")
     page.mouse.move(x, y)
@@ -167,7 +168,7 @@ def main(argv=None):
             page.evaluate(LOAD, name)
             page.evaluate("kreisel.page.run(false)")
             what = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
-            print_spread(what, *time_held_drag(browser, page, part, top, number))
+            print_spread(what, *time_drag_events(browser, page, part, top, number))
         page.evaluate(LOAD, "Lagrange's top")
         frames, after = zip(*time_drag(page), strict=True)
         print_row("a drag is drawn", frames, "frame(s)", 0)

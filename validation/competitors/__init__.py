@@ -1,1 +1,1 @@
-"""What kreisel is measured beside, how, and on what machine."""
+"""Programs that kreisel is compared with, timing, and the machine."""

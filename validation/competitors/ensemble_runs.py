@@ -1,10 +1,10 @@
-"""Who moves many tops of one body at once: kreisel's ensembles, and peers in the hands of somebody
-who knows them.
+"""Calls that move many tops of one body: ensembles of kreisel and well-used peers.
 
-A mover is made for tops, a setting and a number of threads, compiles what it needs, and is then
-called again and again: it gives the attitudes at the end, (n, 4). heyoka has the seven equations
-with the body's constants folded in, not compact, and a batch of eight tops in the lanes of an
-integrator: by hand with one integrator a thread, or by the call that it has for ensembles.
+A mover makes a call for tops, a setting and a number of threads, compiles what it needs, and is
+then called repeatedly. The call returns the attitudes at the end, (n, 4). heyoka integrates the
+seven equations with the constants of the body, not in compact mode, with a batch of eight tops in
+the SIMD lanes of an integrator. It runs with one integrator per thread, or by its own ensemble
+function.
 """
 
 from collections.abc import Callable
@@ -41,18 +41,18 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Gives the starts with the tops in columns, the last repeated until batches are full."""
+    """Return the starts with the tops in columns, the last repeated until the batches are full."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
 
-def check_end_reached(results):
+def check_end_time(results):
     if any(outcome != hy.taylor_outcome.time_limit for outcome, *_ in results):
         raise ArithmeticError("heyoka stopped before the end")
 
 
 def make_batch_call(tops, setting, threads):
-    """Leads batches of eight to the end one after the other, whichever thread is free."""
+    """Return a call that integrates batches of eight, each on the next free thread."""
     starts, end = pad_to_batches(tops), tops.end
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
@@ -62,7 +62,7 @@ def make_batch_call(tops, setting, threads):
             top.set_time(0.0)
             top.state[:] = starts[:, i : i + BATCH]
             top.propagate_until(end)
-            check_end_reached(top.propagate_res)
+            check_end_time(top.propagate_res)
             found[:, i : i + BATCH] = top.state[:4]
 
     def move():
@@ -87,15 +87,18 @@ def make_ensemble_call(tops, setting, threads):
             top, tops.end, iterations, begin, max_workers=threads
         )
         for led, *_ in done:
-            check_end_reached(led.propagate_res)
+            check_end_time(led.propagate_res)
         return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
 
     return move
 
 
 def make_scipy_call(tops, setting, threads):
-    """Leads one top after the other. Python keeps one thread at work, so that a time of it may be
-    divided by the number of threads: processes would share the tops."""
+    """Return a call that integrates one top after the other.
+
+    Python uses one thread. Its time may be divided by the number of threads, because processes
+    would share the tops.
+    """
     runs = [
         ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
         for momentum in tops.momenta
@@ -105,16 +108,18 @@ def make_scipy_call(tops, setting, threads):
 
 @dataclass(frozen=True)
 class Mover:
-    """Somebody who moves tops, at some settings from loose to tight, and how many he is given: the
-    slow ones fewer, as their time is told a top."""
+    """A program that moves tops, its settings from loose to tight, and its number of tops.
+
+    Slow movers get fewer tops, because their time is reported per top.
+    """
 
     name: str
     make: Callable  # (tops, setting, threads) -> call
     settings: tuple
-    part: float = 1.0  # of the tops
-    least: int = 0  # of them
+    part: float = 1.0  # fraction of the tops
+    least: int = 0  # minimum number of tops
     is_timed_once: bool = False
-    is_serial: bool = False  # uses one thread, whatever it is given
+    is_serial: bool = False  # uses one thread in any case
 
     def tops(self, tops):
         return tops.first(max(self.least, round(self.part * len(tops))))
@@ -154,8 +159,10 @@ PEERS = (
 
 
 def select_movers(tops, each=1):
-    """Gives those who can move these tops, kreisel first; at each setting, or at each second or
-    third of them from the tightest on."""
+    """Return the movers that suit these tops, kreisel first.
+
+    They run at each setting, or at each `each`-th setting counted from the tightest.
+    """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [
         replace(who, settings=who.settings[::-each][::-1])

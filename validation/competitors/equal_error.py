@@ -1,5 +1,7 @@
-"""What many tops cost at equal error: movers run in turn, round by round; each one's time is read
-off between its settings, on straight lines in logarithms, where its median error is the same.
+"""The cost of many tops at equal error.
+
+Movers run in turn, round by round. The time of each is interpolated between its settings, on
+straight lines in logarithms, at the same median error.
 """
 
 from dataclasses import dataclass
@@ -11,7 +13,7 @@ import numpy as np
 from ..references.problems import attitude_errors
 from . import timing
 
-NEAR = 1.2  # the tightest error is this much above the larger of two floors, which scatter
+NEAR = 1.2  # safety factor above the larger of two smallest errors, which scatter
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class Run:
     middle: float  # median of the attitude errors of a sample [rad]
     bad: float  # 90 % are below [rad]
     worst: float
-    seconds: list  # for one top, in each round
+    seconds: list  # per top, one for each round
 
     @property
     def microseconds(self):
@@ -32,8 +34,11 @@ class Run:
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Makes each call, takes its errors on the tops whose truths are known, and times all in turn:
-    first all at their loosest, so that what is compared ran within a short time."""
+    """Return the runs of all movers at all settings, with errors and times.
+
+    All calls are timed in turn, from loose to tight settings, so that compared calls run within a
+    short time. Errors are those of the tops with known truths.
+    """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
         for who in movers
@@ -56,14 +61,14 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Gives median, 90 % and largest of the errors of those tops whose truths are known."""
+    """Return the median, 90 % quantile and maximum of the errors of tops with known truths."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
 
 
 def time_per_top(call, who, tops, threads):
-    """Gives the seconds of one top; a mover of one thread is taken to share the tops perfectly."""
+    """Return the seconds per top; a serial mover is assumed to share the tops perfectly."""
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
@@ -76,14 +81,16 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Gives the smallest error that both reach, and keep at tighter settings."""
+    """Return the smallest error that both reach and keep at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
-    """Gives for each round what a top costs at that median error; nan where it is not reached. An
-    error counts as large as the largest of all tighter settings; looser than the loosest costs as
-    much as that."""
+    """Return the cost of a top at a median error for each round, or nan if it is not reached.
+
+    The error of a setting is the largest of all tighter settings. Errors above that of the loosest
+    setting cost as much as that setting.
+    """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
     if target < errors[-1]:
@@ -94,8 +101,10 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Gives the median over the rounds of the other's time over the own, and both times [s]; nan
-    where one does not reach the error."""
+    """Return the median over the rounds of other over own time, and both times [s].
+
+    All are nan if one of them does not reach the error.
+    """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]
     return median(rounds), median(theirs), median(ours)

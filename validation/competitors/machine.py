@@ -1,4 +1,4 @@
-"""What a figure was measured with: the machine, the compiler, the commit and the versions."""
+"""The conditions of a measurement: machine, compiler, commit and versions."""
 
 import hashlib
 import os
@@ -13,7 +13,7 @@ import kreisel as kr
 
 from . import compiled_core
 
-GSL_MISSING = "not built in: the rows gsl_rk8pd and gsl_bsimp are left out"
+GSL_MISSING = "not included in this build; gsl_rk8pd and gsl_bsimp are missing"
 
 
 def processor_name():
@@ -31,7 +31,7 @@ def describe_cores():
 
 
 def compiler_version():
-    """Tells what compiled the extension, as compilers write it into what they make."""
+    """Return the compilers of the extension, as recorded in its file."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )
@@ -48,8 +48,11 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Names all that findings depend on: the core as built, the Python code and the truths, the
-    machine, the versions, and what else is given."""
+    """Return all that findings depend on.
+
+    These are the compiled core, the Python code, the references, the machine, the versions, and
+    `more`.
+    """
     here = Path(__file__).parents[1]
     files = [
         compiled_core.FILE,
@@ -70,12 +73,12 @@ def describe_machine():
         "compiler": compiler_version(),
         "commit": commit_name(),
         "versions": f"Python {platform.python_version()}, {packages}",
-        "GSL": "built in" if has_gsl() else GSL_MISSING,
+        "GSL": "included" if has_gsl() else GSL_MISSING,
     }
 
 
 def is_of_gsl(name):
-    """Says whether kreisel gives access to the method only to compare itself with it."""
+    """Return whether kreisel offers the method for comparison only."""
     return name.startswith("gsl_")
 
 

@@ -1,5 +1,7 @@
-"""Methods in families for the figures, by what their tables say of them, so that a later method
-finds its place unasked."""
+"""Families of methods for the figures, by the properties of their methods.
+
+A new method belongs to a family without a change here.
+"""
 
 import kreisel as kr
 
@@ -15,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Gives {title: (the methods of the family, the peers to show beside them)}."""
+    """Return {title: (methods of the family, peers to show with them)}."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {

@@ -1,10 +1,9 @@
-"""Who runs: every method of kreisel, unasked, and two peers. A contender makes runs; a run is one
-top at one setting.
+"""Runs of one top at one setting: all methods of kreisel and two peers.
 
-A run has `solve()`, which is timed and returns the attitude at the end; `attitude()`, which refers
-that to the principal axes; `record(times)` for attitudes and momenta; `steps` and `evaluations` of
-the right-hand side or the torque (None where there is no such thing); and `setup`, the seconds that
-it took to be ready (None where there is nothing to do).
+A contender makes runs. A run has `solve()`, which is timed and returns the attitude at the end;
+`attitude()`, which refers that attitude to the principal axes; `record(times)` for attitudes and
+momenta; `steps` and `evaluations` of the right-hand side or the torque (None where they do not
+exist); and `setup`, the seconds of its preparation (None where there is none).
 """
 
 import math
@@ -28,14 +27,14 @@ DOP853_STAGES = 12
 
 @dataclass(frozen=True)
 class Setting:
-    """What steers a run: a step, a tolerance, or nothing where there is a closed form."""
+    """The control of a run: a step, a tolerance, or neither for a closed form."""
 
     step: float = None
     tol: float = None
 
     @property
     def keywords(self):
-        """Gives the keywords of kr.solve."""
+        """The keyword arguments of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
     def __str__(self):
@@ -65,12 +64,12 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """The fastest form for heyoka: seven equations, constants folded in, no compact mode."""
+    """A run of heyoka in its fastest form: seven equations with constants, not in compact mode."""
 
     evaluations = None
 
     def __init__(self, problem, end, setting, **options):
-        hy.llvm_state.set_diskcache_enabled(False)  # or set-up times are fiction
+        hy.llvm_state.set_diskcache_enabled(False)  # set-up times must include compilation
         hy.llvm_state.clear_memcache()
         begin = time.perf_counter()
         system, self.start = equations.build_system(problem)
@@ -98,7 +97,7 @@ class HeyokaRun:
 
 
 class ScipyRun:
-    """DOP853 on the seven equations of heyoka's run, written as one would in Python."""
+    """A run of DOP853 on the seven equations of HeyokaRun, written in plain Python."""
 
     setup = None
 
@@ -142,8 +141,7 @@ class ScipyRun:
 
 @cache
 def compile_general_heyoka(tol):
-    """Compiles one integrator for every top, which is slower than one for a single top, and errs
-    alike."""
+    """Compile one integrator for every top, slower than one for a single top and as accurate."""
     zeros = np.zeros(equations.COEFFICIENTS)
     return hy.taylor_adaptive(
         equations.build_general_system(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
@@ -151,8 +149,7 @@ def compile_general_heyoka(tol):
 
 
 def series_order(tol):
-    """Gives the order of heyoka's series, which is how often a step evaluates the right-hand
-    side."""
+    """Return the order of heyoka's series, which is its number of evaluations per step."""
     return math.ceil(1 - math.log(tol) / 2)
 
 
@@ -187,25 +184,25 @@ RECORDERS = {"heyoka": record_with_heyoka, "scipy_dop853": record_with_scipy}
 class Contender:
     name: str
     text: str
-    steered: str  # by "step", "tol" or nothing
+    steered: str  # control: "step", "tol" or ""
     make: Callable  # (problem, end, setting) -> run
-    tightest: float = None  # of the tolerances
+    tightest: float = None  # tightest tolerance
     order: object = "varies"
-    peer: bool = False  # something to compare with, also where kreisel gives access to it (GSL)
+    peer: bool = False  # for comparison only, including GSL within kreisel
 
 
 def control_of(method):
-    """Says by what a method is steered: a closed form has neither step nor tolerance."""
+    """Return the control of a method: "step", "tol", or "" for a closed form."""
     return "" if method.exact else "tol" if method.adaptive else "step"
 
 
 def choose_setting(method, step, tol):
-    """Gives the setting by which the method is steered, of a step and a tolerance."""
+    """Return the setting that the method needs, from a step and a tolerance."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 
 def list_contenders(problem):
-    """Gives every method of kreisel that can move this top."""
+    """Yield every method of kreisel that suits this top."""
     scene = problem.to_scene()
     for name, method in kr.methods.items():
         if method.suits(scene):

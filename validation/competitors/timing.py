@@ -1,5 +1,7 @@
-"""Timing that is fair on a noisy machine: each call runs once a round, in turn, so that what
-disturbs, disturbs all alike."""
+"""Timing on a noisy machine: each call runs once per round, in turn.
+
+A disturbance then affects all calls alike.
+"""
 
 import gc
 import math
@@ -7,7 +9,7 @@ import statistics
 from contextlib import contextmanager
 from time import perf_counter
 
-SAMPLE = 2e-3  # a call shorter than this is repeated until it fills it [s]
+SAMPLE = 2e-3  # shorter calls are repeated for this long [s]
 
 
 @contextmanager
@@ -25,8 +27,8 @@ def time_once(call):
     return perf_counter() - begin
 
 
-def time_repeated(call, seconds):
-    """Measures the seconds of one call, where it is known to take about as long."""
+def time_sample(call, seconds):
+    """Return the seconds of one call that takes about `seconds`."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with pause_gc():
         begin = perf_counter()
@@ -35,14 +37,16 @@ def time_repeated(call, seconds):
         return (perf_counter() - begin) / number
 
 
-def time_interleaved(calls, seconds, rounds, tick=lambda: None):
-    """Takes a sample of each call in each round; `seconds` says about how long each takes. Gives
-    the samples, and whether Ctrl-C ended it early."""
+def time_in_turn(calls, seconds, rounds, tick=lambda: None):
+    """Return samples of each call, one per round, and whether Ctrl-C ended the rounds early.
+
+    `seconds` is about how long each call takes.
+    """
     samples = [[] for _ in calls]
     try:
         for _ in range(rounds):
             for call, about, got in zip(calls, seconds, samples, strict=True):
-                got.append(time_repeated(call, about))
+                got.append(time_sample(call, about))
                 tick()
     except KeyboardInterrupt:
         return samples, True
@@ -50,16 +54,16 @@ def time_interleaved(calls, seconds, rounds, tick=lambda: None):
 
 
 def best_times(calls, rounds, trials=1):
-    """Gives the least seconds of each call over the rounds, for a disturbance only ever adds."""
+    """Return the least seconds of each call over the rounds, because disturbances only add time."""
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
-    samples, interrupted = time_interleaved(calls, about, rounds)
+    samples, interrupted = time_in_turn(calls, about, rounds)
     if interrupted:
         raise KeyboardInterrupt
     return [min(got) for got in samples]
 
 
 def relative_spread(samples):
-    """Gives the distance of the quartiles, as a part of the median."""
+    """Return the distance of the quartiles relative to the median."""
     if len(samples) < 2:
         return 0.0
     low, middle, high = statistics.quantiles(samples, n=4, method="inclusive")

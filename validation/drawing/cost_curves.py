@@ -1,4 +1,4 @@
-"""Errors against what they cost: a panel for each family of methods, or one panel for all."""
+"""Errors against costs: a panel for each family of methods, or one panel for all."""
 
 from .style import (
     FAINT,
@@ -12,12 +12,14 @@ from .style import (
 )
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
-LEAST = 1e-17  # what errors of zero are drawn at
+LEAST = 1e-17  # drawn for zero errors
 
 
 def collect_lines(groups, quantity, cost):
-    """Gives cost and error of each run of each method, loose to tight, and the limits that hold
-    them all; no lines and no limits where nothing is known."""
+    """Return costs and errors of each method, loose to tight, and limits that include all.
+
+    Both are empty if nothing is known.
+    """
 
     def cost_and_error(row):
         return 1e3 * row.seconds if cost == "seconds" else row.evaluations
@@ -38,7 +40,7 @@ def collect_lines(groups, quantity, cost):
 
 
 def lowest_point(points):
-    """Gives the point where a line's error is smallest."""
+    """Return the point of a line with the smallest error."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
@@ -63,7 +65,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draws one family in colours with its names, the peers in ink, and all others grey behind."""
+    """Draw one family in colours with names, the peers in ink, and all others in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -81,7 +83,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Draws a panel a family. `families`: {title: (its methods, peers to show with them)}."""
+    """Yield a panel per family; `families` is {title: (its methods, peers to show)}."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
@@ -89,7 +91,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Gives the methods that reach some error before all others."""
+    """Return the methods that reach some error before all others."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(

@@ -1,4 +1,4 @@
-"""What part of many tops comes out with at most an error: a line for each method."""
+"""The fraction of tops with at most a given error: a line for each method."""
 
 import numpy as np
 
@@ -13,11 +13,11 @@ from .style import (
     set_power_ticks,
 )
 
-LEAST, NAMED_AT = 1e-17, 0.97  # what errors of zero are drawn at; where a line's name stands
+LEAST, NAMED_AT = 1e-17, 0.97  # drawn for zero errors; height of the names
 
 
 def draw_distributions(errors, family, peers):
-    """Draws one family in colours, all others grey. `errors`: {method: its errors, sorted}."""
+    """Draw one family in colours, all others in grey; `errors` is {method: sorted errors}."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -33,7 +33,7 @@ def draw_distributions(errors, family, peers):
             )
         axes.set(
             xlabel="attitude error at the end [rad]",
-            ylabel="part of the tops with no more",
+            ylabel="fraction of tops with at most this error",
             ylim=(0, 1),
             xlim=(3e-18, 10),
         )
@@ -44,7 +44,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Gives where the names are led to, from the least error on, each a little lower."""
+    """Return the positions of the names, by increasing error, each slightly lower."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

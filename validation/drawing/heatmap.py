@@ -1,4 +1,4 @@
-"""Heat maps of errors: cases by methods, each square with its colour, its decade and its mark."""
+"""Heat maps of errors: cases by methods, each square with colour, decade and mark."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """What one square shows: the decade of its error, or nothing but a mark where there is none."""
+    """The content of one square: the decade of its error, or only a mark."""
 
     row: str
     column: str
@@ -76,7 +76,7 @@ def set_labels(axes, columns, rows):
 
 
 def draw_heatmap(squares, columns):
-    """Draws the squares under the columns named; where there is no square it stays empty."""
+    """Draw the squares under the given columns; places without a square stay empty."""
     rows = list(dict.fromkeys(square.row for square in squares))
     height = TOP + ROW * len(rows) + 0.05
     with plt.rc_context(STYLE):
@@ -91,7 +91,7 @@ def draw_heatmap(squares, columns):
 
 
 def draw_key():
-    """Draws what the colours stand for."""
+    """Draw the colour scale."""
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(5.2, 0.62))
         axes = figure.add_axes((0.04, 0.62, 0.92, 0.34))

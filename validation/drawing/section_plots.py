@@ -1,5 +1,7 @@
-"""Sections: a dot for each crossing, some panels of one picture; and curves beside measured points.
-Dots are a picture within the picture: they are many."""
+"""Sections with a dot for each crossing, and curves beside measured points.
+
+Dots are embedded as an image, because there are many.
+"""
 
 import numpy as np
 
@@ -13,7 +15,7 @@ TURN = (
 
 
 def make_panels(rows, columns, height, **more):
-    """Makes panels as wide as the page."""
+    """Return a figure as wide as the page, and its axes."""
     figure, axes = plt.subplots(
         rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
     )
@@ -31,7 +33,7 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
 
 
 def draw_sections(panels, columns, height):
-    """Draws panels, by title: spin angle, axial momentum and colour of each dot."""
+    """Draw panels by title: spin angle, axial momentum and colour of each dot."""
     with plt.rc_context(FRAMED):
         rows = -(-len(panels) // columns)
         figure, all_axes = make_panels(rows, columns, height)
@@ -43,7 +45,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draws a section, and at the same height how far the body spins between two crossings."""
+    """Draw a section, and at the same height the rotation between two crossings."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -52,17 +54,19 @@ def draw_section_and_rotation(panel, title, rotation):
         points = right.scatter(
             turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="viridis", linewidths=0
         )
-        right.set(xlabel="turns about the vertical from lowest to lowest point, less whole ones")
+        right.set(xlabel="turns about the vertical between lowest points, less whole turns")
         bar = figure.colorbar(
-            points, ax=right, label="change from one half of the time to the other, log10"
+            points, ax=right, label="change between both halves of the time, log10"
         )
         bar.outline.set_edgecolor(INK)
         return figure_to_svg(figure)
 
 
 def draw_regions(borders, points, greatest, highest, close):
-    """Draws where in the plane of vertical momentum and energy each numbered section is, and again,
-    near by, the part of it that is close: from g, h to g, h."""
+    """Draw the position of each numbered section in the plane of vertical momentum and energy.
+
+    An inset enlarges the part `close`, given as two corners (g, h).
+    """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
         near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
@@ -82,8 +86,10 @@ def draw_regions(borders, points, greatest, highest, close):
 
 
 def draw_kicks(angles, changes, amplitude):
-    """Draws what swings change the axial momentum by, beside what theory says. `changes`: by name,
-    for each unit of what perturbs."""
+    """Draw the change of axial momentum per swing against theory.
+
+    `changes` is by name, per unit of the perturbation.
+    """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
@@ -93,18 +99,20 @@ def draw_kicks(angles, changes, amplitude):
             )
         axes.plot(turn, amplitude * np.sin(2.0 * turn), color=INK, linewidth=1, label="Melnikov")
         axes.set_xticks(*TURN)
-        axes.set(xlabel="spin angle at the lowest point", ylabel="change in a swing, over e")
+        axes.set(xlabel="spin angle at the lowest point", ylabel="change per swing, over e")
         axes.legend(fontsize=8, markerscale=4, loc="upper right")
         return figure_to_svg(figure)
 
 
 def draw_widths(e, measured, predicted):
-    """Draws how wide the layer is."""
+    """Draw the width of the layer."""
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
         axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")
         axes.loglog(e, measured, "o", color=COLOURS[0], label="measured")
-        axes.set(xlabel="e, by which the equal moments differ", ylabel="half width of the layer")
+        axes.set(
+            xlabel="e, relative difference of the equal moments", ylabel="half width of the layer"
+        )
         axes.legend(fontsize=8, loc="upper left")
         axes.grid(True)
         return figure_to_svg(figure)

@@ -1,4 +1,4 @@
-"""The path of an axis on the unit sphere, seen from a little above."""
+"""The path of an axis on the unit sphere, seen from slightly above."""
 
 import numpy as np
 
@@ -8,8 +8,10 @@ ELEVATION = 20.0  # of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
-    """Gives across, up and towards the eye, of points (..., 3) seen from these angles above the
-    plane and about the vertical [degrees]."""
+    """Return the coordinates across, up and towards the eye of points (..., 3).
+
+    The eye is at the given angles above the plane and about the vertical [degrees].
+    """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
     across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
@@ -22,7 +24,7 @@ def draw_outline(axes):
 
 
 def draw_globe(axes):
-    """Draws the outline of the sphere, its equator and the arrow upwards; gives the arrow's tip."""
+    """Draw the outline of the sphere, its equator and an arrow upwards; return the arrow's tip."""
     draw_outline(axes)
     angle = np.linspace(0, 2 * np.pi, 200)
     x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
@@ -33,7 +35,7 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draws where an axis (n, 3) goes, faint where it is behind; the dot is the start."""
+    """Draw the path of an axis (n, 3), faint behind the sphere; the dot is the start."""
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)
@@ -43,7 +45,7 @@ def draw_trace(axes, apex, colour=COLOURS[0]):
 
 
 def draw_apex_path(apex):
-    """Draws where the centre of mass goes about the fixed point."""
+    """Draw the path of the centre of mass about the fixed point."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(2.6, 2.6))
         top = draw_globe(axes)

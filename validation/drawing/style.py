@@ -1,5 +1,4 @@
-"""The look that all pictures share: SVG that takes its ink from the page around it, light or
-dark."""
+"""The style of all figures: SVG whose ink follows the page, light or dark."""
 
 import io
 
@@ -9,7 +8,7 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-INK = "#010203"  # stands for the page's own colour of text
+INK = "#010203"  # replaced by the text colour of the page
 FAINT = "#8c8c8c"
 # Eight hues that differ under normal vision, protanopia and deuteranopia, on white and on black.
 COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
@@ -47,7 +46,7 @@ def figure_to_svg(figure, **options):
 
 
 def make_panel(height=3.1, width=4.9):
-    """Makes axes with room for labels at their right [inch]."""
+    """Return a figure and axes with room for labels at their right [inch]."""
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(
@@ -56,28 +55,28 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Writes a tick as the tables have it: 1e-9."""
+    """Return a tick label in the form of the tables: 1e-9."""
     if 0.001 < x < 1e4:
         return f"{x:g}"
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
 
 
 def set_power_ticks(axis, ticks=12):
-    """Puts ticks at powers of ten, which is quick to draw."""
+    """Set ticks at powers of ten, which are fast to draw."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def axes_height(axes, y):
-    """Gives the height of a value within the axes, 0 .. 1."""
+    """Return the height of a value within the axes, 0 .. 1."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
 
 
 def spread_labels(heights, gap):
-    """Moves labels, given from low to high, so that none overlaps and none leaves the axes."""
+    """Return label heights, ascending, moved so that none overlaps or leaves the axes."""
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
@@ -127,8 +126,10 @@ def label_ends(axes, ends):
 
 
 def choose_line_styles(family, peers):
-    """Gives colour and marker of each line of a panel; what is only compared with is in ink, broken
-    and hollow."""
+    """Return colour and marker of each line of a panel.
+
+    Lines of peers are dashed, in ink and with hollow markers.
+    """
     own = [name for name in family if name not in peers]
     found = {
         name: {

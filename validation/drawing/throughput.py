@@ -1,4 +1,4 @@
-"""How many tops a second are moved to which error: a line for each contender, loose to tight."""
+"""Tops per second against error: a line for each contender, loose to tight."""
 
 from statistics import median
 
@@ -12,12 +12,14 @@ from .style import (
     set_power_ticks,
 )
 
-LEAST = 1e-17  # what errors of zero are drawn at
+LEAST = 1e-17  # drawn for zero errors
 
 
 def draw_throughput(groups, own):
-    """Draws {name: its runs}, each with its median error and its seconds for one top, the own in
-    colours and the peers in ink."""
+    """Draw {name: its runs}, the own in colours and the peers in ink.
+
+    Each run has its median error and its seconds per top.
+    """
     lines = {
         name: tuple(
             zip(*((1 / median(run.seconds), max(run.middle, LEAST)) for run in runs), strict=True)
@@ -29,7 +31,7 @@ def draw_throughput(groups, own):
         styles = choose_line_styles(own, [name for name in lines if name not in own])
         for name, points in lines.items():
             axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
-        axes.set(xlabel="tops a second", ylabel="median attitude error [rad]")
+        axes.set(xlabel="tops per second", ylabel="median attitude error [rad]")
         set_power_ticks(axes.xaxis)
         set_power_ticks(axes.yaxis, 9)
         axes.grid(True)

@@ -1,20 +1,22 @@
-"""Errors in the course of one run, with a colour for each kind of method."""
+"""Errors over time in one run, with a colour for each kind of method."""
 
 import numpy as np
 
 from .style import COLOURS, STYLE, figure_to_svg, label_ends, make_panel, plt, set_power_ticks
 
-LEAST = 1e-17  # what errors of zero are drawn at
+LEAST = 1e-17  # drawn for zero errors
 
 
 def choose_colours(kinds):
-    """Gives a colour for each kind, in the order in which they come."""
+    """Return a colour for each kind, in order of appearance."""
     return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
 
 
 def draw_time_series(lines, quantity, label, colours):
-    """Draws a quantity of each line over its times. A line has `method`, `kind`, `t` and the
-    quantity, each a list."""
+    """Draw a quantity of each line over its times.
+
+    A line has `method`, `kind`, `t` and the quantity, each a list.
+    """
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)
         known = [line for line in lines if len(line["t"]) > 1]
@@ -25,7 +27,7 @@ def draw_time_series(lines, quantity, label, colours):
                 color=colours[line["kind"]],
                 linewidth=1.2,
             )
-        axes.set(xlabel="time; a turn of the precession is 2 pi", ylabel=label)
+        axes.set(xlabel="time; one turn of the precession is 2 pi", ylabel=label)
         axes.set_ylim(LEAST, 10)
         set_power_ticks(axes.yaxis, 9)
         axes.grid(True)

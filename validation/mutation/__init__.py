@@ -1,1 +1,1 @@
-"""How far the tests can be trusted: programs that measure it, python -m validation.mutation.NAME."""
+"""Programs that measure how well the tests detect faults: python -m validation.mutation.NAME."""

@@ -1,7 +1,7 @@
-"""Mutants of the core: built as users without a newer instruction set have it, tried by the C
-tests, the quickest first, by these once more under sanitizers, then by those in Python.
+"""Trials of mutants of the core, built for the baseline instruction set.
 
-Only what includes the changed file is compiled again.
+The C tests run first, fastest first, then again under sanitizers, and then the tests in Python.
+Only files that include the changed file are recompiled.
 """
 
 import os
@@ -12,7 +12,7 @@ from dataclasses import replace
 from time import monotonic
 
 from . import mutate_c
-from .sandbox import MEMORY, TrialError, Verdict, copy_tree, run_limited, run_pytest
+from .sandbox import MEMORY, TrialError, Verdict, copy_tree, run_pytest, run_with_limits
 
 FLAGS = (
     *("-std=c99", "-O1", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Icsrc"),
@@ -23,10 +23,14 @@ SANITIZERS = (
     "-fno-omit-frame-pointer",
 )
 FUZZ = ("1", "20000")  # the seed, and how many rounds
-GOLDEN = "golden", "kernels", "snapshot"  # programs whose output is expected in a file beside them
-LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
-SLACK = 10  # times what the test takes of a processor when nothing is changed
-# What tells the time or asks a signal for it may fail on a busy machine without being wrong.
+# programs whose expected output is in a file
+GOLDEN = (
+    *("golden", "kernels", "results", "results_many", "results_closed"),
+    *("results_drawn", "results_drawn_many"),
+)
+LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
+SLACK = 10  # factor over the processor time without a mutation
+# Tests that depend on time or signals may fail on a busy machine.
 UNSURE = ("tests/python/test_interruption.py",)
 
 
@@ -37,7 +41,7 @@ def list_sources(root):
 
 
 def list_mutants(root, only=""):
-    """All mutants of what is compiled; the public header declares, and is left alone."""
+    """Return the mutants of all compiled files; the public header only declares and is left out."""
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
     names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]
@@ -48,7 +52,7 @@ def list_mutants(root, only=""):
 
 
 class Trial:
-    """The core in a copy of the tree, compiled, and its tests."""
+    """A copy of the tree with the compiled core and its tests."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -58,14 +62,14 @@ class Trial:
         self.uses = {file: self.compile_file(file, "base") for file in files}
         for file in files:
             self.compile_file(file, "base", SANITIZERS)
-        self.limits = {how: self.time_unmutated(how) for how in ((), SANITIZERS)}
+        self.limits = {how: self.time_baseline(how) for how in ((), SANITIZERS)}
         self.binding = compile_binding(self.root)
         word, test = self.run_python_tests(set()) if self.binding else ("survived", "")
         if word == "killed":
             raise TrialError(f"{test} fails with nothing changed")
 
-    def time_unmutated(self, how):
-        """How long each test takes with nothing changed [s], the quickest first."""
+    def time_baseline(self, how):
+        """Return the time of each test without a mutation [s], fastest first."""
         seconds = {}
         for name in self.programs:
             done = self.run_program(name, {}, 600, how)
@@ -79,29 +83,29 @@ class Trial:
         return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
 
     def compile_file(self, file, folder, how=()):
-        """Compiles a source; gives the files that it uses, or None where it does not compile."""
+        """Compile a source; return the files that it uses, or None if it does not compile."""
         to = self.object_path(file, folder, how)
         to.parent.mkdir(parents=True, exist_ok=True)
         command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
-        if run_limited(command, self.root, 300, 900).status:
+        if run_with_limits(command, self.root, 300, 900).status:
             return None
         names = to.with_suffix(".d").read_text().replace("\\\n", " ").split()[1:]
         return {os.path.normpath(name) for name in names}
 
     def link(self, files, changed, to, *command, how=()):
         objects = [self.object_path(f, "changed" if f in changed else "base", how) for f in files]
-        done = run_limited([*command, *how, *objects, "-lm", "-o", to], self.root, 300, 900)
+        done = run_with_limits([*command, *how, *objects, "-lm", "-o", to], self.root, 300, 900)
         if done.status:
             raise TrialError(done.said)
 
     def run_program(self, name, changed, seconds, how=()):
-        """Links a test with the core, and runs it."""
+        """Link a test with the core, and run it."""
         program = self.root / "objects" / name
         command = ("gcc", *LINKED.get(name, ()))
         self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)
         words = [program, *(FUZZ if name == "fuzz" else ())]
-        memory = None if how else MEMORY  # sanitizers ask for more than any machine has
-        done = run_limited(words, self.root, seconds, 20 * seconds, memory)
+        memory = None if how else MEMORY  # sanitizers reserve more than any machine has
+        done = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
         is_wrong = (
             name in GOLDEN and not done.status and not self.has_expected_output(name, done.said)
         )
@@ -109,13 +113,13 @@ class Trial:
 
     def has_expected_output(self, name, said):
         golden = (self.root / f"tests/c/{name}.txt").read_text().splitlines()
-        if name == "kernels":  # it says first which instruction set, then how that rounds
+        if name == "kernels":  # each line begins with the instruction set and its rounding
             lines = [line.split(maxsplit=1)[1] for line in said.splitlines()]
             return lines == [line for line in golden if line.split()[0] == lines[0].split()[0]]
         return said.splitlines() == golden
 
     def try_mutant(self, mutant):
-        """Tries a mutant."""
+        """Return the verdict of the tests on a mutant."""
         begin = monotonic()
         mutant.write(self.root)
         try:
@@ -144,7 +148,7 @@ class Trial:
         return self.run_python_tests(changed) if self.binding else ("survived", "")
 
     def find_failing_c_test(self, changed, how):
-        """The C test that fails, if one does."""
+        """Return the name of a C test that fails, or an empty string."""
         for name, seconds in self.limits[how].items():
             feels = changed & {*self.core, *self.programs[name]}
             if feels and self.run_program(name, changed, int(SLACK * seconds) + 5, how).status:
@@ -165,7 +169,7 @@ class Trial:
 
 
 def list_programs(root):
-    """For each program of the C tests its sources."""
+    """Return the sources of each C test program."""
     tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
     for name in GOLDEN:
         if (root / f"tests/c/{name}.txt").exists():
@@ -178,8 +182,10 @@ def list_programs(root):
 
 
 def compile_binding(root):
-    """Compiles the binding once: it sees the public header alone. Gives its objects, if there is
-    one."""
+    """Compile the binding once and return its objects.
+
+    It includes the public header alone. The result is empty if there is no binding.
+    """
     files = sorted((root / "python").glob("*.cpp"))
     if not files:
         return []
@@ -191,7 +197,7 @@ def compile_binding(root):
     for file in files:
         objects.append(root / "objects" / f"{file.stem}.o")
         command = ["g++", *flags, *told.stdout.split(), "-c", file, "-o", objects[-1]]
-        done = run_limited(command, root, 600, 1800)
+        done = run_with_limits(command, root, 600, 1800)
         if done.status:
             raise TrialError(done.said)
     return objects

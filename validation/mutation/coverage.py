@@ -1,8 +1,8 @@
-"""Which branches no test takes: python -m validation.mutation.coverage core|package
+"""Branches that no test takes: python -m validation.mutation.coverage core|package.
 
-core     csrc, by the tests in C and those in Python that need no browser; what is compiled for
-         several orders and instruction sets counts once, and what says beside it "untaken: "
-         and why does not count
+core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
+         orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
+         count
 package  python/kreisel, by all tests in Python and in a browser
 """
 
@@ -39,7 +39,7 @@ def main(argv=None):
 
 
 def run_command(*command, **how):
-    """Runs a program that speaks for itself."""
+    """Run a program with its output shown, and return its status."""
     return subprocess.run([str(word) for word in command], **how).returncode
 
 
@@ -51,7 +51,7 @@ def measure_core(tests):
     shutil.copy(extension, tree / "python/kreisel")
     quiet = {"stdout": subprocess.DEVNULL}
     run_command("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
-    run_command(objects / "fuzz", *FUZZ, **quiet)  # of all its rounds so many as take a minute here
+    run_command(objects / "fuzz", *FUZZ, **quiet)  # about a minute of its rounds
     how = {"cwd": tree, "env": make_environment(tree)}
     words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
@@ -59,8 +59,11 @@ def measure_core(tests):
 
 
 def build_with_counters(tree, objects):
-    """Compiles with counters and without any optimization, which would merge branches; what is laid
-    out for each order or put into each caller elsewhere is one function here. Threads may count."""
+    """Compile with branch counters and without optimization, which would merge branches.
+
+    Code generated per order or inlined elsewhere is one function here. Counters are atomic, for
+    threads.
+    """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
     gsl = run_command("pkg-config", "--exists", "gsl") == 0
@@ -68,7 +71,7 @@ def build_with_counters(tree, objects):
         *("-DKREISEL_PYTHON=ON", "-DCMAKE_BUILD_TYPE=Debug", f"-DCMAKE_C_FLAGS={C_FLAGS}"),
         *("-DCMAKE_MODULE_LINKER_FLAGS=--coverage", f"-Dpybind11_DIR={pybind11}"),
         *(f"-DPython_EXECUTABLE={sys.executable}", f"-DKREISEL_GSL={'ON' if gsl else 'OFF'}"),
-        # what looks for races adds branches of its own, and takes the counters for races
+        # the race detector adds branches, and reports the counters as races
         "-DKREISEL_FINDS_RACES=OFF",
     ]
     quiet = {"check": True, "stdout": subprocess.DEVNULL}

@@ -1,8 +1,10 @@
-"""Does a file stay whole when its writer is killed? Processes that save again and again, each ended
-by kill -9 at a random moment: python -m validation.mutation.crash_safety [--times 400] [--seed S]
+"""Tests that files survive the death of their writer.
 
-Each process writes two contents in turn over an old one. Whatever then stands under the name is
-one of the three, to the byte; what else is left is named as no file of a user is.
+    python -m validation.mutation.crash_safety [--times 400] [--seed S]
+
+Processes that save repeatedly are killed with SIGKILL at a random moment. Each process writes two
+contents in turn over an old one. Afterwards the file must be one of the three, to the byte.
+Leftover temporary files must have names that no user file has.
 """
 
 import argparse
@@ -19,14 +21,14 @@ from pathlib import Path
 import kreisel as kr
 from kreisel._sweeping.folder import opened
 
-JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # a file that was on its way to its place
+JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # name of a temporary file
 OLD, WHOLE, ON_ITS_WAY = "old", "whole", "on its way"
-TORN, STRANGE, ENDED = "torn", "strange", "ended"  # none of these may be
-LONGEST = 3.0  # a process may write before it is killed, over what a write takes
+TORN, STRANGE, ENDED = "torn", "strange", "ended"  # failures
+LONGEST = 3.0  # longest delay before the kill, in durations of a write
 
 
 def make_writers(folder):
-    """Gives for each writer its file and two ways to write it, by name."""
+    """Return for each writer its file and two ways to write it, by name."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
     for scene in (top, other):
@@ -49,7 +51,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """What each way to write leaves in a file, and the longest time that one takes [s]."""
+    """Return the contents that each way writes, and the longest time of a write [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -60,8 +62,10 @@ def write_contents(file, ways):
 
 
 def kill_writer(file, ways, seconds):
-    """Has a process of its own write a file in these ways until it is killed, so long after it
-    began; says whether it was at work till then."""
+    """Run a writer in its own process and kill it after `seconds`.
+
+    Return whether it was still running.
+    """
     told, tell = os.pipe()
     child = os.fork()
     if not child:
@@ -80,8 +84,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """How a file stands, and how many are left beside it that were on their way; these are taken
-    away."""
+    """Return the state of a file and the number of temporary files beside it, which are removed."""
     beside = {name for name in os.listdir(file.parent) if JUNK.fullmatch(name)}
     for name in beside:
         os.unlink(file.parent / name)
@@ -90,8 +93,10 @@ def inspect_file(file, contents):
 
 
 def count_outcomes(file, ways, times, chance):
-    """Kills a writer so many times; gives how often its file stood how, how many files on their
-    way were left, and strange ones, and how often it ended before."""
+    """Kill a writer `times` times and count the states of its file and the leftovers.
+
+    Also counted are unexpected files, and writers that ended by themselves.
+    """
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]
     found, before = Counter(), set(os.listdir(file.parent))

@@ -1,7 +1,7 @@
-"""Which tests use which lines of the package, and how long they take.
+"""The lines of the package that each test uses, and the duration of each test.
 
-Each test module is measured by itself, with the test that runs as the context of coverage. What is
-known is kept beside the copies, as long as the module and all that it may use stay the same.
+Each test module is measured by itself, with the running test as coverage context. The results are
+stored beside the copies, and are valid until the module or a file that it may use changes.
 """
 
 import hashlib
@@ -16,31 +16,34 @@ from pathlib import Path
 
 from coverage import CoverageData
 
-from .sandbox import TrialError, run_limited
+from .sandbox import TrialError, run_with_limits
 
 PLUGIN = Path(__file__).with_name("pytest_contexts.py")
-SET_UP = ""  # the context of what runs outside of a test: import, fixtures, other processes
+SET_UP = ""  # context of code outside tests: import, fixtures, other processes
 
 
 @dataclass(frozen=True)
 class ModuleUsage:
-    """What a test module uses."""
+    """The lines that a test module uses."""
 
     module: str
     text: str  # a digest
     seconds: float
-    tests: dict  # of each, how long it takes [s]
-    lines: dict  # of each source, for each context the lines
+    tests: dict  # name -> duration [s]
+    lines: dict  # source -> context -> lines
 
     @cached_property
     def line_counts(self):
-        """Of each test, how many lines it uses."""
+        """The number of lines that each test uses."""
         files = self.lines.values()
         return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
 
     def rank_tests(self, file, lines):
-        """The tests that use one of some lines themselves, each with what it costs to ask it: a
-        test of few lines looks at these more closely."""
+        """Return the tests that use one of the lines, each with its cost.
+
+        The cost grows with the duration and the number of lines, because a test of few lines checks
+        them more closely.
+        """
         of = self.lines.get(file, {})
         asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]
         return [
@@ -52,7 +55,7 @@ class ModuleUsage:
 
 
 def measure_usage(root, modules, folder):
-    """What each test module uses, as many measured at once as there are processors."""
+    """Return the usage of each test module, measured in parallel on all processors."""
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(PLUGIN, root / "site")
     texts = compute_digests(root, modules)
@@ -70,7 +73,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """What stands, for each test module, for its text and those of all that it may use."""
+    """Return a digest for each test module of its text and all files that it may use."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
@@ -87,10 +90,10 @@ def measure_module(root, module):
     coverage = [sys.executable, "-m", "coverage"]
     how = ("-x", "-q", "-p", "no:cacheprovider", "-p", PLUGIN.stem)
     tests = ["-m", "pytest", *how, "--times-of-tests", data / "times.json", module]
-    done = run_limited([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
+    done = run_with_limits([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
     if done.status:
         raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
-    run_limited([*coverage, "combine", "-q", where, data], root, 300, 900)
+    run_with_limits([*coverage, "combine", "-q", where, data], root, 300, 900)
     return {
         "module": module,
         "seconds": done.seconds,
@@ -100,7 +103,7 @@ def measure_module(root, module):
 
 
 def read_lines(file, root):
-    """Of each source, for each context the lines that it uses."""
+    """Return for each source and context the lines used."""
     data = CoverageData(str(file))
     data.read()
     found = {}

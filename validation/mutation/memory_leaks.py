@@ -1,4 +1,5 @@
-"""Is memory steady? What each call of the package leaves behind when it is made again and again:
+"""Memory growth of repeated calls of the package.
+
 python -m validation.mutation.memory_leaks [--calls 1000000]
 """
 
@@ -23,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Gives all that is called, by name: what succeeds, what is refused, what fails half-way."""
+    """Return all calls by name: successful, refused, and failing half-way."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -80,7 +81,7 @@ def default_step(method):
 
 
 def solve_for(name):
-    """Gives a path that has what is read by this name."""
+    """Return a path that has the attribute `name`."""
     if name.startswith(("tangents", "conditioning")):
         columns = ("start", "moments", "com", "gravity", "mass")
         return kr.solve(SYMMETRIC, TIMES, "taylor", tangents=columns)
@@ -105,7 +106,7 @@ def attribute_calls():
 
 
 def suppress_errors(call):
-    """Makes a call that raises, and keeps nothing of it."""
+    """Return a function that makes a failing call and discards the exception."""
 
     def call_quietly():
         with contextlib.suppress(Exception, KeyboardInterrupt):
@@ -134,8 +135,7 @@ def error_calls():
 
 
 def measure_growth(call, number):
-    """Makes a call so many times; gives how many blocks of Python's memory and bytes of the
-    process are there afterwards that were not before."""
+    """Repeat a call and return the growth of Python's blocks and of the process in bytes."""
     for _ in range(20):
         call()
     gc.collect()

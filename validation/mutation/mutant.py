@@ -7,7 +7,7 @@ from functools import cached_property
 
 @dataclass(frozen=True)
 class Mutant:
-    """What stands at [begin, end) of a file's text becomes `new`."""
+    """A change that replaces [begin, end) of the text of a file by `new`."""
 
     file: str  # from the root of the tree, with slashes
     text: str
@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The line in which it begins, without the space around it."""
+        """The line in which the mutant begins, without surrounding space."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """What tells it from all others, and from those of the line as it was before an edit."""
+        """A unique name, which changes if the line is edited."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 
@@ -43,7 +43,7 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Gives so many of them, drawn without putting back: those of a smaller number come first."""
+    """Return a random sample without replacement; a smaller sample is a prefix of a larger one."""
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]

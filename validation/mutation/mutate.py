@@ -1,7 +1,8 @@
-"""Do the tests notice? Small changes of the source, drawn by a seed, each tried by them: python -m
-validation.mutation.mutate core|package
+"""Mutation testing: random small changes of the source, each tried by the tests.
 
-A trial that was ended goes on where it was; --again tries what has survived once more.
+    python -m validation.mutation.mutate core|package
+
+An interrupted run is continued. --again tries the survivors once more.
 """
 
 import argparse
@@ -52,7 +53,7 @@ def main(argv=None):
 
 
 def try_mutants(mutants, trial, asked, ledger):
-    """Tries mutants, each job in a copy of its own, and tells each as it is done."""
+    """Try mutants, each job in its own copy of the tree, and print each verdict."""
     copies = SimpleQueue()
     folder = asked.root.resolve() / "build/mutate"
     for number in range(min(asked.jobs, len(mutants))):

@@ -1,7 +1,8 @@
-"""The mutants of a C source that clang-format has laid out: what is binary has space on both sides,
-what is unary has none behind it, and a statement has its own lines.
+"""Mutants of a C source formatted by clang-format.
 
-Wrong operators, comparisons, constants and arguments, conditions turned round, statements dropped.
+Binary operators have spaces on both sides, unary ones have none behind them, and a statement has
+its own lines. The mutations are wrong operators, comparisons, constants and arguments, negated
+conditions and dropped statements.
 """
 
 import re
@@ -39,7 +40,7 @@ COMMUTE = re.compile(
 
 
 def list_mutants(file, text):
-    """All mutants of the text of a file."""
+    """Return all mutants of the text of a file."""
     tokens = [m for m in TOKEN.finditer(text) if m.lastgroup != "skip"]
     spans = [
         *mutate_operators(text, tokens),
@@ -78,7 +79,7 @@ def mutate_numbers(text, tokens):
 
 
 def is_array_size(tokens, i):
-    """Whether a number is the size of an array that is declared, as a type and a name say."""
+    """Return whether a number is the size in an array declaration."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
     declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
     return len(words) == 3 and words[2] == "[" and bool(declares)
@@ -94,7 +95,7 @@ def negate_conditions(tokens):
 
 
 def find_closing(tokens, opening):
-    """The index of the bracket that closes the one at an index."""
+    """Return the index of the bracket that closes the one at an index."""
     depth = 0
     for i in range(opening, len(tokens)):
         depth += (tokens[i][0] in "([{") - (tokens[i][0] in ")]}")
@@ -104,7 +105,7 @@ def find_closing(tokens, opening):
 
 
 def swap_arguments(text, tokens):
-    """The first two arguments of a call change places."""
+    """Yield calls with their first two arguments swapped."""
     for i, token in enumerate(tokens[:-1]):
         behind = tokens[i + 1]
         if (
@@ -128,7 +129,7 @@ def swap_arguments(text, tokens):
 
 
 def drop_statements(text, tokens):
-    """A statement that is no declaration, and nothing but itself, is left out."""
+    """Yield simple statements, except declarations, as dropped."""
     begins = None
     depth = 0
     for before, token in pairwise(tokens):

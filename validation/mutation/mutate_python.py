@@ -1,5 +1,8 @@
-"""The mutants of a Python source: wrong operators, comparisons, numbers, truth values and
-arguments, conditions turned round, statements dropped. Words that are said to a reader stay."""
+"""Mutants of a Python source.
+
+The mutations are wrong operators, comparisons, numbers, booleans and arguments, negated conditions
+and dropped statements. Strings stay.
+"""
 
 import ast
 import re
@@ -22,14 +25,14 @@ COMMUTE = {"min", "max", "minimum", "maximum", "dot", "isinstance", "getattr", "
 
 
 def list_mutants(file, text):
-    """All mutants of the text of a file."""
+    """Return all mutants of the text of a file."""
     tree = ast.parse(text)
     lines = [0]
     for line in text.splitlines(keepends=True):
         lines.append(lines[-1] + len(line))
     rows = text.splitlines()
 
-    def at(row, column):  # of a byte of a line, the place in the text
+    def at(row, column):  # text index of a byte column of a line
         return lines[row - 1] + len(rows[row - 1].encode()[:column].decode())
 
     def span(node):
@@ -42,7 +45,7 @@ def list_mutants(file, text):
 
 
 def find_annotations(tree):
-    """What is there for readers and checkers of types alone."""
+    """Yield the type annotations of a tree."""
     for node in ast.walk(tree):
         for field in ("annotation", "returns"):
             if part := getattr(node, field, None):
@@ -50,7 +53,7 @@ def find_annotations(tree):
 
 
 def mutate_node(node, text, span):
-    """The changes of one node: where, and what stands there then."""
+    """Yield the mutations of one node: begin, end and new text."""
     if isinstance(node, ast.BinOp):
         yield from mutate_operator(node.op, span(node.left)[1], span(node.right)[0], text)
     elif isinstance(node, ast.BoolOp):
@@ -71,7 +74,7 @@ def mutate_node(node, text, span):
 
 
 def mutate_operator(op, begin, end, text):
-    """The sign or word between two parts, which brackets and spaces may surround."""
+    """Yield a mutated operator between two operands; brackets and spaces may surround it."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
     if old and (found := re.search(words, text[begin:end])):
@@ -107,12 +110,12 @@ def mutate_statement(node, text, span):
 
 
 def is_docstring_or_yield(node):
-    """Whether a statement is a docstring, or gives what its function makes."""
+    """Return whether a statement is a docstring or a yield."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 
 def lines_run_at_import(text):
-    """The lines of a file that run when it is imported: no test alone is known to use them."""
+    """Return the lines of a file that run at import, for which no single test is known."""
     tree = ast.parse(text)
     inside = {
         line

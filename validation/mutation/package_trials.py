@@ -1,5 +1,7 @@
-"""Mutants of the package: tried by the tests that use the changed line, first by those that are
-quick and use few others. Those in a browser are not asked."""
+"""Trials of mutants of the package, by the tests that use the changed line.
+
+Fast tests with little usage run first. Tests in a browser do not run.
+"""
 
 import marshal
 import shutil
@@ -9,7 +11,7 @@ from . import mutate_python
 from .line_usage import measure_usage
 from .sandbox import Verdict, copy_tree, run_pytest
 
-FOLDERS = ("python", "report", "repo")  # of tests; those of the page want a browser
+FOLDERS = ("python", "report", "house")  # of tests; those of the page need a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
 ELSEWHERE = (
     "test_style.py",
@@ -20,8 +22,8 @@ ELSEWHERE = (
     "test_parts.py",
     "test_readme_pictures.py",
 )
-SLACK = 5  # times what the tests take when nothing is changed, measured line by line
-MOST_FIRST, FIRST_SECONDS = 40, 20.0  # tests that are asked before all others
+SLACK = 5  # factor over the time without a mutation, measured with line tracing
+MOST_FIRST, FIRST_SECONDS = 40, 20.0  # number and total duration of the tests that run first
 
 
 def list_sources(root, only=""):
@@ -39,14 +41,17 @@ def list_mutants(root, only=""):
 
 
 def list_test_modules(root):
-    """The test modules that may kill: no laws of form, which see a change, not its effect."""
+    """Return the test modules that may kill mutants.
+
+    Tests of style are left out: they detect a change, and not its effect.
+    """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
     return [file.relative_to(root).as_posix() for file in kept]
 
 
 class Trial:
-    """The package in a copy of the tree, and which tests use which lines."""
+    """A copy of the tree, with the lines that each test uses."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -56,7 +61,7 @@ class Trial:
         self.uses = measure_usage(self.root, list_test_modules(self.root), to.with_name("uses"))
 
     def copy_core(self):
-        """The extension of the package that runs this program, where there is one."""
+        """Copy the extension of the package that runs this program, if there is one."""
         try:
             from kreisel import _core
         except ImportError:
@@ -66,9 +71,9 @@ class Trial:
             shutil.copy(_core.__file__, folder)
 
     def try_mutant(self, mutant):
-        """Tries a mutant."""
+        """Return the verdict of the tests on a mutant."""
         begin = monotonic()
-        if compile_code(mutant.text) == compile_code(self.mutated_text(mutant)):
+        if compile_code(mutant.text) == compile_code(self.apply_mutant(mutant)):
             return Verdict("same")
         asked = self.select_tests(mutant)
         mutant.write(self.root)
@@ -78,13 +83,16 @@ class Trial:
             mutant.undo(self.root)
         return Verdict(word, by, monotonic() - begin)
 
-    def mutated_text(self, mutant):
+    def apply_mutant(self, mutant):
         return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
 
     def select_tests(self, mutant):
-        """The tests that may kill, a few good ones and then all others: with their times [s]."""
+        """Return the tests that may kill a mutant, with their times [s].
+
+        A few good tests come first, then all others.
+        """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
-        if is_general := mutant.line in at_import:  # all that uses the file may feel it
+        if is_general := mutant.line in at_import:  # every test that uses the file is affected
             lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
         tests = sorted(t for uses in self.uses for t in uses.rank_tests(mutant.file, lines))
         first, seconds = [], 0.0
@@ -95,7 +103,7 @@ class Trial:
             first.append((took, test))
         later = [(took, test) for _, took, test in tests[len(first) :]]
         of_module = {uses.module: uses.seconds for uses in self.uses}
-        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])  # set-up is dear: once
+        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])  # set up each module once
         around = sorted(
             (uses.seconds, uses.module)
             for uses in self.uses
@@ -113,7 +121,7 @@ class Trial:
 
 
 def compile_code(text):
-    """What a source compiles to, without the columns of its parts."""
+    """Return the bytecode of a source without positions."""
     try:
         made = compile(text, "source", "exec")
     except SyntaxError:

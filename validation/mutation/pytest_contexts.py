@@ -1,6 +1,6 @@
-"""A plugin of pytest: tells coverage which test runs, and writes how long each took [s].
+"""A pytest plugin that sets the running test as coverage context and writes durations [s].
 
-Parameters of a test count together. What is done around tests, in set-up, has no name.
+Parameters of a test count together. Set-up and tear-down have no context.
 """
 
 import json

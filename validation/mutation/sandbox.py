@@ -1,4 +1,4 @@
-"""A copy of the tree to change, and programs that run in it within limits."""
+"""A copy of the tree, and programs that run in it within limits."""
 
 import os
 import resource
@@ -9,20 +9,20 @@ from dataclasses import dataclass
 from time import monotonic
 
 LEFT_OUT = ("build", ".*", "node_modules", "__pycache__", "report", "dist", "*.so", "*.egg-info")
-MEMORY = 8 << 30  # [bytes] that a program may ask for
-# The package of the copy, not the one that stands in the environment by reference.
+MEMORY = 8 << 30  # memory limit of a program [bytes]
+# Import the package of the copy, and not the editable install of the environment.
 SITE = """import sys
 sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(finder).__name__]
 """
 
 
 class TrialError(Exception):
-    """What is to be tried does not work even unchanged."""
+    """The tests do not work even without a mutation."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """killed, survived, unbuilt or same; by which test; after how many seconds."""
+    """The verdict on a mutant (killed, survived, unbuilt or same), the test, and its seconds."""
 
     word: str
     by: str = ""
@@ -31,7 +31,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class ProgramResult:
-    """How a program ended: its status, 0 where all is well, what it said, its time [s]."""
+    """The result of a program: its status (0 for success), output and time [s]."""
 
     status: int | str
     said: str
@@ -39,7 +39,7 @@ class ProgramResult:
 
 
 def copy_tree(root, to):
-    """Copies what the sources, tests and programs of a tree are."""
+    """Copy the sources, tests and programs of a tree."""
     shutil.rmtree(to, ignore_errors=True)
     shutil.copytree(root, to, ignore=make_ignore(root))
     (to / "site").mkdir()
@@ -48,20 +48,19 @@ def copy_tree(root, to):
 
 
 def make_ignore(root):
-    """Leaves out what was made, at the top alone where a source could be called so."""
+    """Return a filter for build products; some names are filtered at the top level only."""
     anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 
-    def list_ignored(folder, names):
+    def list_exclusions(folder, names):
         left_out = (at_the_top if folder == str(root) else anywhere)(folder, names)
         return left_out - {".clang-format", ".ci"}
 
-    return list_ignored
+    return list_exclusions
 
 
-def run_limited(command, cwd, cpu, wall, memory=MEMORY):
-    """Runs a program that may take so many seconds of a processor and of the clock, and so many
-    bytes, or None."""
+def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
+    """Run a program with limits on processor time, wall time [s] and memory [bytes] or None."""
 
     def limit():
         resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
@@ -91,7 +90,7 @@ def run_limited(command, cwd, cpu, wall, memory=MEMORY):
 
 
 def kill_group(process):
-    """Ends a program with all that it has started."""
+    """Kill a program and all its children."""
     if process.poll() is None:
         os.killpg(process.pid, 9)
         process.communicate()
@@ -103,9 +102,9 @@ def make_environment(root):
 
 
 def run_pytest(root, words, cpu=600, wall=1800):
-    """Runs tests of the copy until one fails; gives how it ended, and that test."""
+    """Run tests of the copy until one fails; return the result and that test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
-    done = run_limited([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
+    done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [
         line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
     ]

@@ -1,4 +1,4 @@
-"""What became of each mutant: a line of JSON each, so that a trial that was ended goes on."""
+"""A log of trials with one JSON object per line, so that a run can be continued."""
 
 import json
 from collections import Counter
@@ -17,7 +17,7 @@ class TrialLog:
         file.parent.mkdir(parents=True, exist_ok=True)
         text = file.read_text() if file.exists() else ""
         if text and not text.endswith("\n"):
-            file.write_text(text + "\n")  # the next is not part of what was cut
+            file.write_text(text + "\n")  # end a truncated line
         self.rows = {row["name"]: row for row in map(parse_line, text.splitlines()) if row}
 
     def add(self, mutant, word, by="", seconds=0.0):
@@ -32,7 +32,7 @@ class TrialLog:
 
 
 def parse_line(line):
-    """The row of a line; None of the last, where it was cut."""
+    """Return the row of a line, or None if the line was truncated."""
     try:
         return json.loads(line)
     except json.JSONDecodeError:
@@ -54,4 +54,6 @@ def format_table(ledger, mutants):
     survivors = sorted(
         (m for m in mutants if words[m.name] == "survived"), key=lambda m: (m.file, m.line)
     )
-    return lines + [f"survived: {m.file}:{m.line}  {m.change}\n    {m.line_text}" for m in survivors]
+    return lines + [
+        f"survived: {m.file}:{m.line}  {m.change}\n    {m.line_text}" for m in survivors
+    ]

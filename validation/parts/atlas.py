@@ -1,4 +1,4 @@
-"""The stability atlas: what becomes of each method where a top is stiff or extreme."""
+"""The stability atlas: every method on stiff and extreme tops."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative
 
 @dataclass(frozen=True)
 class Atlas:
-    """What was found: the cells, and the lines of the stiff needle."""
+    """The findings: the cells, and the runs of the stiff needle."""
 
     cells: list
     needle_lines: list
@@ -64,13 +64,13 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Gives methods, then peers, as far as they ran."""
+    """Return the methods and then the peers that ran."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
 def make_square(cell):
-    """Gives what the heat map shows of a cell."""
+    """Return the square of a cell in the heat map."""
     ran = cell["verdict"] in verdicts.CAME_TO_THE_END
     dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
@@ -95,22 +95,24 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or
-    lost in spite of a tolerance; None if nothing is."""
+    """Return (verdict, message) of a cell that needs a note, else None.
+
+    These are cells that stopped, were refused or are wrong in silence, and adaptive runs that are
+    lost.
+    """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
-        # The rest of the message stands in the table's file.
+        # The full message is in the CSV file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
     if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
         word = "wrong in silence" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
-        return word, f"off by {off} rad; finer, it comes out {apart} rad away"
+        return word, f"error {off} rad; the finer run differs by {apart} rad"
     return None
 
 
 def collect_notes(found):
-    """Gives what is said, of which cases by which methods; cases of which all is alike stand
-    together."""
+    """Yield the notes; cases with equal notes and methods share a row."""
     said = {}
     for cell in found:
         if describe_cell(cell):
@@ -129,7 +131,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Gives how often each method is what."""
+    """Yield the number of cells with each verdict and mark, by method."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
@@ -189,7 +191,9 @@ def conclude(atlas):
 def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
     n, which = len(silent), f": {join_words(silent)}" if silent else ""
-    return f"Of {len(found)} cells {count_word(n)} {verb_be(n)} wrong in silence{which}."
+    return (
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}."
+    )
 
 
 def describe_verdicts(found):
@@ -216,7 +220,7 @@ def describe_methods(found):
     (best, often), *_ = met.most_common(1) or [("none", 0)]
     worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
     return (
-        f"Most often right or as asked is {best} ({often} cells); most often lost or stopped are "
+        f"{best} is right or as asked most often ({often} cells); most often lost or stopped are "
         f"{worst}."
     )
 
@@ -225,7 +229,10 @@ def describe_tolerance_failures(ran):
     beyond = [cell["method"] for cell in ran if cell["mark"] == verdicts.BEYOND]
     if not beyond:
         return ""
-    return f"More than {verdicts.PROMISED:g} times off what the tolerance explains: {join_counts(beyond)}."
+    return (
+        f"Errors more than {verdicts.PROMISED:g} times those explained by the tolerance: "
+        f"{join_counts(beyond)}."
+    )
 
 
 def write_table(found):

@@ -1,8 +1,7 @@
-"""The cases of the stability atlas: stiff and extreme tops, and steps from far too small to far too
-large.
+"""The cases of the stability atlas: stiff and extreme tops, and extreme steps.
 
-Horizons are counted in turns: 2 pi over the angular velocity at the start, or over the pendulum's
-frequency if that is more; where a case gives its own rate, over that.
+Horizons are counted in turns. A turn is 2 pi over the angular velocity at the start, or over the
+pendulum frequency if that is larger. A case may give its own rate.
 """
 
 from collections.abc import Callable
@@ -21,13 +20,13 @@ UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 class Case:
     family: str
     name: str
-    scene: Callable  # makes it, so that a refusal is seen too
+    scene: Callable  # a factory, so that refusals are reported too
     turns: float = 20.0
-    steps: float = 64.0  # a turn
-    rate: float | None = None  # what a turn is counted by [T^-1]
-    begin: bool = False  # the step is an adaptive method's first step too
-    most: int = 100_000  # steps of an adaptive method
-    closed: bool = False  # too long for another truth than a closed form
+    steps: float = 64.0  # per turn
+    rate: float | None = None  # rate that defines a turn [T^-1]
+    begin: bool = False  # the step is also the first step of adaptive methods
+    most: int = 100_000  # maximum steps of an adaptive method
+    closed: bool = False  # too long for any reference but a closed form
 
     @property
     def key(self):
@@ -35,7 +34,7 @@ class Case:
 
 
 def tilt_attitude(angle):
-    """Gives the attitude that is tilted by an angle from upright, about e1."""
+    """Return the attitude tilted from upright by an angle about e1."""
     return cos(angle / 2), sin(angle / 2), 0.0, 0.0
 
 
@@ -48,7 +47,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def scene_factory(body, tilt=0.5, **start):
-    """Gives a maker of scenes."""
+    """Return a function that makes the scene."""
     words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
@@ -127,7 +126,7 @@ def separatrix_cases():
             f"Dzhanibekov, push {name}",
             scene_factory(general, body_velocity=(push, 3.0, 0.0), gravity=0.0),
         )
-    # On the way from upright to upright the lowest point is u = c^2 / 2 - 1, where
+    # Between two upright positions the lowest point is u = c^2 / 2 - 1, where
     # m = c (e3 + a) / (1 + u); here c = 1.
     heavy = scene_factory(lagrange, 2 * pi / 3, momentum=(0.0, -(3.0**0.5), 1.0))
     yield Case("separatrix", "heavy top, upright to upright", heavy, turns=4)
@@ -220,10 +219,13 @@ def step_cases():
 
 
 def antipodal_cases():
-    """Bobenko-Suris turns the axis by 2 atan(h |w| / 2) a step: never quite to the opposite side,
-    and nearly so at h |w| / 2 = cot(gap / 2). Others turn it by h |w|, which is opposite at half a
-    turn."""
-    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # no spin; one radian in a unit of time
+    """Yield cases whose steps turn the axis to nearly the opposite side.
+
+    Bobenko-Suris turns the axis by 2 atan(h |w| / 2) per step: never quite to the opposite side,
+    and nearly so at h |w| / 2 = cot(gap / 2). Other methods turn it by h |w|, which is opposite at
+    half a turn.
+    """
+    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # no spin; one radian per unit of time
     light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
         turns = 1 / tan(gap / 2) / pi
@@ -276,15 +278,14 @@ def long_cases():
             closed=True,
             most=2_000_000,
         )
-    # Later than a double tells where the top is.
+    # A time beyond the resolution of doubles.
     yield Case(
         "long", "Lagrange, 2^54 rad", scene_factory(lagrange, **SPUN), 2**54 / (2 * pi), closed=True
     )
 
 
 def si_cases():
-    """In SI there are a levitated particle of 100 nm, a toy gyroscope, and the Earth in the pull of
-    the Sun."""
+    """Yield cases in SI units: a levitated particle of 100 nm, a toy gyroscope, and the Earth."""
     nano, earth = (
         partial(lagrange, 1.2e-33, 1e-33, 1e-18, 1e-9),
         partial(lagrange, 8.008e37, 8.034e37, 5.97e24, 1e3),
@@ -311,7 +312,7 @@ def si_cases():
 
 
 def stiff_cases():
-    """The spin is 1e4 times the precession, and steps resolve the precession only."""
+    """Yield cases with a spin of 1e4 times the precession and steps that resolve only the latter."""
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
@@ -327,33 +328,35 @@ def stiff_cases():
 
 
 FAMILIES = {
-    "spin": (spin_cases, "a spin of 1 to 1e6, to 20 turns"),
-    "shape": (shape_cases, "needle, disc, plate, and nearly a sphere"),
+    "spin": (spin_cases, "spins from 1 to 1e6, for 20 turns"),
+    "shape": (shape_cases, "needle, disc, plate, and almost a sphere"),
     "sleeping": (
         sleeping_cases,
-        "a top that stands: below, at and above the spin m3 = 2 sqrt(M g a I1) that it needs; "
-        "tilted by 0.01",
+        "sleeping tops below, at and above the critical spin m3 = 2 sqrt(M g a I1), tilted by 0.01",
     ),
-    "separatrix": (separatrix_cases, "motions that come to rest at an unstable one, or nearly"),
-    "poles": (pole_cases, "starts where coordinates fail: at and near the vertical"),
-    "c = 0": (planar_cases, "no momentum about the axis, and planar motion"),
-    "gravity": (gravity_cases, "none, next to none, far too much, upside down"),
+    "separatrix": (
+        separatrix_cases,
+        "motions that approach an unstable equilibrium, exactly or almost",
+    ),
+    "poles": (pole_cases, "starts at and near the vertical, where coordinates are singular"),
+    "c = 0": (planar_cases, "no axial momentum, and planar motion"),
+    "gravity": (gravity_cases, "zero, tiny, huge and inverted gravity"),
     "steps": (
         step_cases,
-        "steps from far too large to far too small; for adaptive methods their first step",
+        "steps from far too large to far too small; for adaptive methods the first step",
     ),
     "antipodal": (antipodal_cases, "steps that turn the axis to nearly the opposite side"),
     "long": (long_cases, "many turns"),
-    "SI": (si_cases, "numbers as they come in SI units"),
+    "SI": (si_cases, "bodies in SI units"),
     "stiff": (
         stiff_cases,
-        "a spin of 1e4 times the precession, steps that resolve the precession only",
+        "a spin of 1e4 times the precession, with steps that resolve only the precession",
     ),
 }
 
 
 def list_cases(quick=False):
-    """Gives all cases, or the first two of each family."""
+    """Yield all cases, or the first two of each family."""
     for make, _ in FAMILIES.values():
         made = list(make())
         yield from made[:2] if quick else made

@@ -1,6 +1,6 @@
-"""The cells of the stability atlas: every method and every peer on every stiff or extreme case.
+"""The cells of the stability atlas: every method and every peer on every case.
 
-Each cell is run twice, as asked and finer, and judged by what these two show and by the truth.
+Each cell is run twice, as requested and finer, and judged by both runs and the truth.
 """
 
 from collections.abc import Callable
@@ -18,21 +18,24 @@ from . import verdicts
 
 TOL, FINER_TOL = 1e-9, 1e-11
 LOOKS = 16
-# For a horizon beyond these angles a peer takes more than about a second [rad].
+# Beyond these angles a peer takes more than about a second [rad].
 LONGEST = {"heyoka": 1e5, "scipy_dop853": 600.0}
 MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CONVERGED}
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Who makes a cell: `run` takes problem, scene, times and a setting, and gives attitudes in the
-    principal axes, momenta in space, and how many steps and evaluations it took."""
+    """A method or peer that runs a cell.
+
+    `run` takes problem, scene, times and a setting. It returns attitudes in the principal axes,
+    momenta in space, and the numbers of steps and evaluations.
+    """
 
     name: str
-    steered: str  # by "step", "tol" or nothing
+    steered: str  # control: "step", "tol" or ""
     order: int
     run: Callable
-    longest: float = float("inf")  # it is not asked beyond this angle [rad]
+    longest: float = float("inf")  # it does not run beyond this angle [rad]
 
 
 def make_method_candidate(method):
@@ -51,7 +54,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Gives every method that suits the scene, and the peers."""
+    """Return every method that suits the scene, and the peers."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -59,7 +62,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Gives two settings: as asked, and finer."""
+    """Return two settings: as requested, and finer."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
@@ -67,8 +70,7 @@ def choose_settings(case, who, step):
 
 
 def has_drift(energies):
-    """Says whether the energy departs from that at the start in one direction, rather than to swing
-    about."""
+    """Return whether the energy drifts in one direction instead of oscillating."""
     half = len(energies) // 2
     apart = abs(energies[half:].mean() - energies[:half].mean())
     return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
@@ -89,16 +91,16 @@ def measure_run(problem, scene, who, times, setting, true):
 
 
 def describe_failure(error):
-    """Words a run that came to no end."""
+    """Return the verdict, mark and message of a run that raised an exception."""
     if isinstance(error, ValueError):
         return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
-    status = getattr(error, "status", None)  # a peer's errors have none
+    status = getattr(error, "status", None)  # errors of peers have no status
     mark = MARKS.get(status, verdicts.STOPPED)
     return {"verdict": "stopped", "mark": mark, "message": str(error)}
 
 
 def make_cell(case, problem, scene, who, true, end, step):
-    """Makes one cell."""
+    """Return one cell."""
     asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
@@ -116,8 +118,7 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Makes all cells of a case, one a method; where the scene itself is refused, those that say
-    so."""
+    """Return the cells of a case, one per method; if the scene is refused, all say so."""
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

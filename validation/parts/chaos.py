@@ -1,5 +1,8 @@
-"""Order and chaos: sections of tops from integrable to chaotic, the ten of Kowalewski's top, the
-layer along a separatrix beside Melnikov's theory, frequencies, and Lyapunov exponents."""
+"""Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
+
+Sections lead from integrable to chaotic tops and show the ten kinds of Kowalewski's top. The layer
+along a separatrix is compared with Melnikov's theory.
+"""
 
 from functools import partial
 
@@ -13,10 +16,10 @@ from .budget import Task
 from .formatting import format_brief, format_power, join_sentences
 from .part import Part, write_csv
 
-SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # by which the moments of the layer's tops differ
+SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
 SHOWN = (1e-2, 1e-4)
-NEAR = "8 %"  # the top whose frequencies are shown
-CLOSE = (1.18, 1.65), (1.48, 2.15)  # the crowded part of the plane of regions
+NEAR = "8 %"  # the top with frequencies
+CLOSE = (1.18, 1.65), (1.48, 2.15)  # corners of the inset
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
     "exponents.csv": ("top", "starts", "chaotic", "exponent", "error", "certificate"),
@@ -25,7 +28,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Gives how many orbits and crossings a picture has, orbits with frequencies, and swings."""
+    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map cells."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -36,7 +39,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Gives how far the energy strays in sections, relatively, and how many states they have."""
+    """Return the sizes with the largest relative energy drift and the number of states."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -46,8 +49,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Gives of each region what K the section has, how far an orbit strays from its own, and what
-    theory says of it."""
+    """Yield for each region the range of K, its drift along orbits, and its critical values."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
@@ -84,7 +86,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Gives the table of exponents and the map of them."""
+    """Return the table and the map of Lyapunov exponents."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]
@@ -187,8 +189,8 @@ def build_context(findings):
 
 def conclude(findings):
     return join_sentences(
-        f"Sections of {findings['order']['states']} states keep their energy to "
-        f"{format_power(findings['order']['energy'])}, whether they are regular or chaotic.",
+        f"Sections of {findings['order']['states']} states conserve their energy to "
+        f"{format_power(findings['order']['energy'])}, for regular and chaotic motions.",
         describe_regions(findings.get("kowalewski")),
         describe_layer(findings.get("layer")),
         describe_frequencies(findings.get("frequencies")),
@@ -202,8 +204,8 @@ def describe_regions(rows):
     off = max(row["off"] for row in rows)
     met = sum(row["greatest"] <= row["critical"][-1] * (1.0 + 1e-9) for row in rows)
     return (
-        f"Kowalewski's integral stays constant to {format_power(off)} of its greatest value on all ten "
-        f"kinds of sections, within the bounds of theory on {met} of {len(rows)}."
+        f"Kowalewski's integral is constant to {format_power(off)} of its maximum on all ten "
+        f"kinds of sections, within the theoretical bounds on {met} of {len(rows)}."
     )
 
 
@@ -214,31 +216,31 @@ def describe_layer(rows):
     off = abs(finest["kick"] / finest["melnikov"] - 1.0)
     ratios = [row["half_width"] / row["predicted"] for row in rows]
     return (
-        f"Along the separatrix of the upright top swings change the axial momentum as Melnikov's "
-        f"integral says, to {format_power(off)} at e = {format_power(finest['e'])}; over {len(rows)} decades the "
-        f"layer of chaos is {format_brief(min(ratios))} to {format_brief(max(ratios))} times as wide as "
-        "Chirikov's criterion has it."
+        "Along the separatrix of the upright top the change of axial momentum per swing agrees "
+        f"with Melnikov's integral to {format_power(off)} at e = {format_power(finest['e'])}. Over "
+        f"{len(rows)} decades the chaotic layer is {format_brief(min(ratios))} to "
+        f"{format_brief(max(ratios))} times as wide as by Chirikov's criterion."
     )
 
 
 def describe_frequencies(known):
     return (
         known
-        and f"Frequencies of random Lagrange tops are off by {format_power(known['off'])} at most."
+        and f"The largest frequency error of random Lagrange tops is {format_power(known['off'])}."
     )
 
 
 def describe_exponents(known):
-    """Says how chaos grows, and that none is seen where there is none."""
+    """Return a sentence on the exponents of the first and the last top."""
     if not known:
         return ""
     first, *_, last = known["table"]
-    called = first["chaotic"] or "none"
-    said = f"Of {first['starts']} starts of the Lagrange top {called} are called chaotic"
+    called = str(first["chaotic"] or "none")
+    said = f"{called.capitalize()} of {first['starts']} starts of the Lagrange top are chaotic"
     if last["error"] is None:
         return f"{said}."
     return (
-        f"{said}; of the last top {last['chaotic']}, with an exponent of {last['exponent']:.4f} "
+        f"{said}; of the last top {last['chaotic']} are, with an exponent of {last['exponent']:.4f} "
         f"\N{PLUS-MINUS SIGN} {last['error']:.4f}."
     )
 

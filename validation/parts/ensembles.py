@@ -1,5 +1,7 @@
-"""Many tops at once: what ensembles cost at equal error beside heyoka's batches, GSL and SciPy; and
-a map of all the ways to let a symmetric top go."""
+"""Many tops at once: cost at equal error, and a map of released symmetric tops.
+
+The peers are heyoka in batches, GSL and SciPy.
+"""
 
 from dataclasses import asdict
 from functools import partial
@@ -18,20 +20,22 @@ from .budget import Task
 from .formatting import format_brief, format_digits, format_power, join_sentences
 from .part import Part, write_csv
 
-TARGETS = 1e-6, 1e-9  # of the median attitude error [rad]
+TARGETS = 1e-6, 1e-9  # targets for the median attitude error [rad]
 SAMPLE, SIDE = 200, 500
 FASTEST, LEAST, LARGEST = 8.0, 1e-3, 1.0  # spin [T^-1], tilts [rad]
 COLUMNS = ("kind", "mover", "setting", "tops", "middle", "bad", "worst", "microseconds")
 ABOUT = {
-    "asymmetric": "a box of three different sides, chaotic: of some, a rounding grows to an angle "
-    "that can be seen",
+    "asymmetric": "a cuboid with three different sides; the motion is chaotic, so that for some tops "
+    "a rounding grows to a visible angle",
     "Lagrange": "the top of the thesis, which has a closed form",
 }
 
 
 def compute_sleeping_map(side):
-    """Gives the greatest nutation of symmetric tops that are let go, (spin, tilt) [rad]. Spun
-    faster than 4 [T^-1], an upright one sleeps."""
+    """Return the greatest nutation of released symmetric tops, (spin, tilt) [rad].
+
+    An upright top with a spin above 4 [T^-1] sleeps.
+    """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
     tops = kr.Scene.spinning(top, spin=0.0).vary(spin=spin[:, None], tilt=tilt)
@@ -66,8 +70,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Gives a line for each target: what a top costs kreisel [us], and how often as long the others
-    take."""
+    """Yield for each target the cost of a top in kreisel [us] and the ratios of the peers."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
@@ -103,7 +106,7 @@ def build_context(findings):
     picture = draw_field(
         np.degrees(compute_sleeping_map(SIDE)).T,
         (0.0, FASTEST, LEAST, LARGEST),
-        ("spin", "tilt at the start [rad]", "greatest nutation [degrees]"),
+        ("spin", "initial tilt [rad]", "greatest nutation [degrees]"),
     )
     return {
         "kinds": [kind_context(each) for each in findings["kinds"]],
@@ -120,13 +123,13 @@ def conclude(findings):
 
 
 def describe_kind(kind, groups):
-    """Says how many tops a second are moved, and by what that beats heyoka."""
+    """Return a sentence on the throughput and its ratio to heyoka's."""
     peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
     target = max(1e-9, equal_error.tightest_common_error(own, peer))
     value, _, seconds = equal_error.time_ratio(peer, own, target)
     said = (
-        f"Of {kind} tops, {ensemble_runs.SERIES.name} moves {1 / seconds:.0f} a second to a "
-        f"median error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
+        f"{ensemble_runs.SERIES.name} moves {1 / seconds:.0f} {kind} tops per second with a median "
+        f"error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
         "batches of eight"
     )
     if ensemble_runs.CLOSED.name not in groups:
@@ -134,8 +137,8 @@ def describe_kind(kind, groups):
     closed = groups[ensemble_runs.CLOSED.name]
     value, _, seconds = equal_error.time_ratio(peer, closed, 1e-6)
     return (
-        f"{said}; the closed form {1 / seconds:.0f} to {format_power(closed[0].middle)} rad, "
-        f"{format_brief(value)} times as many as heyoka to 1e-6."
+        f"{said}; the closed form moves {1 / seconds:.0f} with {format_power(closed[0].middle)} "
+        f"rad, {format_brief(value)} times as many as heyoka with 1e-6."
     )
 
 

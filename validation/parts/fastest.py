@@ -1,24 +1,26 @@
-"""Who reaches an error first: the targets, and the fastest run of each method that meets them."""
+"""The fastest run that reaches an error: targets, winners and tables."""
 
 from rich.table import Table
 
 from .formatting import format_digits, format_milliseconds, format_power
 from .scene_runs import group_by_method
 
-# Whom the tables compare with, and what they call them.
+# Peers in the tables, with their titles.
 REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
-TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # of the attitude error [rad]
-# A method reaches a target where attitude and energy error are within it and the next tighter run
-# is not much worse: errors at one moment change sign with the setting, and a lucky zero must not
-# win.
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # targets for the attitude error [rad]
+# A method reaches a target if attitude and energy error meet it and the next tighter run
+# is not much worse. Errors at one time change sign with the setting, and an accidental zero
+# must not win.
 LUCK = 3.0
 TIE = 4 / 3  # up to this ratio two run times count as equal: settings differ by factors of 2 and 10
 
 
 def fastest_reaching(rows, target):
-    """Gives the fastest of one method's rows, from loose to tight, that reaches the target; None if
-    none does."""
-    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has but one
+    """Return the fastest row of one method that reaches the target, or None.
+
+    `rows` is ordered from loose to tight.
+    """
+    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has a single run
     good = [
         row
         for row, following in zip(rows, tighter, strict=False)
@@ -32,7 +34,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Gives the fastest row that reaches the target, of the methods of which `wanted` holds."""
+    """Return the fastest row that reaches the target, among methods for which `wanted` is true."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -42,7 +44,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Gives for each scene and target the fastest row of kreisel, and the fastest of a peer."""
+    """Yield (scene, target, fastest row of kreisel, fastest row of a peer)."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)
@@ -50,8 +52,10 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Gives for each method of a scene the milliseconds to each target, the fastest marked, and its
-    smallest error."""
+    """Yield for each method its times to the targets and its smallest error.
+
+    The fastest time of each target is marked.
+    """
     groups = group_by_method(rows, scene)
     seconds = {
         name: [hit and hit.seconds for hit in (fastest_reaching(own, target) for target in TARGETS)]
@@ -72,13 +76,12 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Gives whom the tables compare with, of the methods that ran: name and title."""
+    """Return {name: title} of the peers in the tables that ran."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
 def summarize_races(rows, scenes):
-    """Gives for each scene and target the fastest method of kreisel, beside those to compare
-    with."""
+    """Yield for each scene and target the fastest method of kreisel, with the peers' times."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):
@@ -114,7 +117,7 @@ def make_terminal_table(rows, scene, end):
 
 
 def write_markdown(rows, scenes):
-    """Writes the table of README.md."""
+    """Return the table of README.md."""
     titles = list_references({row.method for row in rows}).values()
     head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
     lines = [head, ["---"] + ["---:"] * (len(head) - 1)]

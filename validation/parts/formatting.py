@@ -1,4 +1,4 @@
-"""How numbers and lists are put into words, on the page and in its tables."""
+"""Numbers and lists as words, for the page and its tables."""
 
 from collections import Counter
 
@@ -13,7 +13,7 @@ def number_word(n):
 
 
 def count_word(n):
-    """Writes a number that a sentence begins with: none, one, two."""
+    """Return a number as a word that can begin a sentence: none, one, two."""
     return number_word(n) if n else "none"
 
 
@@ -22,22 +22,22 @@ def verb_be(n):
 
 
 def format_brief(x):
-    """Writes two digits, without an exponent."""
+    """Return two digits without an exponent."""
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 
 def format_power(x):
-    """Writes a power of ten as 1e-9."""
+    """Return a power of ten as 1e-9."""
     return f"{x:.0e}".replace("e-0", "e-")
 
 
 def format_digits(value, form=".0e"):
-    """Writes a number, or a dash where it is not known."""
+    """Return a formatted number, or a dash for None."""
     return "\N{EN DASH}" if value is None else format(value, form)
 
 
 def format_milliseconds(seconds):
-    """Writes three digits, or a dash where it is not known."""
+    """Return three digits of a time in milliseconds, or a dash for None."""
     if seconds is None:
         return format_digits(None)
     ms = 1e3 * seconds
@@ -46,7 +46,7 @@ def format_milliseconds(seconds):
 
 
 def join_words(words):
-    """Writes 'a, b and c'."""
+    """Return 'a, b and c'."""
     words = list(words)
     if not words:
         return "none"
@@ -54,10 +54,10 @@ def join_words(words):
 
 
 def join_counts(names):
-    """Writes names by how often they come: 'exact (12) and taylor (8)'."""
+    """Return names with their frequencies: 'exact (12) and taylor (8)'."""
     return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
 
 
 def join_sentences(*sentences):
-    """Joins the sentences that there are."""
+    """Return the nonempty sentences, joined by spaces."""
     return " ".join(filter(None, sentences))

@@ -1,17 +1,19 @@
-"""Frequencies that the chapter on chaos shows: how orbits turn, and the closed form's own."""
+"""Frequencies for the part on chaos: rotation of orbits, and errors against the closed form."""
 
 import kreisel as kr
 import numpy as np
 
 from . import section_data
 
-LONG, STATES = 600.0, 4096  # of a path whose frequencies are sought
+LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Gives of each motion: the axial momentum where its section passes the spin angle 0, how much
-    of a turn the apex goes round from lowest point to lowest point, and by how much less or more it
-    does so in the second half of the time."""
+    """Return axial momentum, rotation per nutation and its change, for each motion.
+
+    The axial momentum is that of the section at spin angle 0. The rotation of the apex is in turns
+    from lowest to lowest point, less whole turns. The change compares both halves of the time.
+    """
     tops = kr.starts(
         section_data.make_body(name),
         energy=section_data.ENERGY,
@@ -35,14 +37,16 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Gives how often the apex goes round while it goes up and down, but for whole turns."""
+    """Return the rotation of the apex per nutation, up to whole turns."""
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 
 
 def largest_frequency_error(n):
-    """Gives by how much, relatively, the frequencies of n random Lagrange tops are off those of the
-    closed form at most."""
+    """Return the largest relative frequency error of n random Lagrange tops.
+
+    The reference is the closed form.
+    """
     worst, rng = 0.0, np.random.default_rng(11)
     for _ in range(n):
         i1 = rng.uniform(0.5, 2.0)

@@ -1,5 +1,7 @@
-"""Lyapunov exponents that the chapter on chaos shows: a map of them over energy and vertical
-momentum, and a table with errors."""
+"""Lyapunov exponents for the section on chaos: a map over energy and vertical momentum.
+
+A table lists the exponents with their standard errors.
+"""
 
 import kreisel as kr
 import numpy as np
@@ -8,22 +10,24 @@ from . import section_data
 
 MAPPED = "20 %"
 ENERGIES, VERTICALS = (-0.9, 3.5), (0.0, 2.2)
-STARTS = 8  # of each energy and vertical momentum
-LONG, MAPPED_LONG = 3000.0, 300.0  # how long tangents are carried along [T]
-TIMES = 5.0  # how often as fast as ln(t)/t a motion's neighbours part that is called chaotic
+STARTS = 8  # per energy and vertical momentum
+LONG, MAPPED_LONG = 3000.0, 300.0  # integration times [T]
+TIMES = 5.0  # growth rate of chaotic motions, in multiples of ln(t)/t
 
 
 def draw_starts(body, energy, vertical, seed):
-    """Gives some starts, or none where there are none."""
+    """Return random starts, or None where no motion has this energy and vertical momentum."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
-    except ValueError:  # so little energy is in no motion
+    except ValueError:  # no motion has so little energy
         return None
 
 
 def map_exponents(side):
-    """Gives the largest exponent of some starts over vertical momentum and energy, (side, side),
-    NaN where nothing moves so."""
+    """Return the largest exponent over vertical momentum and energy, (side, side).
+
+    It is NaN where no motion exists.
+    """
     body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
     grid = [(energy, vertical) for energy in energies for vertical in verticals]
@@ -40,8 +44,10 @@ def map_exponents(side):
 
 
 def summarize_exponents(name, n):
-    """Gives how many of n random starts are chaotic, with their mean exponent and its standard
-    error, and how far the integrals of the tangents strayed at most."""
+    """Return the number of chaotic starts among n, their mean exponent and the certificate.
+
+    The certificate is the largest drift of the tangents' integrals.
+    """
     tops = kr.starts(
         section_data.make_body(name),
         energy=section_data.ENERGY,

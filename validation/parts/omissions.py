@@ -1,6 +1,8 @@
-"""What may be left out, and what that saves: gravity and the general form of a body for each
-method; and for each scene all that kreisel's plan of it leaves out, one omission at a time against
-a run with it, in time and memory."""
+"""Savings from what a run leaves out, in time and memory.
+
+Gravity and the general form of a body are left out for each method. Everything that the plan of a
+scene leaves out is measured against a run with it, one omission at a time.
+"""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -19,7 +21,7 @@ STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
 LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
 COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
 STATES = 1000
-WANT = ("nutation", "energy")  # a turn of the top about the vertical does not change these
+WANT = ("nutation", "energy")  # invariant under rotations about the vertical
 QUANTITIES = (
     "velocity",
     "torque",
@@ -32,18 +34,18 @@ QUANTITIES = (
     "axial_momentum",
 )
 UNEQUAL = 1 + 1e-9
-SPLIT = "suzuki4"  # of fixed step, for any body: it has a form for symmetric ones
+SPLIT = "suzuki4"  # a fixed-step method with a special form for symmetric bodies
 GRAVITY, GENERAL_FORM = "gravity", "the general form of the body"
 FORMS = ("general form", "symmetric form", "no gravity")
 SAVINGS = {
-    "a symmetric body's form": ("general form", "symmetric form"),
+    "the general form of a symmetric body": ("general form", "symmetric form"),
     "gravity": ("symmetric form", "no gravity"),
 }
 
 
 @dataclass(frozen=True)
 class OmissionFindings:
-    """What was found: rows of methods by form, and of each scene its plans and its rows."""
+    """The findings: times of methods by form, and plans and times of each scene."""
 
     forms: list
     scenes: list
@@ -54,14 +56,13 @@ class OmissionFindings:
 
 
 def make_asymmetric(problem):
-    """Gives the top with its two equal moments made different, so that all that is known of
-    symmetric ones is lost."""
+    """Return the top with slightly different equal moments, so that no symmetry is used."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
 def scene_forms(problem):
-    """Gives one top as a general body, as a symmetric one, and without gravity."""
+    """Return one top as a general body, as a symmetric one, and without gravity."""
     scene = problem.to_scene()
     return dict(
         zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
@@ -69,7 +70,7 @@ def scene_forms(problem):
 
 
 def measure_forms(rounds):
-    """Measures each method, to one end, on each form of the thesis' top."""
+    """Return the time of each method on each form of the thesis' top, to one end."""
     calls, keys = [], []
     for form, scene in scene_forms(load_problem("thesis")).items():
         for method in kr.methods.values():
@@ -82,7 +83,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Gives the bytes that a path keeps: of each state what was wanted, or its eight numbers."""
+    """Return the bytes that a path keeps: per state the quantities wanted, or eight numbers."""
     return len(path) * path.plan.bytes
 
 
@@ -91,7 +92,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Gives (what is left out, a run with it, a run without it) of each; a run gives its bytes."""
+    """Yield (omission, run with it, run without it); a run returns its bytes."""
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 
@@ -111,9 +112,9 @@ def list_omissions(problem, end):
         )
         yield GENERAL_FORM, general, own
     yield "attitude", turned, level
-    yield "states on the way", whole, make_run(scene, end, **series)
+    yield "intermediate states", whole, make_run(scene, end, **series)
     yield (
-        "quantities nobody asks for",
+        "quantities not requested",
         make_run(scene, count=bytes_with_quantities, **series),
         whole,
     )
@@ -121,7 +122,7 @@ def list_omissions(problem, end):
 
 
 def measure_scene(problem, end, rounds):
-    """Measures a row an omission."""
+    """Return the plans of a scene, and a row per omission."""
     scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
@@ -158,7 +159,7 @@ def load_findings(problems, store):
 
 
 def group_seconds(rows):
-    """Gives the seconds of each method on each form."""
+    """Return the seconds of each method on each form."""
     lines = {}
     for row in rows:
         lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
@@ -176,7 +177,7 @@ def build_context(left):
 
 
 def compute_savings(left):
-    """Gives how many times as fast runs are without something, by what is left out."""
+    """Return the speed ratios of runs without and with each omission."""
     lines = group_seconds(left.forms).values()
     saved = {
         what: [line[before] / line[after] for line in lines if before in line and after in line]

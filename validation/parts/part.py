@@ -37,8 +37,10 @@ class Part:
 
 
 def write_csv(columns, rows):
-    """Writes rows, each a dict, as CSV; what a row does not know stays empty, what is no column is
-    left out."""
+    """Return rows, each a dict, as CSV.
+
+    Missing values stay empty, and keys that are no column are left out.
+    """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")
     writer.writeheader()

@@ -1,7 +1,6 @@
-"""Published problems: the numbers of the literature beside those of kreisel and its peers.
+"""Published problems: numbers of the literature beside those of kreisel and its peers.
 
-Each has reference values in 30 digits (problems.json); what others published or measured stands
-there too.
+Reference values with 30 digits and the published numbers are in problems.json.
 """
 
 import json
@@ -34,13 +33,12 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class PublishedProblem:
-    """A problem of the literature: its scene, where it ends, the steps it was run at, and what was
-    published of it."""
+    """A problem of the literature: scene, end, step sizes and published numbers."""
 
     name: str
     scene: kr.Scene
-    end: float  # of the attitude that is known
-    energy_end: float  # of the energy
+    end: float  # final time of the attitude
+    energy_end: float  # final time of the energy
     steps: tuple
     reference: dict  # at `end`
     literature: list = field(default_factory=list)  # rows
@@ -134,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Gives times for the energy: about a thousand, on the grid of a step."""
+    """Return about a thousand times for the energy, on the grid of a step."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -162,12 +160,12 @@ def measure_run(published, problem, who, setting):
 
 
 def initial_velocity(scene):
-    """Gives the angular velocity of a scene at its start, in space."""
+    """Return the angular velocity of a scene at its start, in space."""
     return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
 
 
 def relative_energy_error(problem, q, m):
-    """Gives max |H - H0| / |H0|, as the literature has it."""
+    """Return max |H - H0| / |H0|, the measure of the literature."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
@@ -225,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Compares the best energy error of a run at a published setting with the published one."""
+    """Return a clause on the best energy error at a published setting, or an empty string."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

@@ -1,8 +1,8 @@
-"""A wide ensemble: random tops of each kind, the methods against each other at equal time.
+"""Random tops of each kind: the methods compared at equal time.
 
-Each method gets the setting with which it takes, on the first tops, about the time that all are
-given; then it moves all of them, each in units of time in which it turns at a rate of one, to as
-many turns. The truth is heyoka in 80 bit, beyond what is told apart here.
+The setting of each method is chosen so that it takes about the same time on the first tops. Each
+top is scaled to turn at a rate of one, and all tops make equally many turns. The reference is
+heyoka in 80 bits, which is accurate beyond the differences shown here.
 """
 
 from functools import partial
@@ -26,24 +26,23 @@ from .part import Part, write_csv
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
 GIVEN = 0.4e-3  # of one run [s]
-SOME, TRIALS = 16, 3  # tops to find the setting with; a disturbance only ever adds
-FAR = 3.0  # beyond this multiple of the given time it is no disturbance
-PIECE = 50  # tops that a method moves before it is another's turn
-STEPS = 2000  # to find the time of a step with
+SOME, TRIALS = 16, 3  # tops and repetitions to find the setting
+FAR = 3.0  # a longer time, in multiples of the given one, is no disturbance
+PIECE = 50  # tops per slice, before the next method runs
+STEPS = 2000  # to measure the time of a step
 TOLERANCES = [10.0**-k for k in range(2, 15)]
 COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
 KOWALEWSKI = (1.0, 2.0, 2.0)
 KINDS = {
     "Lagrange": "two equal moments, the centre of mass on the third axis",
-    "Euler": "any body, turning about its centre of mass",
-    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the equal ones' axes",
+    "Euler": "any body, held at its centre of mass",
+    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the axes with equal moments",
     "general": "any body, any centre of mass",
 }
 
 
 def draw_body(kind, random):
-    """Makes a body of the kind, with moments between 0.2 and 1 and its centre of mass within about
-    1."""
+    """Return a body of the kind, with moments in 0.2 .. 1 and the centre of mass within about 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
@@ -56,8 +55,7 @@ def draw_body(kind, random):
 
 
 def draw_scene(kind, random):
-    """Makes a top that turns at a rate of one: gravity and momentum are measured in that unit of
-    time."""
+    """Return a top that turns at a rate of one, which sets the unit of time."""
     q = random.normal(size=4)
     made = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
@@ -72,7 +70,7 @@ def draw_problems(kind, members):
 
 
 def time_solve(problems, name, setting):
-    """Gives the seconds of a run, and the paths of all."""
+    """Return the seconds per top, and the paths of all tops."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()
@@ -81,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Finds a setting with which the method takes the given time."""
+    """Return a setting with which the method takes the given time."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -101,11 +99,11 @@ def fit_setting(method, some):
 
 
 def describe_setting(setting):
-    return f"{END / TURNS / setting.step:.0f} steps a turn" if setting.step else str(setting)
+    return f"{END / TURNS / setting.step:.0f} steps per turn" if setting.step else str(setting)
 
 
 def measure_outcomes(problems, truths, name, setting):
-    """Gives what became of each top."""
+    """Return the error and time of each top, or its failure."""
     try:
         seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:
@@ -126,8 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Runs every method on all tops, a piece of them at a time, so that what disturbs, disturbs all
-    alike."""
+    """Run every method on all tops, slice by slice, so that disturbances affect all methods."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -152,8 +149,10 @@ def load_findings(problems, store):
 
 
 def group_by_method(runs, kind):
-    """Gives the runs of each method on one kind of top, and their errors, sorted; a failed run errs
-    by pi."""
+    """Return the runs of each method on one kind of top, and their sorted errors.
+
+    A failed run has an error of pi.
+    """
     groups = {}
     for run in runs:
         if run["kind"] == kind:
@@ -178,8 +177,7 @@ def table_row(kind, name, own, sizes):
 
 
 def summarize_methods(runs, kind):
-    """Gives a line for each method: typical, bad and worst error, and the time taken; the best
-    first."""
+    """Return a row per method with its errors and time, ordered by the median error."""
     groups = group_by_method(runs, kind)
     order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
     return [table_row(kind, name, *groups[name]) for name in order]
@@ -215,7 +213,7 @@ def conclude(runs):
     best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in known.items())
     failed = sum("failure" in run for run in runs)
     return join_sentences(
-        f"The smallest error in the given time has, for {best}.",
+        f"Smallest error in the given time: for {best}.",
         f"{number_word(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
     )
 

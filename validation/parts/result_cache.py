@@ -1,8 +1,7 @@
-"""What a report has found, kept as it is found: interrupted, it keeps what it has, and run again it
-continues from there.
+"""The findings of a report in a file, saved one by one, so that a run can be continued.
 
-The file is JSON, one finding a line. The first line says what it was found with; found with
-anything else, it is begun anew.
+The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions.
+Under other conditions the file is started anew.
 """
 
 import json
@@ -18,7 +17,7 @@ class ResultStore:
         if lines and lines[0] == json.dumps(fingerprint):
             self.read(lines[1:])
             if not text.endswith("\n"):
-                file.write_text(text + "\n")  # what comes next is not part of what was cut
+                file.write_text(text + "\n")  # end a truncated line
         else:
             file.write_text(json.dumps(fingerprint) + "\n")
 
@@ -27,7 +26,7 @@ class ResultStore:
             try:
                 key, value = json.loads(line)
             except ValueError:
-                continue  # it was cut off while it was written
+                continue  # a truncated line
             self.known[key] = value
 
     def put(self, key, value):
@@ -36,12 +35,12 @@ class ResultStore:
         self.known[key] = value
 
     def under(self, prefix):
-        """Gives what was found under keys that begin so, in the order of finding."""
+        """Return the findings whose keys start with `prefix`, in order."""
         return [value for key, value in self.known.items() if key.startswith(prefix)]
 
 
 def write_atomic(file, text):
-    """Writes a file whole or not at all: what is ended in the midst leaves the one before."""
+    """Write a file atomically: after an interruption the previous file is intact."""
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:
         with new.open("w", encoding="utf-8", newline="") as out:

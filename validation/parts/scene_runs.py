@@ -1,4 +1,4 @@
-"""Which runs are compared on a scene, and what is known of each: its errors and its times."""
+"""The runs compared on a scene, with their errors and times."""
 
 import math
 from dataclasses import asdict, dataclass, field
@@ -14,17 +14,17 @@ from ..references import reference
 from ..references.problems import attitude_error
 from .budget import Task
 
-TIGHTER = range(2, 17)  # steps are a turn by 2 ** k
+TIGHTER = range(2, 17)  # steps are a turn divided by 2 ** k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
-CHAOS = 1e-6  # only below this do errors that no longer fall mean that rounding is reached [rad]
-ROUNDS_UNTIL = 0.5  # of the budget: further rounds of timing are left out for what comes after them
-LOOKS = 100  # about as many states are recorded for the energy
+CHAOS = 1e-6  # smaller errors that no longer decrease are at rounding level [rad]
+ROUNDS_UNTIL = 0.5  # fraction of the budget after which optional timing rounds are skipped
+LOOKS = 100  # approximate number of states for the energy
 
 
 @dataclass
 class Measurement:
-    """What is known of one run: a method at one setting on one scene."""
+    """The results of one run: a method at one setting on one scene."""
 
     scene: str
     t: float
@@ -38,8 +38,8 @@ class Measurement:
     evaluations: int | None = None
     setup_seconds: float | None = None
     failure: str = ""
-    about: float | None = None  # seconds of the first runs
-    samples: list = field(default_factory=list)  # seconds of a run, one a round
+    about: float | None = None  # approximate time of a run [s]
+    samples: list = field(default_factory=list)  # times of a run, one per round [s]
 
     @property
     def setting(self):
@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """Takes the best of all rounds, for a disturbance only ever adds."""
+        """The best time of all rounds, because disturbances only add time."""
         return min(self.samples, default=self.about)
 
     @property
@@ -64,19 +64,18 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Gives a power of two near the time of a turn, so that steps end where runs do."""
+    """Return a power of two near the time of a turn, so that steps end where runs do."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def energy_times(end, step):
-    """Gives times to look at the energy: on the grid of every step, and about as many for every
-    run."""
+    """Return times for the energy, on the grid of every step and about as many for every run."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """One scene with its truth, and the runs made so far: the times need them again."""
+    """One scene with its truth and the runs made so far, which the timing reuses."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -92,7 +91,7 @@ class SceneRuns:
         return self.runs[row.key]
 
     def measure_errors(self, who, setting):
-        """Makes a run and looks at its errors; its time it measures only roughly."""
+        """Return the errors of one run, with a rough time."""
         row = Measurement(
             self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
         )
@@ -117,7 +116,7 @@ class SceneRuns:
         return [*kept, Setting(tol=tightest)] if tightest else kept
 
     def explore(self, who):
-        """Makes the runs of one method, from loose to tight, with their errors."""
+        """Return the runs of one method from loose to tight, with their errors."""
         rows = []
         for setting in self.list_settings(who):
             rows.append(self.measure_errors(who, setting))
@@ -126,16 +125,16 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Measures the seconds of each run that came to an end, one after the other."""
+        """Return the seconds of each run that finished, measured one after the other."""
         return {
-            row.key: timing.time_repeated(self.run(row).solve, row.about)
+            row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
             if not row.failure
         }
 
 
 def is_enough(rows, longest):
-    """Says whether tighter settings would take too long, or gain nothing any more."""
+    """Return whether tighter settings would take too long or gain nothing."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
@@ -145,7 +144,7 @@ def is_enough(rows, longest):
 
 
 def make_truth_task(problem, end):
-    """Makes the truth of a scene, which all errors on it are measured against."""
+    """Return the task that computes the truth of a scene."""
     return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
 
 
@@ -154,8 +153,7 @@ def truth_key(problem):
 
 
 def list_tasks(problem, end, budget, store):
-    """Lists the findings to make on one scene: its truth, the errors of each method, then rounds of
-    times, all in turn."""
+    """Yield the tasks of one scene: its truth, the errors of each method, then timing rounds."""
     yield make_truth_task(problem, end)
     made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
     for who in made.contenders.values():
@@ -164,27 +162,27 @@ def list_tasks(problem, end, budget, store):
     for i in range(budget.rounds):
         yield Task(
             f"times/{problem.name}/{i}",
-            lambda: made.measure_times(load_explored(store, problem.name)),
+            lambda: made.measure_times(load_runs(store, problem.name)),
             0.1 if budget.quick else 1.5,
             None if i < budget.least_rounds else ROUNDS_UNTIL,
         )
     yield Task(None, made.runs.clear)
 
 
-def load_explored(store, scene):
+def load_runs(store, scene):
     return [Measurement(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
 
 
 def load_measurements(store, scene):
-    """Gives all that is known so far of the runs on a scene."""
-    rounds, found = store.under(f"times/{scene}/"), load_explored(store, scene)
+    """Return all measurements of a scene so far."""
+    rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]
     return found
 
 
 def group_by_method(rows, scene):
-    """Gives the rows of one scene, method by method."""
+    """Return the rows of one scene by method."""
     groups = {}
     for row in rows:
         if row.scene == scene:

@@ -1,4 +1,4 @@
-"""What the page tells of each scene: what moves there, and where its centre of mass goes."""
+"""The description of each scene on the page, and the path of its centre of mass."""
 
 import kreisel as kr
 import numpy as np
@@ -7,31 +7,32 @@ from ..drawing import sphere_plots
 from .formatting import format_brief
 
 ABOUT = {
-    "thesis": """The top of the thesis: an upright box, 1.6 by 1.6 by 2, that stands on the middle
-        of its lower face. It is a <em>Lagrange top</em>: two moments of inertia are equal and the
-        centre of mass lies on the third axis. Let go, it falls, swings through below and comes up
-        again, over and over, while it circles about the vertical: a regular motion.""",
-    "kowalewski": """A flat box, 3.5 by 2 by 1, held in the middle of a large face, with sides
-        chosen such that two moments of inertia are equal and the third is half of them: the
-        <em>Kowalewski top</em>. Its motion is regular too, but nothing about it looks so; methods
-        for symmetric tops only do not apply.""",
-    "goryachev_chaplygin": """Another flat box, whose third moment is a quarter of the equal two:
-        the <em>Goryachev-Chaplygin top</em>, regular only while its angular momentum has no
-        vertical part. Beside such a motion lie chaotic ones.""",
-    "asymmetric": """A box, 1.2 by 1.6 by 2, held at a point beside the middle of its lower face:
+    "thesis": """The top of the thesis: an upright cuboid, 1.6 by 1.6 by 2, with the centre of its
+        lower face fixed. It is a <em>Lagrange top</em>: two moments of inertia are equal and the
+        centre of mass lies on the third axis. After its release it falls, swings through the
+        lowest point and rises again, repeatedly, while it moves about the vertical. The motion is
+        regular.""",
+    "kowalewski": """A flat cuboid, 3.5 by 2 by 1, held at the centre of a large face, with sides
+        such that two moments of inertia are equal and the third is half of them: the
+        <em>Kowalewski top</em>. Its motion is regular too, although it looks irregular. Methods
+        for symmetric tops do not apply.""",
+    "goryachev_chaplygin": """A flat cuboid whose third moment is a quarter of the equal two: the
+        <em>Goryachev-Chaplygin top</em>, whose motion is regular only if the vertical component of
+        its angular momentum vanishes. Neighbouring motions are chaotic.""",
+    "asymmetric": """A cuboid, 1.2 by 1.6 by 2, held at a point beside the centre of its lower face:
         three different moments of inertia and no symmetry. Its motion is <em>chaotic</em>: small
-        errors grow exponentially. By t = 100, one rounding of the data moves the attitude a million
-        times as far as by t = 30, hence the full comparison ends at t = 30.""",
-    "asymmetric_regular": """A box of three different sides, held in the middle of its lower face,
-        that spins fast enough to be regular.""",
-    "fast": """The top of the thesis, spinning so fast that it hardly moves its axis. What is fast
-        is simple, what is hard is slow: methods that turn a free body exactly take far larger steps
-        here than those that follow each turn.""",
-    "strong_gravity": """The top of the thesis, pulled ten times as much and spinning little: a
-        heavy pendulum that circles.""",
+        errors grow exponentially. One rounding of the data moves the attitude at t = 100 a million
+        times as far as at t = 30. The comparison therefore ends at t = 30.""",
+    "asymmetric_regular": """A cuboid with three different sides, held at the centre of its lower
+        face, whose spin is fast enough for a regular motion.""",
+    "fast": """The top of the thesis with a spin so fast that its axis hardly moves. Methods that
+        rotate a free body exactly can take far larger steps here than methods that resolve each
+        turn.""",
+    "strong_gravity": """The top of the thesis with ten times the gravity and little spin: a heavy
+        spherical pendulum.""",
 }
-OWN = "A scene of yours, of a body of kind {body.kind}, gravity {gravity:g}."
-SHOWN, SEEN = 30.0, 3000  # of the path drawn: turns or so, and how many states
+OWN = "Your scene, with a body of kind {body.kind} and gravity {gravity:g}."
+SHOWN, SEEN = 30.0, 3000  # approximate turns and number of states of the path
 
 
 def describe_scene(problem):
@@ -40,10 +41,10 @@ def describe_scene(problem):
 
 
 def scene_context(problem, end):
-    """Gives a scene in words and in a picture, and how often it turns to the end."""
+    """Return the description, the picture and the number of turns of a scene."""
     shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
     path = kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
-    turns = np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)  # in a unit of time
+    turns = np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)  # per unit of time
     return {
         "name": problem.name,
         "end": f"{end:.4g}",

@@ -1,4 +1,4 @@
-"""Sections that the chapter on chaos shows: of which tops, and the numbers that are drawn."""
+"""Sections for the part on chaos: their tops, and the numbers drawn."""
 
 import kreisel as kr
 import numpy as np
@@ -6,8 +6,8 @@ import numpy as np
 from ..references import kowalewski
 
 ENERGY, VERTICAL = 1.6, 0.6
-MANY = 60  # starts to choose one from
-BODIES = {  # from a Lagrange top on, further and further from it
+MANY = 60  # candidates per start
+BODIES = {  # increasingly different from a Lagrange top
     "a Lagrange top": ((1.0, 1.0, 0.6), 0.0),
     "moments 2 % apart": ((1.0, 1.02, 0.6), 0.0),
     "8 %": ((1.0, 1.08, 0.6), 0.0),
@@ -23,13 +23,13 @@ def make_body(name):
 
 
 def compute_section(name, orbits, crossings):
-    """Gives the section of random starts of one energy and vertical momentum."""
+    """Return the section of random starts of one energy and vertical momentum."""
     tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Gives a section with motions of every K, evenly by its fourth root."""
+    """Return a section whose motions are spread evenly over the fourth root of K."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -41,11 +41,11 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Gives to each state the mean of its orbit."""
+    """Return for each state the mean over its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 
 
 def panel_data(section, colour):
-    """Gives what a panel of the picture is made of."""
+    """Return the data of one panel of the figure."""
     return section.spin_angle, section.axial_momentum, colour

@@ -1,5 +1,4 @@
-"""The stiff needle, watched: a spin of 1e4 times the precession, and steps that resolve the
-precession only.
+"""The stiff needle: a spin of 1e4 times the precession, with steps that resolve only the latter.
 
 The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the midpoint,
 v = V / |V|, a_ the axis there and theta = 2 atan(h |V| / 4) half the turn of a step,
@@ -27,7 +26,7 @@ KINDS = {
     "fixed step, explicit": lambda m: not m.adaptive and not m.exact,
     "adaptive": lambda m: m.adaptive,
 }
-KEPT = 1e-3  # the part of its size within which an energy is said to be kept
+KEPT = 1e-3  # relative energy error that counts as conservation
 
 
 def kind_of(method):
@@ -35,7 +34,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Gives the path, as far as it came, and what was said of its end."""
+    """Return the path as far as it was computed, and the message of its failure if any."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
@@ -86,7 +85,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Says who keeps what, by the energy all along and the attitude at the end."""
+    """Return a sentence on the methods that keep energy and attitude."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])
@@ -97,17 +96,18 @@ def conclude(lines):
     one = [name for name in energy if is_lost[name] and energy[name] < LOST]
     none = [line["method"] for line in lines if line not in here]
     said = [
-        f"keep both energy and attitude: {join_words(both)};" if both else "",
-        f"keep the energy within {LOST:g} of its size and lose the attitude: {join_words(one)};"
+        f"these methods keep both energy and attitude: {join_words(both)};" if both else "",
+        f"these keep the relative energy error below {LOST:g} and lose the attitude: "
+        f"{join_words(one)};"
         if one
         else "",
-        f"do not get to the end: {join_words(none)};" if none else "",
+        f"these do not reach the end: {join_words(none)};" if none else "",
     ]
     return join_sentences("In these runs", *said).removesuffix(";") + "."
 
 
 def write_table(lines):
-    """Writes a row for each moment of each line."""
+    """Return a row per method and time as CSV."""
     rows = (
         (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
         for line in lines

@@ -1,4 +1,4 @@
-"""Whether the truth is true: how far each other way to compute it comes out."""
+"""The accuracy of the reference solutions: differences between independent computations."""
 
 from functools import partial
 
@@ -9,7 +9,7 @@ from .formatting import format_brief, join_sentences, join_words
 from .part import Part, write_csv
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
-MANY = ("128", "30 digits")  # in the names of the ways that have more digits than a double
+MANY = ("128", "30 digits")  # in the names of high-precision computations
 
 
 def ways_key(problem):
@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Gives a line for each scene: its truths side by side."""
+    """Return a line per scene with the results of all computations."""
     return [
         {
             "scene": problem.name,
@@ -43,8 +43,8 @@ def load_findings(problems, store):
 
 
 def heyoka_in_double(store, scene):
-    """Gives what heyoka comes to in doubles at its tightest, where it ran."""
-    rows = (row for row in scene_runs.load_explored(store, scene) if row.method == "heyoka")
+    """Return the error of heyoka in doubles at its tightest tolerance, where it ran."""
+    rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
 
@@ -54,8 +54,11 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Gives for each scene how far the ways of many digits are from the truth, and which of the
-    others is furthest, in roundings of the data."""
+    """Yield the agreement for each scene, in roundings of the data.
+
+    It consists of the largest difference of the high-precision results and of the largest of the
+    others, with its name.
+    """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
         many = [angle for angle, way in apart if has_many_digits(way)]
@@ -77,8 +80,8 @@ def describe_high_precision(known):
     where = f"all scenes but {join_words(apart)}" if apart else "every scene"
     most = max(most for _, most, _ in known)
     return (
-        f"On {where} the truths of many digits agree within the conditioning: they lie at most "
-        f"{most:.0e} of one rounding of the data apart."
+        f"On {where} the high-precision results agree within the conditioning: they differ by at "
+        f"most {most:.0e} of one rounding of the data."
     )
 
 

@@ -1,8 +1,9 @@
-"""Judges a cell of the atlas, from the truth and from what a careful user sees who has none.
+"""The verdict on a cell of the atlas, from the truth and from what a careful user can observe.
 
-Such a user runs twice: as asked, and finer by half the step or a hundredth of the tolerance. Where
-a method of order p is what it claims to be, its error is about d 2^p / (2^p - 1) with d the angle
-between the two runs; that of an adaptive one is about d. The words of a verdict stand in VERDICTS.
+A user without a truth runs twice: with the setting requested, and with half the step or a hundredth
+of the tolerance. If a method of order p behaves as such, its error is about d 2^p / (2^p - 1),
+where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS defines
+the terms.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -10,60 +11,62 @@ from math import inf, isfinite, log2, pi, sqrt
 from ..references import reference
 
 LOST = 0.1  # [rad]
-FACTOR = 3.0  # times what the second run shows, an error may be
-PART = 30.0  # times what the second run shows, an error may be that has another sign besides
-RESOLVED = 16  # steps a turn from which a step is said to resolve the motion
-COARSE = 4  # steps a turn below which it is plain that a step does not
-PROMISED = 10.0  # times what the tolerance at every step explains, an adaptive method may err
+FACTOR = 3.0  # tolerated ratio of error and estimate
+PART = 30.0  # the same if there is another sign too
+RESOLVED = 16  # steps per turn that resolve the motion
+COARSE = 4  # fewer steps per turn are obviously too few
+PROMISED = 10.0  # tolerated ratio of an adaptive error and the one explained by its tolerance
 RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
 VERDICTS = {
-    RIGHT: "off by less than LOST, and by no more than rounding explains: the conditioning, once "
-    "a step in random directions",
-    AS_ASKED: "off by more than rounding explains, but by no more than the tolerance requested",
-    DEGRADED: "off by less than LOST, and something says so (SIGNS)",
-    "lost": "off by more, and something says so",
-    "stopped": "it gave up with a message",
-    "refused": "it did not begin",
-    SILENT: "wrong in silence: nothing says so",
+    RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
+    "directions once per step",
+    AS_ASKED: "error larger than rounding explains, but no larger than the tolerance requested",
+    DEGRADED: "error below LOST and larger than the tolerance, revealed by one of SIGNS",
+    "lost": "larger error, revealed by one of SIGNS",
+    "stopped": "the run ended early with a message",
+    "refused": "the run did not start",
+    SILENT: "wrong in silence: no sign reveals the error",
 }
 CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
 MET = (RIGHT, AS_ASKED)
 SIGNS = {
-    "second run": f"the finer run differs, to within a factor of {FACTOR:g} by what its order "
-    "says, or by so much that it is plain that neither is right",
-    "large step": f"fewer than {COARSE} steps a turn, which can be known beforehand, or seen in a "
-    f"run that turns too fast; or fewer than {RESOLVED}, and the finer run differs by a {PART:g}th "
-    "of the error at least",
-    "tolerance": "no more than the tolerance asked for, missed at every step by as much",
-    "rounding": "no more than the data's rounding; or than one at every evaluation of the torque, "
-    f"all in the same direction, and the finer run differs by a {PART:g}th of the error at least",
+    "second run": f"the finer run differs by the error, within a factor of {FACTOR:g}, or by so "
+    "much that both runs are obviously wrong",
+    "large step": f"fewer than {COARSE} steps per turn, which is known beforehand or visible in a "
+    f"run that turns too fast; or fewer than {RESOLVED}, and the finer run differs by at least a "
+    f"{PART:g}th of the error",
+    "tolerance": "an error of at most the tolerance requested, times the number of steps",
+    "rounding": "an error that the rounding of the data explains; or one rounding per evaluation "
+    "of the torque, all in one direction, and the finer run differs by at least a "
+    f"{PART:g}th of the error",
 }
 BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
 ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
 MARKS = {
     ALARM: "wrong in silence",
-    BLOW_UP: "blew up: the state stopped being finite, or the energy grew beyond all that is there",
+    BLOW_UP: "blow-up: the state became infinite, or the energy grew beyond all bounds",
     NOT_CONVERGED: "an implicit step did not converge",
-    STOPPED: "gave up, with a message",
-    REFUSED: "refused before anything ran",
-    BEYOND: f"off by more than {PROMISED:g} times what its tolerance explains, carried on as the "
-    "start's roundings are (an error made half-way through an unstable motion may grow by more); "
-    "the second run says so",
-    REDUCED: "the error falls by one order less than the method's, or worse, from this step to "
-    "half of it",
+    STOPPED: "stopped with a message",
+    REFUSED: "refused before the start",
+    BEYOND: f"error more than {PROMISED:g} times what the tolerance explains, if errors grow as "
+    "those of the start do (an error made within an unstable motion may grow more); the second "
+    "run reveals it",
+    REDUCED: "the observed order between this step and half of it is too low by one or more",
     DRIFT: "the energy drifts",
 }
 
 
 def rounding_effect(true):
-    """Gives the angle by which one rounding anywhere moves the attitude [rad]."""
+    """Return the angle by which a single rounding moves the attitude [rad]."""
     return max(true["worst"], reference.ROUNDING)
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Gives the angles that rounding explains [rad]: once a step in random directions, and once an
-    evaluation all in the same one. A closed form has no way on which to round: of a late time it
-    is as exact as the data."""
+    """Return the angles that rounding explains [rad]: random once per step, and aligned.
+
+    Aligned roundings occur once per evaluation, all in one direction. A closed form does not
+    accumulate roundings: at a late time it is as accurate as the data.
+    """
     radians = problem.rate * cell["end"] if by_steps else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
     aligned = max(10.0, cell["evaluations"], radians)
@@ -71,22 +74,28 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Gives the angle that a tolerance explains [rad]: missed at every step by as much, and carried
-    on as the data's roundings are."""
+    """Return the angle that a tolerance explains [rad].
+
+    Each step may err by the tolerance, and the error grows as that of the data's roundings.
+    """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Gives the error that the second run shows [rad]. Order 0 stands for a tolerance in place of a
-    step."""
+    """Return the error estimated from the second run [rad].
+
+    Order 0 stands for a run controlled by a tolerance.
+    """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Says what tells somebody without a truth that an attitude is off by `error`; None: nothing
-    does. `shown` is the estimate; `per_turn`, how many steps a turn were taken, infinite where a
-    tolerance chose them; `explained`, the angles that rounding and a tolerance explain. What both
-    runs are off by alike has no sign, however large the step."""
+    """Return the sign that reveals an attitude error without a truth, or None.
+
+    `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
+    methods. `explained` are the angles that rounding and a tolerance explain. An error that both
+    runs share has no sign, however large the step.
+    """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
     if shown >= min(error / FACTOR, LOST):
@@ -99,7 +108,7 @@ def find_sign(error, shown, per_turn, explained):
 
 
 def choose_verdict(error, rounding, shown_by, tol=None):
-    """Return the verdict on an attitude error [rad]. `tol` is the tolerance requested, if any."""
+    """Return the verdict on an attitude error [rad]; `tol` is the tolerance requested, if any."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:
@@ -110,8 +119,10 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Says whether the order is seen to be less than it should be; it is not to be seen below
-    rounding, nor for large errors."""
+    """Return whether the observed order is too low by one or more.
+
+    The order is not observable for errors near rounding, nor for large errors.
+    """
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 
 
@@ -126,8 +137,7 @@ def choose_mark(cell):
 
 
 def judge_cell(cell, finer, problem, true, who):
-    """Gives the verdict on a run with its energy and attitude errors, from the truth and from the
-    error of the finer run."""
+    """Return the cell with its verdict, from the truth and from the error of the finer run."""
     rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
     order = who.order if who.steered == "step" else 0
     error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)

@@ -1,4 +1,4 @@
-"""Error against run time: every method on the scenes of the report, or on a user's own."""
+"""Error against run time: every method on the scenes of the report or of a user."""
 
 import statistics
 from dataclasses import dataclass
@@ -40,12 +40,12 @@ QUANTITIES = {
     "energy_error": "energy error, relative",
 }
 YARDSTICK = ("heyoka",)  # the peers in the small figures
-BUSY = 0.25  # from this spread of the times on they are not to be quoted
+BUSY = 0.25  # above this spread times should not be quoted
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was found: of each scene its problem, where it ends, its truth and its runs."""
+    """The findings: problems with their ends, truths and runs."""
 
     problems: list  # with their ends
     truths: dict  # by scene
@@ -75,16 +75,16 @@ def load_findings(problems, store):
 
 
 def describe_timing(rows):
-    """Tells how often the runs were timed, and how far that scattered."""
+    """Return the number of timing rounds and the median spread of the times."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
-    note = " (the machine was busy: do not quote these times)" if middle > BUSY else ""
+    note = " (the machine was busy; do not quote these times)" if middle > BUSY else ""
     return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
 
 
 def summarize_setup(rows):
-    """Gives what heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
+    """Return the range of heyoka's compile times over loose and tight tolerances [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
         return None
@@ -134,30 +134,30 @@ def build_context(comparison):
 
 
 def recommend_methods(rows, scene):
-    """Says which method to take on one scene."""
+    """Return a sentence that recommends methods for one scene."""
     hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
-        return "No method reached any of the errors in the table within the time allowed."
+        return "No method reached any of the errors of the table in the time allowed."
     best = join_words(f"{stretch} rad" for stretch in describe_ranges(hits, "<strong>{}</strong>"))
     fixed = [
         (target, hit)
         for target in fastest.TARGETS
-        if (hit := fastest_fixed_step(rows, scene, target))
+        if (hit := fastest_with_step(rows, scene, target))
     ]
     return join_sentences(
         f"Take {best}.", f"With fixed steps, {join_words(describe_ranges(fixed))}." if fixed else ""
     )
 
 
-def fastest_fixed_step(rows, scene, target):
-    def is_fixed_step(row):
+def fastest_with_step(rows, scene, target):
+    def has_step(row):
         return not row.peer and row.step is not None
 
-    return fastest.fastest_row(rows, scene, target, is_fixed_step)
+    return fastest.fastest_row(rows, scene, target, has_step)
 
 
 def describe_ranges(hits, form="{}"):
-    """Words for which errors each method is the fastest: 'strang for 1e-3 and 1e-6'."""
+    """Yield each winning method with its errors: 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
         errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"
@@ -177,7 +177,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Whether `one` reached the error and took clearly less time than `other`."""
+    """Return whether `one` reached the error and took clearly less time than `other`."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
@@ -221,8 +221,9 @@ def describe_ratios(races):
     if alone:
         beside = f"in {count_word(alone)} of the cases no peer reaches the error"
     return (
-        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the median, "
-        f"between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all cases; {beside}."
+        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the "
+        f"median, between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all "
+        f"cases; {beside}."
     )
 
 
@@ -245,9 +246,9 @@ def describe_missing(races):
 
 
 def write_table(comparison, about):
-    """Writes all runs with all their numbers, and what they were measured with above them."""
+    """Return all runs as CSV, below a header with the conditions of the measurement."""
 
-    def known(row):
+    def format_row(row):
         values = vars(row) | {
             "seconds": row.seconds,
             "seconds_median": row.median_seconds,
@@ -262,7 +263,7 @@ def write_table(comparison, about):
     head = (
         f"# {key}: {value}\n" for key, value in (about | describe_timing(comparison.rows)).items()
     )
-    return "".join(head) + write_csv(COLUMNS, map(known, comparison.rows))
+    return "".join(head) + write_csv(COLUMNS, map(format_row, comparison.rows))
 
 
 def list_files(comparison, about):
@@ -274,7 +275,7 @@ def terminal_lines(comparison):
     for problem, end in comparison.problems:
         yield fastest.make_terminal_table(comparison.rows, problem.name, end)
     spread = describe_timing(comparison.rows)["spread"]
-    yield f"quartiles of the times apart by {spread}, median over the runs"
+    yield f"quartiles of the times {spread} apart, median over the runs"
 
 
 def list_methods(comparison):

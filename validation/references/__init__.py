@@ -1,1 +1,1 @@
-"""Problems, their equations, and solutions that are trusted more than what is under test."""
+"""Problems, their equations of motion, and reference solutions."""

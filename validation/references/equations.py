@@ -1,11 +1,12 @@
-"""The equations of motion as heyoka takes them, in any of its precisions, and where they start.
+"""The equations of motion for heyoka in any of its precisions, and their start.
+
 With w the angular velocity seen from the body,
 
     J w' = J w x w + (q* e3 q) x lever,    q' = q w / 2
 
 There are seven equations, for the attitude and the angular velocity (the fastest form for heyoka)
-or the angular momentum in the body. Their coefficients are computed in 40 digits and rounded once;
-they are folded in, or given as parameters, so that one compiled integrator serves every top.
+or the angular momentum in the body. The coefficients are computed with 40 digits and rounded once.
+They are constants, or parameters so that one compiled integrator serves every top.
 """
 
 import heyoka as hy
@@ -28,8 +29,7 @@ def product(p, q):
 
 
 def start_state(problem, form="velocity", digits=40):
-    """Gives the unit attitude, and the angular velocity or momentum in the body, as mpmath
-    numbers."""
+    """Return the unit attitude and the body angular velocity or momentum, as mpmath numbers."""
     with mp.workdps(digits):
         q = [mp.mpf(x) for x in problem.attitude]
         norm = mp.sqrt(sum(x * x for x in q))
@@ -48,15 +48,17 @@ def round_to(numbers, fp):
 
 
 def compute_coefficients(problem, form="velocity", digits=40):
-    """Gives by what variables become velocities, the coefficients of the products of two of them,
-    and those of the torque: 3 + 3 + 6 mpmath numbers."""
+    """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
+
+    They turn variables into velocities, multiply products of two variables, and give the torque.
+    """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
         return coefficients_from(J, lever, form)
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """The same of moments and a lever in numbers of any kind."""
+    """Return the coefficients for moments and a lever given in numbers of any kind."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]
@@ -66,8 +68,10 @@ def coefficients_from(J, lever, form="velocity"):
 
 
 def build_equations(numbers, fp):
-    """Gives (variable, its derivative) of each of the seven, with these coefficients; what is zero
-    is left out."""
+    """Return (variable, derivative) of each of the seven equations.
+
+    Terms that are zero are left out.
+    """
     variables = hy.make_vars(*NAMES)
     q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body
     up = [
@@ -96,12 +100,12 @@ def build_equations(numbers, fp):
 
 
 def build_system(problem, fp=float, form="velocity"):
-    """Gives equations and start for heyoka.taylor_adaptive, for this top alone."""
+    """Return the equations and the start for heyoka.taylor_adaptive, for this top alone."""
     return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
         start_state(problem, form), fp
     )
 
 
 def build_general_system(fp):
-    """Gives equations for any top: its coefficients are the parameters."""
+    """Return the equations for any top, with the coefficients as parameters."""
     return build_equations([hy.par[i] for i in range(COEFFICIENTS)], fp)

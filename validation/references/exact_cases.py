@@ -1,5 +1,4 @@
-"""Tops on which a closed form may fail: every degenerate case by name, and random ones over
-decades."""
+"""Tops on which a closed form may fail: every degenerate case by name, and random ones."""
 
 import math
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from .problems import Problem
 
-# Of the thesis' cuboid; lever = mass gravity com.
+# The thesis' cuboid; lever = mass gravity com.
 I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
@@ -24,7 +23,7 @@ def axis_of(q):
 
 
 def precession_momentum(angle, axial, sign):
-    """Gives the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
+    """Return the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
     root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
     rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
     a = axis_of(tilt_attitude(angle))
@@ -131,7 +130,7 @@ def normalize(q):
 
 
 def random_attitude(rng, near_pole):
-    """Gives an attitude anywhere, or 1e-9 .. 1 from a pole."""
+    """Return a random attitude, uniform or at 1e-9 .. 1 from a pole."""
     if not near_pole:
         return normalize(rng.normal(size=4))
     half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
@@ -140,8 +139,10 @@ def random_attitude(rng, near_pole):
 
 
 def random_lagrange(rng, number):
-    """Draws moments, lever arm and momentum over decades, and either sign of gravity; every second
-    top begins within 1e-9 .. 1 of a pole."""
+    """Draw moments, lever arm and momentum over decades, and either sign of gravity.
+
+    Every second top starts within 1e-9 .. 1 of a pole.
+    """
     i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
     i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
     return (
@@ -154,7 +155,7 @@ def random_lagrange(rng, number):
 
 
 def random_euler(rng):
-    # Of three positive numbers A, B, C the moments B + C, C + A, A + B are those of a proper body.
+    # For positive A, B, C the moments B + C, C + A, A + B are those of a physical body.
     two = 10 ** rng.uniform(-3, 0, size=2)
     parts = np.array([*two, 1.0]) * 10 ** rng.uniform(-1, 1)
     inertia = rng.permutation(parts.sum() - parts)
@@ -170,7 +171,7 @@ def random_time(rng):
 
 
 def is_lagrange(case):
-    """Says whether a case is a Lagrange top, and not a free body."""
+    """Return whether a case is a Lagrange top, and not a free body."""
     return len(case) == 5
 
 
@@ -182,7 +183,7 @@ def inertia_and_lever(case):
 
 
 def case_scene(case):
-    """Gives a case as kreisel takes it."""
+    """Return a case as a kreisel scene."""
     inertia, lever = inertia_and_lever(case)
     body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), made_up=True)
     gravity = math.copysign(1.0, lever)
@@ -190,7 +191,7 @@ def case_scene(case):
 
 
 def case_problem(name, case):
-    """Gives a case as heyoka takes it."""
+    """Return a case as a problem for heyoka."""
     inertia, lever = inertia_and_lever(case)
     momentum = tuple(map(float, case[-1]))
     return Problem(name, inertia, (0.0, 0.0, lever), normalize(case[-2]), momentum)
@@ -214,7 +215,7 @@ MAPS = [  # named tops, and steps of the Bobenko-Suris map
 
 
 def random_map(rng, number):
-    """Draws a top and a step of 0.003 .. 5 in its own time, either way."""
+    """Draw a top and a step of 0.003 .. 5 in its own units of time, of either sign."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

@@ -1,13 +1,14 @@
-"""Which motions a Kowalewski top has at an energy and a vertical momentum: the critical values of
-its integral K, where tori come together or end.
+"""The motions of a Kowalewski top at given energy and vertical momentum.
+
+They are classified by the critical values of the integral K, at which tori merge or end.
 
 With moments 2 : 2 : 1, of which the equal ones are 2 here, and mass gravity |com| = 1, let h be the
-energy and g = <m, e3> / sqrt(2). Critical are
+energy and g = <m, e3> / sqrt(2). The critical values are
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-as far as K is met at all: not below the second where h < g^2, and never below 0. The curves in the
-plane of g and h along which these change places divide it into ten regions.
+as far as K attains them: not below the second where h < g^2, and never below 0. The curves in the
+plane of g and h along which their order changes divide it into ten regions.
 
 Sources: M. P. Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
 A. V. Bolsinov, P. H. Richter, A. T. Fomenko, Sb. Math. 191 (2000) 151; the ten sections are those
@@ -33,13 +34,15 @@ REGIONS = (  # one (g, h) of each
 
 
 def vertical_momentum(g):
-    """Gives <m, e3> of the body."""
+    """Return <m, e3> of the body."""
     return np.sqrt(2.0) * g
 
 
 def critical_values(g, h):
-    """Gives the critical values of K that are met, upwards, each with the number of its line
-    above."""
+    """Return the critical values of K that are attained, ascending.
+
+    Each value comes with the number of its line above.
+    """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []
     if g * g / 2.0 - 1.0 <= h and 2.0 * g * g * (h - g * g) <= 1.0:
@@ -52,7 +55,7 @@ def critical_values(g, h):
 
 
 def region_borders(greatest):
-    """Gives the curves between the regions, each (g, h), up to this g."""
+    """Return the curves between the regions, each as (g, h), up to g = `greatest`."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
     kept = g**2 > 1e-2

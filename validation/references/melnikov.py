@@ -1,7 +1,6 @@
-"""The layer of chaos along the separatrix of an upright Lagrange top whose equal moments are made
-unequal by a little: what theory says of it.
+"""The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
 
-A top that spins too slowly to sleep falls from the upright, swings and comes back to it. With
+A Lagrange top that spins too slowly to sleep falls from the upright, swings and returns to it. With
 moments I1 / (1 - e), I1 / (1 + e), I3 the axial momentum c changes by dc/dt = 2 e M1 M2 / I1, in a
 swing by
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
@@ -20,10 +19,10 @@ from math import acos, cos, sin, sqrt
 import kreisel as kr
 import numpy as np
 
-I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass gravity |com| is 1; it sleeps from <m, e3> = 2 on
-ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # from the upright [T^-1]
-TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # of the body under the apex there [T^-1]
-LONG, POINTS = 18.0, 6001  # of the way back to the upright, in times of escape
+I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass gravity |com| is 1; the top sleeps for <m, e3> >= 2
+ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # rate of escape from the upright [T^-1]
+TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # rate of the body under the apex there [T^-1]
+LONG, POINTS = 18.0, 6001  # duration of the return to the upright in escape times; points
 PUSH, PUSHES = 1e-5, 16  # momentum across the upright, and its directions
 
 
@@ -32,7 +31,7 @@ def make_body(e):
 
 
 def lowest_scene():
-    """Gives the scene at the lowest point of the separatrix."""
+    """Return the scene at the lowest point of the separatrix."""
     tilt = acos(VERTICAL**2 / (2.0 * I1) - 1.0)
     across = VERTICAL * sin(tilt) / (1.0 + cos(tilt))
     attitude = (cos(tilt / 2.0), sin(tilt / 2.0), 0.0, 0.0)
@@ -41,20 +40,22 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Gives A. The way to the lowest point is the one from there, mirrored."""
+    """Return A, by symmetry from the second half of the separatrix alone."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
 
 
 def layer_half_width():
-    """Gives half the width of the layer in c, for each unit of e."""
+    """Return half the width of the layer in c, per unit of e."""
     return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 
 def measure_swings(e, n):
-    """Gives of n swings of some tops that were pushed from the upright: the spin angle at their
-    lowest points, and the axial momentum at the highest ones before, (tops, n) and (tops, n + 1).
+    """Return spin angles at lowest points and axial momenta at the highest points before them.
+
+    The tops are pushed from the upright and make n swings each; the shapes are (tops, n) and (tops,
+    n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)
@@ -64,7 +65,7 @@ def measure_swings(e, n):
         values.reshape(PUSHES, -1)
         for values in (section.spin_angle, section.axial_momentum, section.nutation)
     )
-    first = (tilt[:, 0] > tilt[:, 1]).astype(int)  # the highest point that comes first
+    first = (tilt[:, 0] > tilt[:, 1]).astype(int)  # index of the first highest point
     at = first[:, None] + 2 * np.arange(n + 1)
     high = np.take_along_axis(axial, at, axis=1)
     return np.take_along_axis(spin, at[:, :-1] + 1, axis=1), high

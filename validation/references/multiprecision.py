@@ -1,7 +1,8 @@
-"""The attitudes of any top without damping with 60 digits, by one compiled integrator of heyoka:
-the truth of what has 30 digits itself. It takes a scene's doubles as what they are, as kreisel
-does: the attitude is a rotation whatever its length, and the moments are those of the principal
-axes.
+"""Attitudes of any undamped top with 60 digits, by one compiled integrator of heyoka.
+
+They are the reference for runs that have 30 digits themselves. As in kreisel, the doubles of a
+scene are exact: the attitude is a rotation whatever its length, and the moments are those about the
+principal axes.
 """
 
 import heyoka as hy
@@ -34,7 +35,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Gives the attitudes, principal axes -> space, at times that go one way from 0."""
+        """Return attitudes, principal axes -> space, at times that are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -61,7 +62,7 @@ def normalize(q):
 
 
 def path_attitudes(path):
-    """Those of a path, principal axes -> space, with what its doubles leave out."""
+    """Return the attitudes of a path, principal axes -> space, including their low words."""
     low = path.q_low if path.digits in (20, 30) else np.zeros_like(path.q)
     axes = to_reals(path.scene.body.axes)
     return [
@@ -71,7 +72,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Gives the angles of the rotations between attitudes [rad], small ones to all digits."""
+    """Return the angles of the rotations between attitudes [rad], accurate for small angles."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

@@ -1,5 +1,4 @@
-"""The order of a method, as its error shows it: the slope of log error over log step, in q and in
-m."""
+"""The observed order of a method: the slope of log error over log step, in q and in m."""
 
 import kreisel as kr
 import numpy as np
@@ -14,31 +13,39 @@ BODIES = {
 TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 
 
-def tilted_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
-    """Makes a tilted scene: over an upright start no torque acts, which hides an error of first
-    order."""
+def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
+    """Return a tilted scene.
+
+    No torque acts on an upright start, which would hide an error of first order.
+    """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
 def fit_slope(steps, errors, rounding):
-    """Gives the slope of log error over log step, for the eight smallest steps whose error is not
-    rounding; None for under three."""
+    """Return the slope of log error over log step, or None for fewer than three points.
+
+    The fit uses the eight smallest steps whose error exceeds rounding.
+    """
     good = np.flatnonzero(errors > 30 * rounding)[-8:]
     return np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0] if len(good) >= 3 else None
 
 
 def compute_errors(path, truth):
-    """Gives the errors in q and, relatively, in m; over several times, for at one of them an error
-    may just change its sign."""
+    """Return the error in q and the relative error in m, over several times.
+
+    A single time might be one at which an error changes its sign.
+    """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
 
 
 def measure_order(name, body):
-    """Gives the slopes in q and, unless it is kept, in m. High orders show on a fast top only: on a
-    slow one the leading term drowns in rounding before it leads."""
+    """Return the slopes in q and, unless m is conserved, in m.
+
+    High orders are measured on a fast top: on a slow one rounding hides the leading term.
+    """
     high = kr.methods[name].order > 4
-    top = tilted_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
+    top = tilt_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))
     times = np.arange(3.0 if body == "asymmetric" else 6.0)
     truth = kr.solve(top, times, method="kahan_li8", step=1 / 840)
     rounding = compute_errors(kr.solve(top, times, method="kahan_li8", step=1 / 600), truth)

@@ -1,5 +1,7 @@
-"""The scenes of problems.json, and those of a user, down to the last bit: every method and every
-truth starts from these doubles."""
+"""The scenes of problems.json and those of a user, to the last bit.
+
+Every method and every reference solution starts from these doubles.
+"""
 
 import json
 import math
@@ -10,7 +12,7 @@ import kreisel as kr
 import numpy as np
 
 PROBLEMS = Path(__file__).with_name("problems.json")
-# The report's scenes, and where they end.
+# The report's scenes and their final times.
 HORIZONS = {
     "thesis": 100.0,
     "kowalewski": 100.0,
@@ -20,7 +22,7 @@ HORIZONS = {
     "fast": 100.0,
     "strong_gravity": 100.0,
 }
-SHORT = 10.0  # the end of quick runs and of the tests
+SHORT = 10.0  # final time of quick runs and of the tests
 
 
 @dataclass(frozen=True)
@@ -32,11 +34,13 @@ class Problem:
     lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
     attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
     momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
-    user: kr.Scene | None = None  # as it was described, where that is not all
+    user: kr.Scene | None = None  # the original scene, if it holds more information
 
     def to_scene(self):
-        """Gives the top as kreisel takes it; mass and gravity are 1, so that the centre of mass is
-        the lever."""
+        """Return the top as a kreisel scene.
+
+        Mass and gravity are 1, so that the centre of mass is the lever.
+        """
         if self.user:
             return self.user
         return kr.Scene(
@@ -46,7 +50,7 @@ class Problem:
         )
 
     def to_principal_axes(self, q):
-        """Refers attitudes, as kreisel gives them, to the principal axes."""
+        """Return attitudes of kreisel, referred to the principal axes."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -55,23 +59,25 @@ class Problem:
 
     @property
     def symmetric(self):
-        """Says whether it is a Lagrange top, to the last bit."""
+        """True if the top is a Lagrange top to the last bit."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
     def rate(self):
-        """Says about how fast it turns: its angular velocity at the start, or its pendulum's
-        frequency [T^-1]."""
+        """The angular velocity at the start, or the pendulum frequency if larger [T^-1]."""
         spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
     def highest_rate(self, q, m):
-        """Says how fast the fastest of these states turns [T^-1]."""
+        """Return the largest angular velocity among the states [T^-1]."""
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
-        """Gives kinetic and potential energy of states in rows, in extended precision: what is
-        reported as an energy error is the state's own, not that of evaluating it."""
+        """Return kinetic and potential energy of states in rows, in extended precision.
+
+        Extended precision ensures that an energy error is the state's own, and not that of its
+        evaluation.
+        """
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         kinetic = (rotate_to_body(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
@@ -79,8 +85,7 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Gives |E - E0| / max (T + mass gravity |com|) of each state; the first of them is the
-        start."""
+        """Return |E - E0| / max (T + mass gravity |com|) of each state; the first is the start."""
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
         scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
@@ -91,8 +96,11 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_own_units(self):
-        """Gives the top in units in which its largest moment and its rate are about one, and these
-        two units: powers of two, so that nothing is rounded."""
+        """Return the top in its own units of moment and rate, and both units.
+
+        The largest moment and the rate are then about one. The units are powers of two, so that no
+        number is rounded.
+        """
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
         )
@@ -114,20 +122,22 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Sees vectors of space from the body: q* v q, in rows."""
+    """Return q* v q for vectors in rows, from space to body."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Sees vectors of the body from space: q v q*, in rows."""
+    """Return q v q* for vectors in rows, from body to space."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_errors(q, truth):
-    """Gives the angles of the rotations between attitudes in rows, 0 .. pi [rad]; 2 acos |w| would
-    lose half the digits."""
+    """Return the angles of the rotations between attitudes in rows, 0 .. pi [rad].
+
+    The arc tangent is used because 2 acos |w| would lose half of the digits.
+    """
     q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
     (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
     vec = a * v - b * u - np.cross(u, v)
@@ -146,7 +156,7 @@ def load_problem(name):
 
 
 def problem_of_scene(name, scene):
-    """Gives a scene of kreisel in its principal axes."""
+    """Return a kreisel scene as a problem in its principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

@@ -1,9 +1,9 @@
-"""The Lagrange and the Euler top by quadrature: a truth that shares no formula with csrc/exact,
-which uses theta functions.
+"""The Lagrange and the Euler top by quadrature in multiprecision.
 
-The height of the axis is an elliptic function of time (Jacobi's sn); the two angles of attitude are
-integrals of the third kind over it, by Carlson's R_F and R_J and whole periods. All is computed in
-mpmath, with DIGITS to spare for near-double roots.
+This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
+is an elliptic function of time (Jacobi's sn). The two angles of the attitude are integrals of the
+third kind over it, by Carlson's R_F and R_J and whole periods. DIGITS leaves room for roots that
+nearly coincide.
 """
 
 import mpmath as mp
@@ -27,7 +27,7 @@ def conjugate(q):
 
 
 def rotate(q, v):
-    """Turns v by a unit quaternion: q v q*."""
+    """Return q v q* for a unit quaternion."""
     return product(product(q, [0, *v]), conjugate(q))[1:]
 
 
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Gives the attitude whose axes are these."""
+    """Return the attitude with the body axes n, b, t."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -63,15 +63,17 @@ def attitude_of_axes(n, b, t):
 
 
 def attitude_error(truth, q):
-    """Gives the angle between a truth and a unit quaternion in doubles; more than 7 if the sign is
-    the other one."""
+    """Return the angle between a reference and a unit quaternion in doubles.
+
+    The result exceeds 7 if the quaternions have opposite signs.
+    """
     with mp.workdps(DIGITS):
         d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
         return float(2 * mp.sqrt(dot(d[1:], d[1:]))) + (10 if d[0] < 0 else 0)
 
 
 def cubic_roots(c2, c1, c0):
-    """Gives the three real roots of x^3 + c2 x^2 + c1 x + c0, ascending."""
+    """Return the three real roots of x^3 + c2 x^2 + c1 x + c0 in ascending order."""
     with mp.workdps(3 * DIGITS):
         p, q = c1 - c2**2 / 3, c2 * (2 * c2**2 - 9 * c1) / 27 + c0
         size = 2 * mp.sqrt(max(-p / 3, 0))
@@ -80,16 +82,20 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals over v = sn^2 from a start at sn^2 = v0, rising or not; x is measured in units
-    where sn has period 4 K."""
+    """Integrals over v = sn^2 from a start at sn^2 = v0, rising or falling.
+
+    The argument x is measured in units in which sn has period 4 K.
+    """
 
     def __init__(self, k2, v0, rising):
         self.k2, self.quarter, self.nome, self.known = k2, mp.ellipk(k2), mp.qfrom(m=k2), {}
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """Gives sn, cn, dn and the whole half periods n, of the start + x = x' + 2 n K with |x'| <=
-        K."""
+        """Return sn, cn and dn at start + x, and the number n of whole half periods.
+
+        The argument is reduced by start + x = x' + 2 n K with |x'| <= K.
+        """
         x += self.start
         n = int(mp.nint(x / (2 * self.quarter)))
         rest, sign = x - 2 * n * self.quarter, -1 if n % 2 else 1
@@ -97,7 +103,7 @@ class Quadrature:
         return sign * sn, sign * cn, dn, n
 
     def third(self, x, a, b):
-        """Integrates dx / (a + b sn^2) from the start to x, where a > 0 and a + b > 0."""
+        """Integrate dx / (a + b sn^2) from the start to x, where a > 0 and a + b > 0."""
 
         def incomplete(s, c, d):
             s2 = s * s
@@ -127,8 +133,11 @@ class Quadrature:
 
 
 class Lagrange:
-    """Gives (attitude, momentum) at time t. The axis of symmetry and the centre of mass lie along
-    T, lever = mass gravity com. It is for an axis that is not at rest at a pole."""
+    """The Lagrange top: a function of time that returns (attitude, momentum).
+
+    The axis of symmetry and the centre of mass lie along T; lever = mass gravity com. The axis must
+    not rest at a pole.
+    """
 
     def __init__(self, i1, i3, lever, q, m):
         with mp.workdps(DIGITS):
@@ -169,27 +178,29 @@ class Lagrange:
         (w, x, y, z), (dw, dx, dy, dz) = (
             self.q,
             product([0, *(c / 2 for c in self.m)], self.q),
-        )  # its way, if at a pole
+        )  # the direction of motion at a pole
         self.phases = [
             mp.arg(mp.mpc(w, z) or mp.mpc(dw, dz)),
             mp.arg(mp.mpc(x, y) or mp.mpc(dx, dy)),
         ]
 
     def _turn(self, x, weight, a, b, at_bottom):
-        """Integrates weight / (a + b sn^2); where the weight is zero, it counts half a turn for
-        each passage of that pole, one at the start apart."""
+        """Integrate weight / (a + b sn^2).
+
+        For a weight of zero, count half a turn for each passage of that pole, except at the start.
+        """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
         start, end = (
             y / (2 * self.curve.quarter) for y in (self.curve.start, self.curve.start + x)
         )
         if abs(a if at_bottom else a + b) > mp.mpf(10) ** (5 - DIGITS):
-            return mp.mpf(0)  # it does not reach the pole
+            return mp.mpf(0)  # the pole is not reached
         shift = mp.mpf(10) ** -10 - (0 if at_bottom else mp.mpf(1) / 2)
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
     def __call__(self, t):
-        """Holds for t = 0 too, unless the axis then passes a pole."""
+        """Return (attitude, momentum) at t; at t = 0 the axis must not pass a pole."""
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
@@ -210,7 +221,7 @@ class Lagrange:
 
 
 class Euler:
-    """The free body, of three different moments, not turning about one of its axes only."""
+    """The free body with three different moments that does not rotate about one axis only."""
 
     def __init__(self, inertia, q, m):
         with mp.workdps(DIGITS):
@@ -230,8 +241,10 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order(self, inertia, body):
-        """Puts the axes in the order 1, 2 (the middle moment), 3 (which circulates), with M3 > 0;
-        `relabel` turns these into the body's."""
+        """Order the axes as 1, 2 (the middle moment) and 3 (which circulates), with M3 > 0.
+
+        `relabel` rotates these axes into those of the body.
+        """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
         first, third = (low, high) if excess < 0 else (high, low)
@@ -254,9 +267,9 @@ class Euler:
         ]
         k2 = abs(two - one) * d3 / (abs(three - two) * d1)
         self.rate = mp.sqrt(abs(three - two) * d1 / (one * two * three))
-        self.way = 1 if three > one else -1  # M1 = cn, M2 = way sn, M3 = dn, each times its most
+        self.way = 1 if three > one else -1  # M1 = cn, M2 = way sn, M3 = dn, each times its maximum
         v = min(1, (body[1] / self.most[1]) ** 2)
-        self.turned = body[0] < 0  # half a period further: M1, M2 -> -M1, -M2
+        self.turned = body[0] < 0  # shift by half a period: M1, M2 -> -M1, -M2
         sign = -1 if self.turned else 1
         self.curve = Quadrature(k2, v, sign * self.way * body[1] >= 0)
         self.base = self.size / three
@@ -265,8 +278,10 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """Gives the attitude that has the momentum along e3, up to a first turn about e3; how far
-        it precessed; and M."""
+        """Return an attitude with the momentum along e3 and half of the precession angle.
+
+        The attitude is defined up to a first rotation about e3.
+        """
         x = self.rate * mp.mpf(t)
         sn, cn, dn, n = self.curve.functions(x)
         even = -1 if n % 2 else 1

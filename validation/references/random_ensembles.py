@@ -1,7 +1,7 @@
-"""Many random tops of one body, whose momenta scatter about that of a scene of the report; where
-they are in the end, in 30 digits; and how far a rounding of the start moves that.
+"""Random tops of one body, with reference attitudes at the end and their conditioning.
 
-The k-th top depends on the seed and k alone: more tops begin with the same.
+The momenta scatter about that of a scene of the report. The k-th top depends on the seed and k
+alone, so larger ensembles start with the same tops.
 """
 
 from dataclasses import dataclass, replace
@@ -19,11 +19,11 @@ ROUNDING = 2.0**-53
 
 @dataclass(frozen=True)
 class TopEnsemble:
-    """Tops that have a body, an attitude and gravity in common."""
+    """Tops that share a body, an attitude and gravity."""
 
     problem: Problem
     momenta: np.ndarray  # (n, 3) about the fixed point, seen from space [M L^2 T^-1]
-    end: float  # when they are looked at [T]
+    end: float  # final time [T]
 
     def __len__(self):
         return len(self.momenta)
@@ -36,14 +36,14 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """Gives unit attitudes and angular velocities in the body, (n, 7), for the peers."""
+        """Unit attitudes and body angular velocities, (n, 7), for the peers."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
         return np.concatenate((q, velocity), axis=1).astype(float)
 
     def ensemble(self):
-        """Gives the tops as kreisel takes them."""
+        """Return the tops as a kreisel ensemble."""
         scene = self.problem.to_scene()
         return kr.Ensemble(
             scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
@@ -57,19 +57,21 @@ def draw_tops(kind, n, end=END):
 
 
 def solve_end(scene, end, digits):
-    """Gives the attitude at the end, with what its doubles leave out."""
+    """Return the attitude at the end, including the low words."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 
 
 def compute_truths(tops):
-    """Gives the attitudes of the tops at the end, (n, 4)."""
+    """Return the attitudes of the tops at the end with 30 digits, (n, 4)."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
 def compute_conditioning(tops):
-    """Gives by what angle roundings of the start move the end of each top [rad]: what one in
-    doubles may be off by, and more so the more chaotic it is."""
+    """Return the angle by which roundings of the start move the end of each top [rad].
+
+    A run in doubles may have this error; it is larger the more chaotic the top.
+    """
 
     def of(scene):
         path = kr.solve(scene, [tops.end], digits=20, tangents="start")

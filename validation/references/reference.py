@@ -1,10 +1,13 @@
-"""The truths, by heyoka in 128 bit; those of the report's scenes are kept in reference.json by
-`python -m validation.references.reference`.
+"""Reference solutions by heyoka in 128-bit arithmetic.
 
-Each is computed in several ways that share as little as can be: two forms of the equations, in 128
-and in 80 bit; how far they part says how far to trust it. Beside it stands its conditioning: how
-far the attitude moves when all the data - momentum, attitude, moments, lever - move by one rounding
-of a double, which no method in doubles can be expected to beat.
+Those of the report's scenes are stored in reference.json by `python -m
+validation.references.reference`.
+
+Each solution is computed in several ways that share as little as possible: two forms of the
+equations, in 128 and in 80 bits. Their difference shows how far to trust the result. The
+conditioning is stored with the solution. It is the angle by which the attitude moves when all data
+(momentum, attitude, moments, lever) change by one rounding of a double. No method in doubles can be
+expected to do better.
 """
 
 import argparse
@@ -25,19 +28,19 @@ from .quadrature import Euler, Lagrange
 FILE = Path(__file__).with_name("reference.json")
 DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
-# For what need not be the truth itself.
+# The second precision, for checks of the truth.
 FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
-# By how many roundings data are moved, so that each precision resolves what comes of it.
+# Perturbations in roundings, large enough for each precision to resolve their effect.
 NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
-LOOKS = 16  # at the conditioning on the way: errors made there are carried on too
-FEW = 4  # looks at the conditioning on the way of a closed form
-LONG = 600.0  # beyond this angle 128 bit take longer than about a second [rad]
+LOOKS = 16  # times at which the conditioning is evaluated: errors made there grow too
+FEW = 4  # the same for a closed form
+LONG = 600.0  # beyond this angle 128-bit arithmetic takes more than about a second [rad]
 
 
 @cache
 def build_integrator(fp):
-    """Compiles one integrator in each precision, for every top."""
+    """Compile one integrator per precision, which serves every top."""
     zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
     return hy.taylor_adaptive(
         equations.build_general_system(fp),
@@ -50,8 +53,11 @@ def build_integrator(fp):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Gives attitude and momentum from the variables at t; `symmetric` left out the turn about the
-    axis, which is uniform."""
+    """Return attitude and body momentum from the variables of `form` at time `t`.
+
+    The form `symmetric` leaves out the rotation about the axis, which is uniform and is restored
+    here.
+    """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
     if form == "momentum":
@@ -65,13 +71,16 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Gives the sphere under the torque of a Lagrange top, whose axis it moves alike."""
+    """Return the sphere under the torque of a Lagrange top, whose axis moves as the top's."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
-    """Gives attitude and angular momentum in the body at the times, as mpmath numbers. Forms:
-    velocity, momentum; symmetric for Lagrange tops, a sphere under the torque of the top."""
+    """Return attitude and body momentum at the times, as mpmath numbers.
+
+    The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
+    torque of the top.
+    """
     own, moment, rate = problem.scale_to_own_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
@@ -95,7 +104,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
 
 
 def rotation_angle(p, q):
-    """Gives the angle of the rotation between two attitudes [rad], in many digits."""
+    """Return the angle of the rotation between two attitudes [rad], in multiprecision."""
     with mp.workdps(DIGITS):
         turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
         return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
@@ -120,8 +129,10 @@ def energy_error(problem, state):
 
 
 def perturb_data(problem, nudge):
-    """Gives the top with its data moved by a few roundings, one after the other; a symmetric one
-    stays symmetric."""
+    """Yield the top with one of its data changed by `nudge` roundings, for each datum in turn.
+
+    A symmetric top stays symmetric.
+    """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
         for word in ("momentum", "inertia", "lever"):
@@ -142,8 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Says by what angle one rounding of each of the data moves the attitude, at each time
-    [rad]."""
+    """Return the angle by which one rounding of each datum moves the attitude, at each time [rad]."""
     own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -155,7 +165,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Says the same of any top, by derivatives that ride along with one run of 20 digits."""
+    """Return the conditioning of any top from the tangents of one run with 20 digits [rad]."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -163,14 +173,17 @@ def conditioning_by_tangents(problem, times):
         [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
     )
     moved = turns * data
-    if problem.symmetric:  # and stays so
+    if problem.symmetric:  # keep the moments equal
         moved[:, :, 6] += moved[:, :, 7]
         moved[:, :, 7] = 0.0
     return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
 
 
 def compute_truth(problem, end):
-    """Gives the truth of any scene in about a second: where 128 bit would take longer, in 80."""
+    """Return the reference solution of any scene within about a second.
+
+    The solution has 128 bits, or 80 where 128 would take longer.
+    """
     form = "symmetric" if problem.symmetric else "velocity"
     fast = equivalent_sphere(problem).rate if problem.symmetric else problem.rate
     brief = fast * end < LONG
@@ -188,8 +201,10 @@ def compute_truth(problem, end):
 
 
 def truth_by_quadrature(problem, end):
-    """Gives the truth of a Lagrange or Euler top at any time, by quadrature in many digits, and how
-    far its roundings move it."""
+    """Return the reference solution of a Lagrange or Euler top at any time, with its conditioning.
+
+    It is computed by quadrature in multiprecision.
+    """
 
     def state(top, t):
         start = equations.start_state(top, "momentum")
@@ -219,13 +234,13 @@ def truth_by_quadrature(problem, end):
 
 
 def rotate_vector(q, v):
-    """Turns v by a unit quaternion, q v q*, in many digits."""
+    """Return q v q* for a unit quaternion, in multiprecision."""
     with mp.workdps(DIGITS):
         return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
 
 
 def compare_computations(problem, end, kept):
-    """Gives the angle [rad] between the truth and each other way to compute it."""
+    """Yield the name and the angle [rad] to the truth of each other way to compute it."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -256,8 +271,8 @@ def compare_computations(problem, end, kept):
                 )
 
 
-def compute_stored_entry(problem, times):
-    """Gives the truth by time, with what shows how good it is."""
+def compute_entry(problem, times):
+    """Return the reference solutions by time, with the numbers that show their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)
@@ -274,12 +289,12 @@ def compute_stored_entry(problem, times):
 
 
 def load_truth(name, t):
-    """Gives the truth of a scene at a time that reference.json holds."""
+    """Return the reference solution of a scene at a time stored in reference.json."""
     return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
 
 
 def truth_of(problem, end):
-    """Gives the truth of a scene of the report, as it is kept, or of any other, computed now."""
+    """Return the reference solution: stored for scenes of the report, else computed."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]
@@ -293,8 +308,7 @@ def main(argv=None):
         prog="python -m validation.references.reference", description=__doc__
     ).parse_args(argv)
     truths = {
-        name: compute_stored_entry(load_problem(name), [SHORT, end])
-        for name, end in HORIZONS.items()
+        name: compute_entry(load_problem(name), [SHORT, end]) for name, end in HORIZONS.items()
     }
     about = {
         "command": "python -m validation.references.reference",

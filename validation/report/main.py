@@ -1,4 +1,4 @@
-"""Accuracy, speed and stability of every method: a page and its tables, made of the parts.
+"""Accuracy, speed and stability of every method: a page and its tables.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
@@ -19,7 +19,7 @@ from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scen
 from . import page
 from .contents import PARTS
 
-TURNS = 16  # to which a user's own scene is run
+TURNS = 16  # for scenes of a user
 OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.accepts_user_scenes)
 
 
@@ -27,34 +27,34 @@ def parse_parts(names):
     known = {part.name: part for part in PARTS}
     for name in names.split(","):
         if name not in known:
-            raise argparse.ArgumentTypeError(f"{name!r} is none of {', '.join(known)}")
+            raise argparse.ArgumentTypeError(f"unknown part {name!r}; parts are {', '.join(known)}")
     return [known[name] for name in names.split(",")]
 
 
 def make_parser():
-    """Gives the parser, and the group of options of which only one may be given."""
+    """Return the parser, and its group of mutually exclusive options."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",
         nargs="*",
         type=Path,
         metavar="scene.toml",
-        help=f"your own scenes, to about {TURNS} turns; without: those of the report",
+        help=f"scenes to run for about {TURNS} turns instead of those of the report",
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("report"), help="the folder to write to (default: report)"
+        "--out", type=Path, default=Path("report"), help="output folder (default: report)"
     )
     names = ", ".join(part.name for part in PARTS)
     parser.add_argument(
         "--only",
         type=parse_parts,
         metavar="PART[,...]",
-        help=f"of {names} (default: all; for your own scenes {OF_OWN_SCENES})",
+        help=f"parts among {names} (default: all; for your own scenes {OF_OWN_SCENES})",
     )
     size = parser.add_mutually_exclusive_group()
     for name, text in (
-        ("quick", f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote"),
-        ("full", "as long as it takes"),
+        ("quick", f"few settings, to t = {SHORT:g}: a test of the report, not for quotation"),
+        ("full", "all settings without a time limit"),
     ):
         size.add_argument(f"--{name}", action="store_const", dest="budget", const=name, help=text)
     parser.set_defaults(budget="default")
@@ -62,7 +62,7 @@ def make_parser():
 
 
 class LineProgress(Progress):
-    """The progress where no terminal shows a bar: a line for each tenth of the work."""
+    """The progress without a terminal: a line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Gives each problem with where it ends: those of the files, or those of the report."""
+    """Return each problem with its end: those of the files, or those of the report."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
@@ -94,19 +94,18 @@ def load_problems(files, budget):
     for file, problem in zip(files, problems, strict=True):
         if not problem.rate:
             raise ValueError(
-                f"{file}: this top rests for ever: it has neither angular momentum nor weight; "
-                "give it one of them"
+                f"{file}: this top rests forever because it has neither angular momentum nor "
+                "weight; give it one of them"
             )
         if names.count(problem.name) > 1:
             raise ValueError(
-                f"{file}: there are two scenes of the name {problem.name!r}; the report calls them "
-                "by their files' names"
+                f"{file}: two scenes have the name {problem.name!r}; rename one of the files"
             )
     return [(problem, TURNS * turn_length(problem)) for problem in problems]
 
 
 def run_parts(out, problems, parts, budget, console):
-    """Makes the findings of the parts; gives the store that keeps them, and what is missing."""
+    """Run the tasks of the parts; return the store with the findings, and what is missing."""
     own = [problem for problem, _ in problems if problem.user]
     store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
     tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
@@ -115,7 +114,7 @@ def run_parts(out, problems, parts, budget, console):
 
 
 def write_report(out, findings, about):
-    """Writes the page and the tables; gives the names of the files."""
+    """Write the page and the tables; return the names of the files."""
     texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
         texts |= dict(part.list_files(found, about))
@@ -133,7 +132,7 @@ def print_summary(console, findings):
 
 
 def make_report(asked):
-    """Makes the report that the command line asks for; the code to exit with."""
+    """Make the report for the parsed options and return the exit code."""
     console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
         problems = load_problems(asked.scenes, budget)

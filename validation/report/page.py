@@ -1,4 +1,4 @@
-"""The page: for somebody who has not read the thesis. It shows the parts that found something."""
+"""The page, for readers who do not know the thesis, with the parts that have findings."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Gives a template of the report, of a part, or of another folder."""
+    """Return a template of the report, of a part, or of another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -29,13 +29,13 @@ def load_template(name, *folders):
 
 
 def render_section(part, found, about):
-    """Makes the section of a part."""
+    """Return the section of a part."""
     body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
     return {"part": part, "conclusion": part.conclude(found), "body": body}
 
 
 def describe_methods(ran):
-    """Gives name, order, what it is and where it comes from, for each that ran."""
+    """Yield name, order, description and reference of each method that ran."""
     for name, method in kr.methods.items():
         if name in ran:
             yield {
@@ -55,7 +55,7 @@ def describe_methods(ran):
 
 
 def render_page(findings, about):
-    """Makes the page of (part, what it found) of each part."""
+    """Return the page of all parts with findings."""
     ran = {name for part, found in findings for name in part.list_methods(found)}
     return load_template("report.html").render(
         about=about,

@@ -1,4 +1,4 @@
-"""The picture of the page in README.md, taken by Debian's chromium.
+"""The picture of the interactive page in README.md, taken with Debian's chromium.
 
 python -m validation.report.page_picture [validation/report/page.png]
 """
@@ -21,7 +21,9 @@ def take_picture(target=TARGET):
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=SOFTWARE
         )
-        page = browser.new_page(viewport=SIZE, reduced_motion="reduce")  # it waits
+        page = browser.new_page(
+            viewport=SIZE, reduced_motion="reduce"
+        )  # the page does not start by itself
         page.goto(PAGE.as_uri())
         while not page.evaluate("!!window.kreisel"):
             page.wait_for_timeout(50)

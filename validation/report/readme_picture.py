@@ -1,5 +1,4 @@
-"""The picture of README.md: where the thesis' top goes, and where bobenko_suris, in steps of 0.4,
-takes it.
+"""The picture in README.md: the motion of the thesis' top, and bobenko_suris with steps of 0.4.
 
 python -m validation.report.readme_picture [validation/report/picture.svg]
 """

@@ -1,9 +1,9 @@
-"""The picture of sections in README.md: order, chaos about it, and what is left of order.
+"""The picture of sections in README.md: order, chaos, and the remains of order.
 
-Tops of one body, energy and vertical momentum leave a point at every lowest place of the apex, a
-colour for each top; from one chart to the next only gravity is stronger.
+Tops of one body, energy and vertical momentum leave a point at every lowest position of the apex,
+with a colour for each top. Gravity increases from panel to panel.
 
-python -m validation.report.section_picture [validation/report/section.png]
+    python -m validation.report.section_picture [validation/report/section.png]
 """
 
 import sys
@@ -19,7 +19,7 @@ TARGET = Path(__file__).with_name("section.png")
 
 
 def compute_sections(tops=80, points=800):
-    """Gives the section of so many tops, by gravity."""
+    """Return the sections of the tops, by gravity."""
     found = {}
     for gravity in GRAVITIES:
         starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)

@@ -1,5 +1,7 @@
-"""How many of random tops a rule calls chaotic: MEGNO above a bound at t = 1000. Of those that are
-integrable none may be; of the asymmetric scene's body most are.
+"""The fraction of random tops that MEGNO calls chaotic above a bound at t = 1000.
+
+Conclusion: with a bound of 8 no integrable top is called chaotic, and most tops with the body of
+the asymmetric scene are.
 
     python -m validation.studies.chaos_fraction TOPS --seed 0 --tol 1e-9
 """
@@ -25,7 +27,7 @@ BODIES = {
 
 
 def draw_tops(name: str, n: int, seed: int) -> kr.Ensemble:
-    """Any attitude, and momenta of which some are slow and some fast."""
+    """Return tops with random attitudes and slow and fast momenta."""
     rng = np.random.default_rng(seed)
     q = rng.standard_normal((n, 4))
     m = rng.standard_normal((n, 3)) * rng.uniform(0.2, 3.0, (n, 1))

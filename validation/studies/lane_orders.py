@@ -1,8 +1,13 @@
-"""Taylor series in lanes: python -m validation.studies.lane_orders [orders isas]
+"""Order and tolerance of the Taylor series in SIMD lanes.
 
-The orders and tolerances that csrc/ensemble/fleet.c chooses rest on the time and error of each,
-beside the errors of single tops at the same tolerance. The truth has 20 digits. All runs are timed
-from C in one process, in turn, on one thread.
+Conclusion: the table in csrc/ensemble/fleet.c gives the fastest order whose error does not exceed
+that of single tops at the same tolerance.
+
+    python -m validation.studies.lane_orders [orders isas]
+
+Time and error of each order and tolerance are compared with the errors of single tops at the same
+tolerance. The reference has 20 digits. All runs are timed from C in one process, in turn, on one
+thread.
 """
 
 import argparse
@@ -22,7 +27,7 @@ ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
 def draw_families():
-    """Makes tops of four families, each with the time to which they are moved."""
+    """Yield tops of four families, with their final times."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
@@ -50,7 +55,7 @@ class LaneRunner:
         return names
 
     def run(self, scenes, t, log2_tol, order=0, isa=0):
-        """Makes a call that moves all scenes to t, and gives their attitudes there."""
+        """Return a call that moves all scenes to `t` and returns their attitudes."""
         out, steps = np.empty((len(scenes), 8)), ctypes.c_int64()
         blocks = b"".join(scene._block for scene in scenes)
 
@@ -71,12 +76,12 @@ def solve_states(scenes, t, **words):
 
 
 def error_quantiles(q, truth):
-    """Gives the median error and that which nine of ten are below [rad]."""
+    """Return the median and the 90 % quantile of the errors [rad]."""
     return np.quantile(kr.attitude_error(q, truth), (0.5, 0.9))
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Finds by how much the tolerance has to be lowered for errors of at most this."""
+    """Return how far the tolerance has to be lowered for errors of at most `most`, or None."""
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
         found = error_quantiles(run(), truth)

@@ -1,8 +1,13 @@
-"""What a step of the Taylor series takes on other processors: python -m validation.studies.processors
+"""The cost of a step of the Taylor series on other processors.
 
-A processor with fewer vectors is this one, which leaves its own unused. The last row is for what
-the library saves: where there is no AVX2 its kernels of 20 and 30 digits are small before fast. The
-least time of the processor over all rounds counts. It prints the table of README.md.
+Conclusion: the library carries kernels for AVX2 and AVX-512; the baseline kernels of 20 and 30
+digits are optimized for size.
+
+    python -m validation.studies.processors
+
+A processor with narrower vectors is simulated by leaving wider ones unused. The last row shows the
+cost of optimizing the baseline kernels for size. The least processor time over all rounds counts.
+The output is the table of README.md.
 """
 
 import argparse
@@ -25,7 +30,7 @@ NAMES = {
 
 
 def list_libraries():
-    """Yields the kernels of each row: its name, the library, and their number in there."""
+    """Yield name, library and index of the kernels of each row."""
     all_here = TaylorKernels()
     yield from ((name, all_here, isa) for isa, name in enumerate(all_here.isas))
     yield "plain", TaylorKernels(plain=True), 0
@@ -33,7 +38,7 @@ def list_libraries():
 
 
 def time_call(call, least=2e-3):
-    """Measures a call, repeated until it fills so many seconds of the processor."""
+    """Return the processor time of a call, repeated for at least `least` seconds."""
     number, begin = 0, process_time()
     while (spent := process_time() - begin) < least:
         call()

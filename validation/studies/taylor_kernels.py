@@ -1,5 +1,7 @@
-"""The Taylor method with a kernel, a tolerance and numbers of terms that users cannot choose:
-taylor_kernels.c, compiled here."""
+"""The Taylor method with kernels, tolerances and numbers of terms that users cannot choose.
+
+It compiles taylor_kernels.c with the core.
+"""
 
 import ctypes
 import tempfile
@@ -14,9 +16,12 @@ TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
 def compile_library(folder, terms, plain, alone):
-    """Compiles all instruction sets; or the portable kernel alone; or that of every x86_64 alone,
-    fast before small; or, with other numbers of terms (head and last for 20 digits, for 30), the
-    widest alone."""
+    """Compile the kernels.
+
+    By default all instruction sets are compiled. `plain` compiles the portable kernel alone,
+    `alone` that of every x86_64, optimized for speed, and `terms` (head and last for 20 digits, for
+    30) the widest alone with other numbers of terms.
+    """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
         return compile_core(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
@@ -26,7 +31,7 @@ def compile_library(folder, terms, plain, alone):
 
 
 def read_list(give):
-    """Gives what the core lists, up to its end."""
+    """Return the items that the core lists, up to the end of the list."""
     found = []
     while this := give(len(found)):
         found.append(this)
@@ -42,8 +47,10 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Makes a call that solves, and gives the state at t and what it leaves out; `steps` gets
-        how many it took."""
+        """Return a call that solves and returns the state at `t` with its low words.
+
+        `steps` receives the number of steps.
+        """
         out = np.zeros((2, 8))
         arguments = (
             ctypes.c_char_p(block),

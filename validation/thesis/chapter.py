@@ -26,7 +26,7 @@ from .trajectories import HALF, IMPROVED, SCENE, Trajectory, compute_frame_error
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"
-INTERVALS = (0.2, 0.1, 0.01)  # for which a frame is frozen (3.4)
+INTERVALS = (0.2, 0.1, 0.01)  # in which the frame rotates uniformly (3.4)
 FORMS = {
     "extrap": ("rest frame (extrap)", BLUE, "o-"),
     "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
@@ -52,7 +52,7 @@ ERRATA = (  # 1 .. 15
 
 @dataclass(frozen=True)
 class ExperimentResults:
-    """All that is run."""
+    """The results of all experiments."""
 
     four: experiments.FourTops
     failing: experiments.FourTops
@@ -136,7 +136,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Computes the errata, by number."""
+    """Return the errata, by number."""
     return [made() for made in ERRATA]
 
 
@@ -150,7 +150,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Gives the units of 4.2.1 for the cuboid: text and truth."""
+    """Return the units of 4.2.1 for the cuboid: text and truth."""
     units = kr.scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
@@ -170,8 +170,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Tells with what machine it was made, and how far the truth of experiment 6.2 is from extrap
-    at its tightest."""
+    """Return the machine, and the distance of the truth of experiment 6.2 from extrap."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

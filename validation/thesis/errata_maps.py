@@ -9,7 +9,7 @@ from .trajectories import HALF, SCENE, solve_theorem42, solve_truth
 
 UNITS = kr.scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
-# It is tilted by 0.6 rad, for over an upright start no torque acts.
+# Tilted by 0.6 rad, because no torque acts on an upright start.
 TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))
 STEP, END = 0.02, 20.0
 
@@ -66,8 +66,10 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Gives I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss'
-    rule, which is exact here."""
+    """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss' rule.
+
+    The rule is exact here.
+    """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
@@ -87,7 +89,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Gives the scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
+    """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight times lever p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), made_up=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
@@ -134,7 +136,7 @@ def unit_of_momentum():
 
 
 def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Gives the order of the attitude error in the step."""
+    """Return the order of the attitude error in the step."""
     errors = [
         attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
     ]

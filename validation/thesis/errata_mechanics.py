@@ -51,7 +51,7 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Gives Phi and its change, the frame and its change, along the thesis' top."""
+    """Return Phi and its derivative, and the frame and its derivative, along the thesis' top."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
     before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
@@ -115,8 +115,10 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Gives the action of the thesis' top that hangs at rest, swung out by angle sin(pi t / end),
-    less that of rest, per size of its terms."""
+    """Return the relative action of a swing of the hanging top, less that of rest.
+
+    The angle is `angle` sin(pi t / end), and the action is divided by the size of its terms.
+    """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n
     speed = angle * np.pi / end * np.cos(phase)

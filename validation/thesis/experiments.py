@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and what is measured in each."""
+"""The experiments of chapter 6, and their measurements."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,8 +30,10 @@ def time_grid(step, end):
 
 @dataclass(frozen=True)
 class FourTops:
-    """The four tops (6.1.1): Bobenko-Suris red with eps1 and blue with eps2, Extrap yellow and
-    green; and the true one. All are known at multiples of eps2."""
+    """The four tops (6.1.1) and the true one, at multiples of eps2.
+
+    Bobenko-Suris is red with eps1 and blue with eps2; Extrap is yellow and green.
+    """
 
     scene: kr.Scene
     eps1: float
@@ -49,8 +51,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """Gives the frame errors, against the truth and as the text has them: between two of its
-        own courses."""
+        """The frame errors against the truth and, as in the text, between two of its trajectories."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -59,20 +60,22 @@ class FourTops:
         }
 
     def until(self, name, t):
-        """Gives the largest frame error up to t."""
+        """Return the largest frame error up to t."""
         return largest_until(self.t, self.L[name], t)
 
     @cached_property
     def term(self):
-        """Gives what 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in
-        scaled units, less its start."""
+        """The energy error of the blue top according to 6.1.4.
+
+        It is -I1 eps2/2 <a x m, p> in scaled units, less its value at the start.
+        """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
         return -(term - term[0])
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Makes experiment 6.1, or the failing one."""
+    """Run experiment 6.1, or the failing one."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -88,7 +91,7 @@ def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
 
 
 def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
-    """Gives Extrap's largest frame error of experiment 6.1 with looser tolerances."""
+    """Return the largest frame error of Extrap in experiment 6.1 with looser tolerances."""
     true = solve_truth(SCENE, time_grid(0.2, end))
     return {
         tol: float(compute_frame_error(solve_with_restarts(SCENE, 0.2, end, tol), true).max())
@@ -97,13 +100,15 @@ def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
 
 
 def run_failing():
-    """Makes the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
+    """Run the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
     return run_four_tops(FAILING, 20.0)
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Measures how the error grows with the term (6.1.5): (gravity, size of m, largest |term|,
-    largest L) over a range of both."""
+    """Return the growth of the error with the term (6.1.5).
+
+    The rows are (gravity, factor of m, largest |term|, largest L) over a range of both.
+    """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
         for factor in (0.5, 1.0, 2.0, 4.0):
@@ -122,15 +127,15 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Experiment 6.2: states every five units; all against the truth."""
+    """Experiment 6.2: states every five units, all compared with the truth."""
 
     red: Trajectory
     blue: Trajectory
     green: Trajectory
     equal: Trajectory
     true: Trajectory
-    seconds: dict  # of five units, by Bobenko-Suris in 166 sub-steps and by Extrap
-    substeps: int  # that Bobenko-Suris makes in the time of Extrap, here and today
+    seconds: dict  # per five units, for Bobenko-Suris with 166 sub-steps and Extrap
+    substeps: int  # of Bobenko-Suris in the time of Extrap on this machine
     improved: dict = field(default_factory=dict)
 
     @property
@@ -150,12 +155,12 @@ class EqualTime:
         return errors | {"BS text": compute_frame_error(self.blue, self.red)}
 
     def until(self, name, t):
-        """Gives the largest frame error up to t."""
+        """Return the largest frame error up to t."""
         return largest_until(self.t, self.L[name], t)
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Goes by theorem 4.2, or by a method of kreisel."""
+    """Solve with theorem 4.2 or with a method of kreisel."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)
@@ -165,8 +170,10 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Gives the seconds of Bobenko-Suris in 166 sub-steps and of Extrap, without what Python takes
-    for a call: the best of the rounds."""
+    """Return the seconds of Bobenko-Suris with 166 sub-steps and of Extrap.
+
+    They exclude the overhead of a Python call. The best of the rounds counts.
+    """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
     ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
@@ -196,8 +203,10 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Says when Extrap's frame error first exceeds that of Bobenko-Suris, by tolerance; None for
-    never; and its last error."""
+    """Return by tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
+
+    Each row is (tolerance, time or None, last error).
+    """
     end, rows = timed.t[-1], []
     for tol in tolerances:
         green = (
@@ -213,7 +222,7 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations:
-    """Experiment 6.3: as many evaluations, hence Bobenko-Suris with a quarter of the step."""
+    """Experiment 6.3: equal evaluations, hence Bobenko-Suris with a quarter of the step."""
 
     eps2: float
     rk4: Trajectory
@@ -233,7 +242,7 @@ class EqualEvaluations:
 
 
 def run_equal_evaluations(end=30.0):
-    """Makes experiment 6.3, by eps2."""
+    """Run experiment 6.3, by eps2."""
     return {
         h: EqualEvaluations(
             h,
@@ -246,8 +255,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Gives Extrap's largest frame error of experiment 6.2 to t = 1000, by the first step in each
-    interval (6.2.1)."""
+    """Return Extrap's largest frame error of experiment 6.2 to t = 1000, by first step (6.2.1)."""
     times = timed.t[timed.t <= end]
     true = solve_truth(SCENE, times)
     return {

@@ -1,4 +1,4 @@
-"""The figures of chapter 5, drawn again."""
+"""The figures of chapter 5, redrawn."""
 
 import kreisel as kr
 import numpy as np
@@ -16,7 +16,7 @@ TOPS = ("red", "blue", "yellow", "green")
 
 
 def cuboid_dimensions(kind, half=0.8):
-    """Gives the quader coordinates, and the fixed point seen from the centre."""
+    """Return the half sides, and the fixed point seen from the centre."""
     return (STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2)
 
 
@@ -133,7 +133,7 @@ def draw_picture(four, t):
 
 
 def tabulate_integrals(four):
-    """Gives what the tab showed: the values at the end, and how far they have gone."""
+    """Yield the table of the tab: the values at the end, and their changes."""
     yield "top", "<m, p>", "<m, a>", "E"
     for name in TOPS:
         top = getattr(four, name)

@@ -1,5 +1,8 @@
-"""The figures of chapter 6, drawn again: left as the thesis has them, right on a logarithmic scale
-with the truth's verdict on more methods, where that tells more."""
+"""The figures of chapter 6, redrawn.
+
+The left panel is as in the thesis. The right one has a logarithmic scale, the truth and more
+methods, where that is informative.
+"""
 
 import numpy as np
 
@@ -20,7 +23,7 @@ def cut_at(t, values, end):
 
 
 def draw_geodesic():
-    """Draws the sketch 6.5."""
+    """Draw the sketch of figure 6.5."""
     return Figure(
         "6.5",
         "L(E) is the length of the geodesic from E to N",
@@ -47,8 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draws running maxima: as logarithms the moments where an error passes through zero would hide
-    it."""
+    """Draw running maxima, because zeros of an error would hide it on a logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

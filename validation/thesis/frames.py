@@ -1,5 +1,7 @@
-"""Stills: cuboids with their momentum and velocity, rods and traces, as the program Top
-Visualization showed them."""
+"""Pictures of cuboids with momentum and velocity, of rods and of traces.
+
+They resemble those of the program Top Visualization.
+"""
 
 from dataclasses import dataclass
 
@@ -14,14 +16,14 @@ from ..drawing.style import FAINT, STYLE, figure_to_svg
 from .line_charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
-APART, REACH = 4.6, 2.3  # of the two origins; of the longest vectors [length]
-THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; how much of what is behind a thin one hides
+APART, REACH = 4.6, 2.3  # distance of the two origins; length of the longest vectors
+THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; opacity of translucent cuboids
 LIGHT = np.array((-0.4, -0.5, 0.77))
 
 
 @dataclass(frozen=True)
 class Top:
-    """A cuboid at one state of a path, and how it is drawn."""
+    """A cuboid at one state of a path, with its style."""
 
     path: kr.Path
     i: int
@@ -39,14 +41,14 @@ def project_to_plane(points):
 
 
 def hide_frame(axes):
-    """Takes frame and ticks away, and makes lengths the same across and up."""
+    """Remove frame and ticks, and set equal scales."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
 def cuboid_faces(half, centre):
-    """Gives (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
+    """Return (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -57,7 +59,7 @@ def cuboid_faces(half, centre):
 
 
 def draw_cuboid(axes, corners, top):
-    """Draws its faces; of a cuboid of glass also those behind."""
+    """Draw the faces of a cuboid, and the hidden ones of a translucent cuboid."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -79,8 +81,10 @@ def draw_cuboid(axes, corners, top):
 
 
 def draw_vectors(axes, top, origin, behind):
-    """Draws momentum in green and velocity in blue, the longest of the path of one length: those
-    that point away, or the others."""
+    """Draw momentum in green and velocity in blue, scaled by their maxima along the path.
+
+    `behind` selects the vectors that point away from the eye.
+    """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
         if (project(tip)[2] < 0.0) == behind:
@@ -91,7 +95,7 @@ def draw_vectors(axes, top, origin, behind):
 
 
 def draw_tops(axes, tops, half, pivot, origin):
-    """Draws several tops about one origin."""
+    """Draw several tops about one origin."""
     body = cuboid_faces(np.array(half), -np.array(pivot))
     for top in tops:
         draw_vectors(axes, top, origin, behind=True)
@@ -102,7 +106,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Gives the origin of the tops on a side, -0.5 or 0.5."""
+    """Return the origin of the tops on a side, -0.5 or 0.5."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
@@ -112,8 +116,10 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draws figures 6.1 to 6.4 and their like. `courses`: red, blue, yellow, green by name; the two
-    of eps2 are of glass."""
+    """Draw figures 6.1 to 6.4 and similar ones.
+
+    `courses` has red, blue, yellow and green by name; the two of eps2 are translucent.
+    """
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")
         for side, method, solid, glass in (
@@ -136,7 +142,7 @@ def tops_at_start(scene, colour):
 
 
 def draw_one_top(scene, half, pivot, colour):
-    """Draws the body at the start, with its vectors."""
+    """Draw the body at the start with its vectors."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
         draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
@@ -145,7 +151,7 @@ def draw_one_top(scene, half, pivot, colour):
 
 
 def draw_two_tops(scene, half, pivot, colours):
-    """Draws figure 5.10: a top and its duplicate."""
+    """Draw figure 5.10: a top and its duplicate."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
         for side, colour in zip((-0.5, 0.5), colours, strict=True):
@@ -155,7 +161,7 @@ def draw_two_tops(scene, half, pivot, colours):
 
 
 def draw_rod(rod, colour, azimuth=AZIMUTH):
-    """Draws a rod as thick as the moments say."""
+    """Draw a rod with its thickness by the moments."""
     thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
@@ -164,7 +170,7 @@ def draw_rod(rod, colour, azimuth=AZIMUTH):
 
 
 def draw_trace(path):
-    """Draws the path of the axis."""
+    """Draw the path of the axis."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
         sphere_plots.draw_globe(axes)

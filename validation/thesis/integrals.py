@@ -1,5 +1,4 @@
-"""The fourth integrals of chapter 5.6.6; and the claim of chapter 3.4, with both forms of the
-equations in one integrator."""
+"""The fourth integrals of chapter 5.6.6, and both forms of the equations of chapter 3.4."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -17,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Gives the cuboid at startup, adjusted to C_B = half by the program's checkbox (5.6.6)."""
+    """Return the startup cuboid, adjusted to C_B = half by the program's checkbox (5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -25,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """An integral, and its change along Extrap's course."""
+    """An integral and its change along a path of Extrap."""
 
     t: np.ndarray
     start: float
@@ -33,16 +32,20 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300
-    units."""
+    """Return the data of figure 5.5 and its counterpart for G.
+
+    Extrap is restarted every 0.1 over 300 units.
+    """
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
     return FourthIntegral(course.t, float(values[0]), values - values[0])
 
 
 def compute_k_values():
-    """Gives K at the start by (C_B, units): the text's H has I1 = 1, and a unit of time that it
-    leaves open."""
+    """Return K at the start by (C_B, units).
+
+    The text's H has I1 = 1, and a unit of time that is left open.
+    """
     found = {}
     for half in (0.8, 1.0):
         scene = special_scene("kowalewski", half)
@@ -56,7 +59,7 @@ def compute_k_values():
 
 @dataclass(frozen=True)
 class FormResult:
-    """One form of the equations at one tolerance."""
+    """The result of one form of the equations at one tolerance."""
 
     scene: str
     form: str
@@ -67,8 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compares rest frame and body (chapter 3.4), both with the whole frame, twelve equations
-    each."""
+    """Compare rest frame and body (chapter 3.4), both with the whole frame in twelve equations."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -85,9 +87,11 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Gives the attitude error at the end [rad] that comes of the disadvantage that the text sees:
-    M and P are exact, but the frame is turned on by the angular velocity at the begin of each
-    interval."""
+    """Return the attitude error of a frame that is advanced once per interval [rad].
+
+    M and P are exact, but the frame rotates with the angular velocity at the start of each
+    interval. This is the drawback that the text describes.
+    """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
     for turn in rotation_quaternions(body_velocity(exact)[:-1] * interval):
@@ -96,11 +100,11 @@ def frozen_frame_error(interval, end=100.0, scene=SCENE):
 
 
 def body_velocity(path):
-    """Gives the angular velocity along N, B, T."""
+    """Return the angular velocity along N, B, T."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 
 def rotation_quaternions(angles):
-    """Gives the quaternions of rotation vectors in rows."""
+    """Return the quaternions of rotation vectors in rows."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

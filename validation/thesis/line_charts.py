@@ -1,4 +1,4 @@
-"""Lines over time and what else is drawn in two dimensions, in the look of the report."""
+"""Lines over time and other plane figures, in the style of the report."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -12,7 +12,7 @@ POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Keeps what is seen: of each stretch its least and its largest value, in order."""
+    """Return the visible points: of each stretch its least and its largest value, in order."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -31,7 +31,7 @@ def make_axes(size=(5.4, 3.1), **labels):
 
 
 def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
-    """Draws series, each (label, t, values, colour, style)."""
+    """Draw series, each (label, t, values, colour, style)."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(size, xlabel=xlabel, ylabel=ylabel)
         for label, t, values, colour, style in series:
@@ -48,7 +48,7 @@ def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 
 
 
 def draw_scatter(groups, xlabel, ylabel):
-    """Draws groups, each (label, x, y, colour, marker), with both axes logarithmic."""
+    """Draw groups, each (label, x, y, colour, marker), with both axes logarithmic."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
@@ -58,7 +58,7 @@ def draw_scatter(groups, xlabel, ylabel):
 
 
 def draw_two_scales(t, left, right, labels, colours):
-    """Draws two quantities over one time, each on its own axis."""
+    """Draw two quantities over one time, each on its own axis."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
@@ -72,8 +72,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draws figure 6.5: S3 as a sphere, E and the north pole, and the shorter of the ways from E
-    and -E."""
+    """Draw figure 6.5: S3 as a sphere, E, the north pole, and the shorter geodesic from E and -E."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)
@@ -99,7 +98,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draws figure 5.12: steps of both at their multiples, and a common end."""
+    """Draw figure 5.12: the steps of both at their multiples, and a common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -1,4 +1,4 @@
-"""The quantitative sentences of chapters 6.1 and 6.2, each beside what is true."""
+"""The quantitative sentences of chapters 6.1 and 6.2, each with its check."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from .trajectories import fit_exponent
 
 EPS, PI = "\N{GREEK SMALL LETTER EPSILON}", "\N{GREEK SMALL LETTER PI}"
 TIMES = "\N{MULTIPLICATION SIGN}"
-SEEN = 0.05  # a frame error that can be seen in the pictures [rad]
+SEEN = 0.05  # smallest frame error visible in the pictures [rad]
 
 
 def largest_errors(experiment, t, names=("BS", "Ext")):
@@ -20,7 +20,7 @@ def describe_errors(experiment, t):
 
 
 def explain_experiment1(loose):
-    """Says what a looser tolerance would have shown in 6.1."""
+    """Return the effect of a looser tolerance on experiment 6.1."""
     tol, error = max(loose.items())
     return (
         f"Extrap keeps its tolerance; with {tol:.0e} it would be off by {error:.1g} rad. The "
@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Says between which tolerances the lines of 6.2 would cross where the text has them."""
+    """Return the tolerances between which the lines of 6.2 would cross as in the text."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
@@ -163,8 +163,11 @@ def check_energies(four):
 
 
 def correlate_errors(four, end=200.0):
-    """Correlates the energy error with the oscillating part of the frame error, L / t: at one time;
-    and the largest for delays of the energy by less than half a nutation, with that delay."""
+    """Return the correlation of the energy error with the oscillating part of the frame error.
+
+    The result is (coefficient at equal times, largest coefficient, its delay). The oscillating part
+    is L / t. Delays are less than half a nutation.
+    """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]
     first = int(np.argmax(kept))

@@ -1,4 +1,4 @@
-"""The quantitative sentences of chapters 3.4 to 5, each beside what is true."""
+"""The quantitative sentences of chapters 3.4 to 5, each with its check."""
 
 import kreisel as kr
 import numpy as np
@@ -12,7 +12,7 @@ from .trajectories import HALF, SCENE, solve_fixed_step, solve_theorem42, solve_
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
 SQUARE, INVERSE = "\N{SUPERSCRIPT TWO}", "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}"
-SPECIAL = {  # how the text makes them, and how large their equal moments are beside the odd one
+SPECIAL = {  # construction in the text; ratio of the equal moments to the third
     "kowalewski": (f"Kowalewski: C_T = C_B / 2, C_N = {ROOT}3 C_B gives moments 1 : 2 : 2", 2),
     "goryachev_chaplygin": (
         f"Goryachev-Chaplygin: C_T = C_B / 2, C_N = {ROOT}7 C_B gives 1 : 4 : 4",
@@ -22,8 +22,10 @@ SPECIAL = {  # how the text makes them, and how large their equal moments are be
 
 
 def check_chapter3(forms, frozen):
-    """Judges the sentences of 3.4 on the form of the equations. `frozen`: {interval: attitude
-    error}."""
+    """Yield the sentences of 3.4 on the form of the equations.
+
+    `frozen` is {interval: attitude error}.
+    """
 
     def at_tolerance(form, tol=1e-8):
         return next(r for r in forms if (r.scene, r.form, r.tol) == ("thesis", form, tol))
@@ -86,7 +88,7 @@ def check_chapter4(four):
 
 
 def compute_map_residual(eps=0.2):
-    """Measures how far a path of bobenko_suris is from theorem 4.1 as printed, in scaled units."""
+    """Return the deviation of bobenko_suris from theorem 4.1 as printed, in scaled units."""
     scaled = kr.scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
@@ -164,8 +166,10 @@ def check_fourth_integrals(k, g, values):
 
 
 def measure_discrete_rod(eps=0.05, end=20.0):
-    """Measures how far the program's rod, frames moved by eps along T, is from the centre line at
-    its end; and with half of eps."""
+    """Return the distance of the program's rod from the centre line, for eps and eps / 2.
+
+    It is taken at the end. The rod of the program moves each frame by eps along T.
+    """
     errors = []
     for h in (eps, eps / 2):
         rod = kr.rod(solve_truth(SCENE, time_grid(h, end)).path)
@@ -214,7 +218,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Gives the evaluations of each to a frame error below the target."""
+    """Return the evaluations of rk4 and of extrap for a frame error below the target."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

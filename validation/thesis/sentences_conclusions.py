@@ -1,5 +1,4 @@
-"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each beside what is
-true."""
+"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each with its check."""
 
 import numpy as np
 
@@ -30,7 +29,7 @@ def check_runge_kutta(by_step):
 
 
 def find_divergence(equal):
-    """Says from when on the frame error of Runge-Kutta exceeds 0.5; None for never."""
+    """Return the time from which the frame error of Runge-Kutta exceeds 0.5, or None."""
     errors = zip(equal.t, equal.L["rk4"], strict=True)
     return next((t for t, error in errors if error > 0.5), None)
 
@@ -109,8 +108,10 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Says from when on Extrap's largest error so far exceeds that of Bobenko-Suris with equal
-    time; None for never."""
+    """Return the time from which Extrap's largest error exceeds that of Bobenko-Suris, or None.
+
+    Bobenko-Suris has equal time.
+    """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])
     return None if last == len(ahead) - 1 else float(timed.t[last + 1])

@@ -1,4 +1,4 @@
-"""The thesis' su(2) and SU(2) (3.2), and theorem 4.2 word by word, with its errata to be chosen."""
+"""The su(2) and SU(2) of the thesis (3.2), and theorem 4.2 as printed with optional errata."""
 
 import numpy as np
 
@@ -12,28 +12,30 @@ BASIS = (E1, E2, E3)
 
 
 def to_matrix(x):
-    """Writes a vector as a matrix."""
+    """Return a vector as a matrix of su(2)."""
     return x[0] * E1 + x[1] * E2 + x[2] * E3
 
 
 def to_vector(X):
-    """Writes a matrix as a vector: <X, e_i> = -2 tr(X e_i)."""
+    """Return a matrix of su(2) as a vector: <X, e_i> = -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 
 def rotate(Phi, x):
-    """Turns x: Phi^-1 x Phi."""
+    """Return the vector of Phi^-1 x Phi."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 
 def rotation_matrix(axis, angle):
-    """Gives the Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi
-    turns by -angle."""
+    """Return the Phi of theorem 3.4 with the factor 2 that the text omits.
+
+    Phi^-1 X Phi then rotates by -angle.
+    """
     return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
 
 def to_quaternion(G):
-    """Gives (w, x, y, z) of w Id + 2 hat(x, y, z)."""
+    """Return (w, x, y, z) of w Id + 2 hat(x, y, z)."""
     return np.array([np.trace(G).real / 2, *(to_vector(G) / 2)])
 
 
@@ -42,8 +44,10 @@ def from_quaternion(q):
 
 
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
-    """Gives xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b; in the second form the text has
-    2/c for 2/eps."""
+    """Return xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b.
+
+    In the second form the text has 2/c for 2/eps.
+    """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
     return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (
@@ -52,16 +56,18 @@ def compute_xi(form, m, a, b, c, alpha, eps, second=None):
 
 
 def make_step(m, a, eps, g):
-    """Makes a step by theorem 4.1, where p = g e3."""
+    """Return the step of theorem 4.1, where p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
     X = ID + eps * to_matrix(m)
     return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Gives the attitude at the end, by the theorem. c_of: 'a' or the text's 'p'; side: that of w_k
-    on the quaternion, 'inverse' for g the rotation from rest to body frame; text: 2/c in the second
-    form."""
+    """Return the attitude at the end by the theorem.
+
+    `c_of` is 'a', or 'p' as in the text. `side` is that of w_k on the quaternion, or 'inverse' if g
+    is the rotation from rest to body frame. `text` selects 2/c in the second form.
+    """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
     G, m = from_quaternion(np.array(scaled.attitude)), np.array(scaled.momentum)
@@ -81,5 +87,5 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
 
 
 def exact_attitude(scene, end):
-    """Gives the true attitude at the end, (w, x, y, z)."""
+    """Return the true attitude at the end, (w, x, y, z)."""
     return solve_truth(scene, [end]).path.q[-1]

@@ -1,16 +1,16 @@
-"""Tops of the thesis, and the courses of them that its experiments are made of."""
+"""The tops of the thesis, and the trajectories of its experiments."""
 
 from dataclasses import dataclass, replace
 
 import kreisel as kr
 import numpy as np
 
-# Quader coordinates, and the middle of the lower face.
+# Half sides of the cuboid, and the centre of its lower face.
 HALF, PIVOT = (0.8, 0.8, 1.0), (0.0, 0.0, -1.0)
 SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)  # 6.1.1
 FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # 6.1.5
 TOL, FIRST = 1e-5, 0.1  # of Extrap (5.8.1)
-# What the thesis could have had in its plots; each where this build has it.
+# Methods added to the plots of the thesis, if this build has them.
 IMPROVED = [
     name for name in ("bobenko_suris", "bobenko_suris4", "takahashi_imada4") if name in kr.methods
 ]
@@ -18,7 +18,7 @@ IMPROVED = [
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The states of one top at times, by the thesis' names for them, and what they cost."""
+    """The states of one top at several times, by the thesis' names, and their cost."""
 
     path: kr.Path
     evaluations: int
@@ -35,12 +35,12 @@ class Trajectory:
 
     @property
     def axial_momentum(self):
-        """Gives <m, a>."""
+        """The axial momentum <m, a>."""
         return self.path.axial_momentum
 
     @property
     def vertical_momentum(self):
-        """Gives <m, e3>; the thesis has <m, p>, which is this times gravity."""
+        """The vertical momentum <m, e3>; <m, p> in the thesis is this times gravity."""
         return self.path.vertical_momentum
 
     @property
@@ -49,22 +49,21 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Gives what is trusted: the closed form where there is one, else the tightest tolerance."""
+    """Return the closed form where it exists, else the solution at the tightest tolerance."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
 def solve_fixed_step(scene, method, step, end, every=1):
-    """Keeps each so many steps of a method of fixed step."""
+    """Return each `every`-th step of a method of fixed step."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
     return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
 
 def solve_theorem42(scene, step, end, every=1):
-    """Gives the Bobenko-Suris discretization as the thesis has it, for a cuboid described in its
-    principal axes.
+    """Return the Bobenko-Suris discretization of the thesis, for a body in principal axes.
 
     Its a and m are those of kreisel's bobenko_suris. Its turn about the axis is
-    2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) a step, where kreisel has h c / I3 for the first term,
+    2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step, where kreisel has h c / I3 for the first term,
     which makes the twist exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
@@ -78,8 +77,10 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Gives Extrap as the program uses it: begun anew, with its first step, at each interval, which
-    is the time between two pictures and not a step. Every so many ends are kept."""
+    """Return Extrap as the program uses it: restarted with its first step at each interval.
+
+    An interval is the time between two pictures, and not a step. Each `every`-th end is kept.
+    """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
     for k in range(1, n + 1):
@@ -93,19 +94,21 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Gives the thesis' L (6.1.3) at the times that both have: half the angle between the
-    attitudes, 0 .. pi / 2 [rad]."""
+    """Return the thesis' L (6.1.3): half the angle between the attitudes, 0 .. pi / 2 [rad].
+
+    Raises ValueError if the times differ.
+    """
     if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
         raise ValueError("the two courses are not known at one set of times")
     return 0.5 * kr.attitude_error(one.path.q, other.path.q)
 
 
 def largest_until(t, values, until):
-    """Gives the largest value up to a time."""
+    """Return the largest value up to a time."""
     return float(values[t <= until * (1 + 1e-9)].max())
 
 
 def fit_exponent(t, values, begin):
-    """Gives p of the power law t^p that the running maximum follows from `begin` on."""
+    """Return p of the power law t^p of the running maximum from `begin` on."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])
