@@ -1,4 +1,4 @@
-"""The stability atlas, the random and the published tops. Nothing here asserts a time."""
+"""Tests of the stability atlas and of the random and published tops, without timed assertions."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -24,7 +24,7 @@ from validation.references.problems import attitude_error, problem_of_scene
 CASES = {f"{case.family}: {case.name}": case for case in atlas_cases.list_cases()}
 
 
-def examined(name):
+def examine_case(name):
     return {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
 
 
@@ -43,7 +43,7 @@ def test_every_family_has_cases_and_no_two_share_a_name():
     ],
 )
 def test_nothing_is_wrong_in_silence(name):
-    found = examined(name)
+    found = examine_case(name)
     suited = {method for method in kr.methods if kr.methods[method].suits(CASES[name].scene())}
     assert suited | {"heyoka"} <= set(found) <= suited | set(single_runs.RECORDERS)
     for method, cell in found.items():
@@ -53,26 +53,26 @@ def test_nothing_is_wrong_in_silence(name):
 
 
 def test_what_is_no_body_is_refused_with_its_message():
-    for cell in examined("shape: no body, I3 > I1 + I2").values():
+    for cell in examine_case("shape: no body, I3 > I1 + I2").values():
         assert cell["verdict"] == "refused" and "not physical" in cell["message"]
 
 
 def test_steps_far_too_large_blow_up_or_lose_the_attitude():
-    found = examined("steps: Lagrange, 0.25 a turn")
+    found = examine_case("steps: Lagrange, 0.25 a turn")
     assert found["rk4"]["verdict"] == "stopped" and found["rk4"]["mark"] == verdicts.BLOW_UP
     assert found["strang"]["verdict"] == "lost", "but its energy stays"
     assert found["extrap"]["verdict"] == "degraded", "it may choose a smaller first step"
 
 
 def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
-    found = examined("stiff: needle, 64 a turn of precession")
+    found = examine_case("stiff: needle, 64 a turn of precession")
     assert found["strang"]["attitude_error"] < 0.01
     assert found["rk4"]["verdict"] == "stopped"
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """The midpoint rule spins a needle up, to the same wrong attitude by two steps."""
-    cell = examined("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
+    """The midpoint rule accelerates a needle to the same wrong attitude with two steps."""
+    cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
 
@@ -100,7 +100,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
-    """On the unstable axis to the last bit, one rounding of the data is as good as any attitude."""
+    """A rounding of the data on the unstable axis makes any attitude possible."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -111,7 +111,7 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """Only above it is a second run consulted, and only rounding is better than as asked."""
+    """The second run matters only above the tolerance, and only "right" is better."""
     for error, tol, expected in (
         (1e-10, 1e-9, "as asked"),
         (1e-9, 1e-9, "as asked"),
@@ -124,7 +124,7 @@ def test_an_error_within_the_requested_tolerance_is_as_asked():
 
 
 def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
-    cell = examined("gravity: general, g = -1")["taylor"]
+    cell = examine_case("gravity: general, g = -1")["taylor"]
     assert cell["rounding"] < cell["attitude_error"] <= cell["tol"]
     assert cell["verdict"] == "as asked" and not cell["shown_by"] and not cell["mark"]
     assert atlas.make_square(cell).text.endswith("=")
@@ -132,7 +132,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_what_the_second_run_shows_is_the_error():
-    """Of an error C h^p, two runs are C h^p (1 - 2^-p) apart."""
+    """Two runs with an error C h^p differ by C h^p (1 - 2^-p)."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -149,8 +149,10 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def with_fault(fault):
-    """Gives everybody of kreisel, each with the fault: a function of (who, problem, scene, times,
-    setting)."""
+    """Return a function that lists all methods of kreisel, each with the fault.
+
+    The fault is a function of (who, problem, scene, times, setting).
+    """
 
     def everybody(scene, radians):
         return [
@@ -170,24 +172,24 @@ def late(who, problem, scene, times, setting):
     return who.run(problem, scene, [t * (1 - 0.02 * (t > 0)) for t in times], setting)
 
 
-def mirrored(who, problem, scene, times, setting):
+def mirror(who, problem, scene, times, setting):
     q, m, *counts = who.run(problem, scene, times, setting)
     q = np.array(q)
     q[1:, 3] *= -1
     return q, m, *counts
 
 
-def twisted(who, problem, scene, times, setting):
-    """A jump of 0.2 rad about e3 that keeps energy and both momenta."""
+def twist(who, problem, scene, times, setting):
+    """Rotate by 0.2 rad about e3, which conserves energy and both momenta."""
     q, m, *counts = who.run(problem, scene, times, setting)
     jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
 
 
 @pytest.mark.parametrize("name", FAULTY)
-@pytest.mark.parametrize("fault", [heavier, late, mirrored, twisted])
+@pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """In every method that is exact to better than the fault, and right in none."""
+    """Methods whose own error is below the fault are never right."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
@@ -200,7 +202,7 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """A constant wrong by 1e-3: at least a hundred times the errors of these methods here."""
+    """A constant is wrong by 1e-3, at least a hundred times the errors of these methods."""
 
     def slightly(who, problem, scene, times, setting):
         return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
@@ -213,8 +215,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_lost_kick_is_found():
-    """One step in the middle has no gravity: as long however short the step, or as long as the
-    step."""
+    """One interval has no gravity: of fixed length, or of the length of a step."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def losing(seconds):
@@ -263,8 +264,10 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
-    """The change a step is h (1 - cos theta) <v, a_> <torque at a_, v> (stiff.py): its energy
-    creeps by no fault of the implementation."""
+    """The change per step is h (1 - cos theta) <v, a_> <torque at a_, v>, see stiff_needle.py.
+
+    The drift of the energy is therefore not a fault of the implementation.
+    """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
     path = kr.solve(scene, step * np.arange(20), "implicit_midpoint", step=step)
@@ -338,7 +341,7 @@ def test_random_tops_are_run_by_every_method_that_suits_them():
 
 @pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
 def test_published_references_are_met(problem):
-    """To their 17 digits: scene and reference say the same."""
+    """Scene and reference agree to their 17 digits."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(

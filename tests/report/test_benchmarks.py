@@ -1,4 +1,4 @@
-"""The programs of validation/benchmarks and mutation: each can be asked what it measures."""
+"""Tests of the programs of validation/benchmarks and mutation."""
 
 import importlib
 import re
@@ -36,7 +36,7 @@ def test_a_program_says_what_it_measures(name, capsys):
 
 
 def test_the_core_is_compiled_as_the_library_is():
-    """CMakeLists.txt says what is compiled, what is once more for each instruction set, and how."""
+    """CMakeLists.txt defines the files, the instruction sets and the options."""
     said = (ROOT / "CMakeLists.txt").read_text()
     assert compiling.core_files() == core_sources()
     globs = re.search(r"file\(GLOB kernels CONFIGURE_DEPENDS (.*)\)", said)[1].split()

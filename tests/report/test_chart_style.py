@@ -1,4 +1,4 @@
-"""The colours and markers of the report's charts differ for every reader, on light and on dark."""
+"""Tests that colours and markers of the charts differ for every reader, on light and on dark."""
 
 from itertools import combinations
 

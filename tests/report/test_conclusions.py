@@ -1,4 +1,4 @@
-"""What the report concludes from what it found. Nothing here asserts a time."""
+"""Tests of the conclusions in the report, without timed assertions."""
 
 from types import SimpleNamespace
 
@@ -37,12 +37,12 @@ def cell(method, verdict, mark="", shown_by="second run"):
     }
 
 
-def concluded(found):
+def conclude(found):
     return atlas.conclude(atlas.Atlas(found, []))
 
 
 def test_the_verdict_on_the_atlas_counts_what_is_there():
-    said = concluded(
+    said = conclude(
         [
             cell("a", "right", shown_by=""),
             cell("a", "degraded", DRIFT),
@@ -53,8 +53,8 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
         "One of 3 cells is wrong in silence: b on a case" in said
         and "1 are right, 0 as asked, 1 degraded" in said
     )
-    assert "None of 1 cells is wrong in silence." in concluded([cell("a", "right", shown_by="")])
-    assert concluded([]) == ""
+    assert "None of 1 cells is wrong in silence." in conclude([cell("a", "right", shown_by="")])
+    assert conclude([]) == ""
 
 
 def run(scene, method, seconds):
@@ -63,7 +63,7 @@ def run(scene, method, seconds):
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
-    """One scene each that kreisel wins, ties in its favour, ties against it, loses, has alone."""
+    """The scenes are a win, a tie either way, a loss, and one without a peer."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),

@@ -1,5 +1,4 @@
-"""Files stay whole when their writers are killed at random moments; and one that did not would be
-seen."""
+"""Tests that files survive killed writers, and that a torn file is detected."""
 
 import random
 

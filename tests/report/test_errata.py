@@ -1,5 +1,4 @@
-"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected
-one holds."""
+"""Tests of each erratum: the text has the stated error, and the correction holds."""
 
 import kreisel as kr
 import numpy as np
@@ -53,8 +52,7 @@ def test_c_does_not_become_right_with_smaller_steps():
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """There a0 is e3, so that <m, p> / g and <m, a> are one number, and g = p = 1 before
-    scaling."""
+    """The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling."""
     course = solve_truth(SCENE, np.linspace(0, 20, 21))
     assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)
 
@@ -90,7 +88,7 @@ def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
 
 
 def test_inverse_and_change_do_not_commute():
-    """The proof of theorem 3.5 writes (Phi')^-1 where (Phi^-1)' stands."""
+    """The proof of theorem 3.5 has (Phi')^-1 instead of (Phi^-1)'."""
     h, a = 1e-5, np.array((2, -1, 2)) / 3
     before, now, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
     change = (after - before) / (2 * h)
@@ -105,7 +103,7 @@ def test_inverse_and_change_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_one_step_methods_need_no_past(words):
-    """Begun anew, as no multi-step method could be, they go on as exactly."""
+    """Restarted runs are as accurate, which is impossible for multi-step methods."""
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
@@ -117,7 +115,7 @@ def test_runge_kutta_has_four_stages():
 
 
 def test_g_is_constant_for_level_momenta_only():
-    """dG/dt = 2 M2 <M, P> in the units of (5.2)."""
+    """The derivative is dG/dt = 2 M2 <M, P> in the units of (5.2)."""
     level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)
     change = [

@@ -1,4 +1,4 @@
-"""What is kept of runs: the fastest that counts, what was measured, what was found."""
+"""Tests of stored measurements and of the fastest run."""
 
 import os
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Memory is steady: no call leaves something behind each time that it is made."""
+"""Tests that memory does not grow with repeated calls."""
 
 import pytest
 

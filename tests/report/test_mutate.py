@@ -1,4 +1,4 @@
-"""The mutants of validation/mutation: what is changed, and what its trials make of a small tree."""
+"""Tests of the mutants of validation/mutation, and of trials on a small tree."""
 
 import pytest
 from toolbox import need
@@ -46,12 +46,12 @@ def test_sums():
 """
 
 
-def told(mutants):
+def changes_of(mutants):
     return {(mutant.line, mutant.change) for mutant in mutants}
 
 
 def test_a_c_source_is_changed_where_it_computes():
-    assert told(mutate_c.list_mutants("sums.c", SOURCE)) == {
+    assert changes_of(mutate_c.list_mutants("sums.c", SOURCE)) == {
         (5, "> -> >="),
         (5, "> -> <"),
         (9, "7 -> 8"),

@@ -1,4 +1,4 @@
-"""The report takes in a method of a later day unasked."""
+"""Tests that the report includes a new method without a change of its own."""
 
 import ast
 from dataclasses import fields
@@ -37,7 +37,7 @@ NEW = "of_a_later_day"
 
 
 class Newcomer(kr.Method):
-    """suzuki4 under a name that nothing knows."""
+    """The method suzuki4 under an unknown name."""
 
     def suits(self, scene):
         return kr.methods["suzuki4"].suits(scene)

@@ -1,5 +1,7 @@
-"""Errors planted into sound runs of every method: which of them the atlas calls silent, family by
-family. What both runs are off by alike, nothing tells."""
+"""Tests of faults planted into every method: the atlas must call them wrong in silence.
+
+An error that both runs share has no sign.
+"""
 
 import re
 from dataclasses import replace
@@ -37,21 +39,21 @@ LATE = Case(
 
 
 def offset(angle):
-    """Turned about e3 by this, but for the start."""
+    """Return a fault that rotates all states but the first by an angle about e3."""
     turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
 
-    def planted(q, true):
+    def plant(q, true):
         return np.array([q[0], *(kr.quaternion.multiply(turn, p) for p in q[1:])])
 
-    return planted
+    return plant
 
 
-def reversed_heading(q, true):
+def reverse_heading(q, true):
     return np.array(q) * np.where(np.arange(len(q))[:, None], (1.0, 1.0, -1.0, -1.0), 1.0)
 
 
 def tenfold(q, true):
-    """The error, ten times as large, of what is off by little."""
+    """Multiply a small error by ten."""
     sign = np.sign(np.sum(q * true, axis=1))[:, None]
     far = sign * true + 10.0 * (q - sign * true)
     return far / np.linalg.norm(far, axis=1)[:, None]
@@ -62,14 +64,14 @@ FAULTS = {
     "1e-9": offset(1e-9),
     "1e-3": offset(1e-3),
     "1": offset(1.0),
-    "reversed": reversed_heading,
+    "reversed": reverse_heading,
     "tenfold": tenfold,
 }
 SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
 def with_faults(led_on):
-    """Gives every method of kreisel with each fault, all for one truth."""
+    """Return a function that lists every method of kreisel with each fault, for one truth."""
 
     def run_of(who):
         def run(problem, scene, times, setting):
@@ -103,8 +105,8 @@ def with_faults(led_on):
 
 
 @cache
-def found(family):
-    """The cells of a family: {fault: {method: cell}}, of methods whose run came to an end."""
+def find_cells(family):
+    """Return the cells of a family that ran to the end, as {fault: {method: cell}}."""
     led_on = family not in FAMILIES
     case = (
         Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
@@ -124,15 +126,17 @@ def silent(cell):
 
 @pytest.mark.parametrize("family", ALL)
 def test_sound_runs_are_not_silent(family):
-    assert not [name for name, cell in found(family)["sound"].items() if silent(cell)]
+    assert not [name for name, cell in find_cells(family)["sound"].items() if silent(cell)]
 
 
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_what_both_runs_are_off_by_is_silent(family, fault):
-    """In every method whose own error is far less than the fault, and its second run with it;
-    unless so much was asked for by the tolerance."""
-    sound, faulty = found(family)["sound"], found(family)[fault]
+    """Methods whose own errors are far below the fault must be silent.
+
+    The exception is a fault within the tolerance requested.
+    """
+    sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
     clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
     assert clean or (family, fault) == ("8 steps a turn", "1e-9")
     for name in clean:
@@ -146,15 +150,15 @@ def test_what_both_runs_are_off_by_is_silent(family, fault):
 
 @pytest.mark.parametrize("family", ALL)
 def test_what_grows_with_the_error_is_never_silent(family):
-    sound, faulty = found(family)["sound"], found(family)["tenfold"]
+    sound, faulty = find_cells(family)["sound"], find_cells(family)["tenfold"]
     for name, cell in sound.items():
         if cell["shown"] < 0.01 and cell["verdict"] not in verdicts.MET:
             assert not silent(faulty[name]), name
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """There a fault may hide, and only there."""
-    by_fault = found("2 steps a turn")
+    """Only there a fault may remain hidden."""
+    by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
             assert silent(cell) == (cell["shown_by"] is None)
@@ -167,7 +171,7 @@ def earlier(scene, times, share):
 
 
 def jumping(name, fault):
-    """The closed form alone with a fault: a function of (scene, times, attitudes)."""
+    """Return a closed form with a fault, a function of (scene, times, attitudes)."""
 
     def run(problem, scene, times, setting):
         q = fault(scene, times, kr.exact(scene)(times).q)
@@ -178,8 +182,10 @@ def jumping(name, fault):
 
 @cache
 def late():
-    """The cells of closed forms with each fault, {fault: cell}; and with one of their own, which is
-    off by a share of the time."""
+    """Return the cells of closed forms with each fault, {fault: cell}.
+
+    An additional fault is a relative error of the time.
+    """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
     found = atlas_cells.make_cells(LATE, lambda *_: [jumping(*one) for one in faults.items()])
@@ -189,13 +195,13 @@ def late():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
-    """What the data tell of a late time, a closed form must tell."""
+    """The closed form must be as accurate as the data allow at a late time."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert silent(late()[fault]) != told_by_data
 
 
 def test_nobody_is_right_at_times_that_no_double_tells():
-    """Every method refuses them; one that goes there all the same, by part of the way, is lost."""
+    """Every method refuses such times, and a run to a part of the time is lost."""
     goes_on = atlas_cells.Candidate(
         "goes on",
         "",

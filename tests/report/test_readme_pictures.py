@@ -1,4 +1,4 @@
-"""The programs that draw the pictures of README.md."""
+"""Tests of the programs that draw the pictures of README.md."""
 
 import kreisel as kr
 import numpy as np

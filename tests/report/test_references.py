@@ -1,4 +1,4 @@
-"""The truths: computed anew, by several ways, and kept; and heyoka and kreisel beside them."""
+"""Tests of the reference solutions, recomputed in several ways, and of heyoka and kreisel."""
 
 import kreisel as kr
 import mpmath as mp

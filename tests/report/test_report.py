@@ -1,4 +1,4 @@
-"""The report as it is written, of its own scenes and of a user's. Nothing here asserts a time."""
+"""Tests of the report for its own scenes and for those of a user, without timed assertions."""
 
 import csv
 import re
@@ -76,8 +76,7 @@ def test_the_report_writes_the_table_of_the_readme(quick):
 
 
 def test_the_report_takes_a_scene_of_ones_own(tmp_path):
-    """It is described in a frame that is not its principal one: errors must come out small all the
-    same."""
+    """The scene is not described in its principal frame, and errors must be small nevertheless."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0

@@ -1,5 +1,4 @@
-"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it
-stands on."""
+"""Tests of the chapter on the thesis: figures, verdicts and their numbers."""
 
 import re
 

@@ -95,7 +95,7 @@ def main(argv=None):
     parser = argparse.ArgumentParser(
         prog="python -m validation.benchmarks.call_overhead", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("--beside", help="another interpreter, with another kreisel")
+    parser.add_argument("--beside", help="interpreter of another kreisel to compare with")
     parser.add_argument("--rounds", type=int, default=15)
     words = parser.parse_args(argv)
     interpreters = [sys.executable, *([words.beside] if words.beside else [])]
@@ -112,7 +112,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a row: the core's own work, then call and overhead of each kreisel, and the verdict."""
+    """Return a row: the core's own work, call and overhead of each kreisel, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

@@ -107,8 +107,9 @@ def check_quadrature():
     for name in names:
         case = {**cases.LAGRANGE, **cases.EULER}[name]
         stepped = reference.integrate_states(cases.case_problem(name, case), [7.0])[0][:4]
+        solution, _ = reference_solution(case)
         print(
-            f"  {name:34} {reference.rotation_angle(reference_solution(case)[0](7)[0], stepped):.1e}",
+            f"  {name:34} {reference.rotation_angle(solution(7)[0], stepped):.1e}",
             flush=True,
         )
 
@@ -176,7 +177,7 @@ def print_random_maps(quad, tops):
     refused = sum(rows is None for rows in found)
     attitude = np.array([max(error for error, _ in rows) for rows in found if rows])
     print(f"the map, {tops} random tops, k = 1, 10, 1000")
-    print(f"  ({refused} refused, next to a separatrix):")
+    print(f"  ({refused} refused near a separatrix):")
     print(
         f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  "
         f"worst {attitude.max():.1e}"
@@ -229,7 +230,8 @@ ROWS
 
 def parse_options(argv):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.closed_form_accuracy", description=__doc__
+        prog="python -m validation.benchmarks.closed_form_accuracy",
+        description=__doc__.splitlines()[0],
     )
     parser.add_argument(
         "--full", action="store_true", help="20,000 tops, the map to k = 1e6; minutes"

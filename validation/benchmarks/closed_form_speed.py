@@ -142,7 +142,7 @@ def print_scene(loops, name, rounds):
     ours, calls = make_calls(loops, scene, heyoka, exact_cases.is_lagrange(case))
     seconds = run_rounds(calls, rounds)
     same = ours.has_equal_bits()
-    print(f"\n{name}: best of {rounds} rounds; same bits from every instruction set: {same}")
+    print(f"\n{name}: best of {rounds} rounds; equal bits on every instruction set: {same}")
     for word, found in seconds.items():
         ratio = min(seconds[TO_END if word.startswith("set-up") else A_STATE]) / min(found)
         print_row(word, found, None if word.startswith("heyoka") else ratio)
@@ -197,7 +197,8 @@ def print_python_times(scene, rounds):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.closed_form_speed", description=__doc__
+        prog="python -m validation.benchmarks.closed_form_speed",
+        description=__doc__.splitlines()[0],
     )
     parser.add_argument(
         "scenes", nargs="*", default=list(SCENES), metavar="scene", help=", ".join(SCENES)

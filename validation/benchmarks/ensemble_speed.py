@@ -62,7 +62,7 @@ def throughput(options):
             options.rounds,
         )
         print(f"\n{kind} tops: {len(tops)} to t = {tops.end:g}, {options.rounds} rounds")
-        print(f"{'':26} {'setting':12} tops  us a top   median     90 %  largest error [rad]")
+        print(f"{'':26} {'setting':12} tops  us/top    median     90 %  largest error [rad]")
         for run in found:
             print(
                 f"{run.mover:26} {run.setting:12}{run.tops:6}{1e6 * median(run.seconds):10.2f}"
@@ -118,7 +118,7 @@ def threads(options):
             one, two = (ensemble_runs.make_kreisel_call(method, tops, setting, k) for k in (1, 2))
             gain, given = measure_gains(one, two, options.rounds)
             print_grade(f"{n} {kind} tops, {method}: one thread / two", gain, 1.8)
-            print(f"{'two such calls one after the other / beside each other':62} {given:9.3g}")
+            print(f"{'two such calls in sequence / in parallel':62} {given:9.3g}")
 
 
 def measure_gains(one, two, rounds):
@@ -190,19 +190,24 @@ FIGURES = {f.__name__: f for f in (throughput, threads, large, single)}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.ensemble_speed", description=__doc__
+        prog="python -m validation.benchmarks.ensemble_speed", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("what", nargs="*", choices=[*FIGURES, []], help="which figures; else all")
+    parser.add_argument(
+        "what", nargs="*", choices=[*FIGURES, []], help="figures to print (default: all)"
+    )
     parser.add_argument("--tops", type=int, default=10_000)
     parser.add_argument("--rounds", type=int, default=9)
-    parser.add_argument("--quick", action="store_true", help="few tops: shows that all works")
+    parser.add_argument("--quick", action="store_true", help="few tops, to test the program")
     options = parser.parse_args(argv)
     options.sample, options.large, options.side, options.each = 400, 1_000_000, 500, 1
     if options.quick:
         options.tops, options.rounds = min(options.tops, 400), min(options.rounds, 2)
         options.sample, options.large, options.side, options.each = 200, 10_000, 50, 3
     if (load := os.getloadavg()[0]) > BUSY:
-        print(f"the machine is busy (load {load:.1f}): ratios are rough, two threads gain little")
+        print(
+            f"the machine is busy (load {load:.1f}); ratios are inaccurate, "
+            "and two threads gain little"
+        )
     for name in options.what or FIGURES:
         FIGURES[name](options)
     return 0

@@ -267,17 +267,17 @@ def print_summary(cases):
     The other values are the share of needless refusals and the price.
     """
     print(
-        "  family             tried refused needless  over  worst/target  true/said   price   alone"
+        "  family             tried refused needless  over  worst/target  true/est.   price   alone"
     )
     for family in dict.fromkeys(case.family for case in cases):
         print_row(family, [case for case in cases if case.family == family])
     over, price = print_row("all", cases)
     done = sum(not case.refused for case in cases)
     needless = sum(case.needless for case in cases) / max(len(cases), 1)
-    print(f"        needlessly refused: {needless:.1%}")
+    print(f"        needless refusals: {needless:.1%}")
     apart = max(case.apart for case in cases)
-    print(f"        the truths are apart by {apart:.1e} of the target at most")
-    print("        bounds: none over the target, 3 % refused needlessly, price at most 3")
+    print(f"        largest difference of the references: {apart:.1e} of the target")
+    print("        bounds: no error over the target, 3 % needless refusals, price 3")
     return 1.0 - over / max(done, 1), needless, price
 
 
@@ -304,7 +304,7 @@ def main(argv=None):
     )
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--seed", type=int, default=5)
-    parser.add_argument("--verbose", action="store_true", help="a line for each scene")
+    parser.add_argument("--verbose", action="store_true", help="print a line per scene")
     options = parser.parse_args(argv)
     kept, needless, price = judge_scenes(options.scenes, options.seed, options.verbose)
     return 0 if kept == 1.0 and needless <= 0.03 and price <= 3.0 else 1

@@ -28,7 +28,10 @@ EVENTS = {
 
 
 def event_functions(problem):
-    """Return the three events for heyoka, in the variables of equations.py; <n, P>' = <n, P x W>."""
+    """Return the three events for heyoka in the variables of equations.py.
+
+    They use <n, P>' = <n, P x W>.
+    """
     q, w = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
     lever = np.array(problem.lever, dtype=float)
     n = (lever / np.linalg.norm(lever)).tolist()
@@ -94,15 +97,16 @@ def print_comparison(problem, tol, theirs, word):
     _, own, _, peer = (run() for run in runs)
     a, b, c, d = median_times(runs, 21)
     print(
-        f"{problem.name} {tol or 'tightest'} {word:9} watched/not: {b / a:.2f}, heyoka {d / c:.2f};"
-        f" heyoka/ours watched {d / b:.2f} ({b * 1e6:.0f} us); events {own}, heyoka {peer}",
+        f"{problem.name} {tol or 'tightest'} {word:9} with/without event: {b / a:.2f}, "
+        f"heyoka {d / c:.2f};"
+        f" heyoka/kreisel with event {d / b:.2f} ({b * 1e6:.0f} us); events {own}, heyoka {peer}",
         flush=True,
     )
 
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.event_costs", description=__doc__
+        prog="python -m validation.benchmarks.event_costs", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     for name in ("thesis", "asymmetric_regular"):
         for tol, theirs in ((None, EPS), (1e-9, 1e-9)):

@@ -175,9 +175,7 @@ def gni(extent):
     for step in steps:
         error = energy_drift(scene, 1000, "suzuki4", step)
         off = abs(error / table[f"{step:g}"] - 1)
-        print_bound(
-            f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, off the published by", off, 0.03
-        )
+        print_bound(f"suzuki4, h = {step:g}: max|dH|/H {error:.4g}, relative difference", off, 0.03)
     errors = [energy_drift(scene, 1000, "kahan_li8", step) for step in steps]
     said = (f"{step:g}: {error:.2g}" for step, error in zip(steps, errors, strict=True))
     print("  kahan_li8:", ", ".join(said))
@@ -266,7 +264,7 @@ def main(argv=None):
         "sections",
         nargs="*",
         metavar="section",
-        help=", ".join(SECTIONS) + "; all if none is named",
+        help=", ".join(SECTIONS) + " (default: all)",
     )
     parser.add_argument("--full", action="store_true", help="40 rounds of timing, 200 scenes")
     options = parser.parse_args(argv)

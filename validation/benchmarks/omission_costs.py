@@ -86,7 +86,7 @@ def peak_memory(call):
 
 
 def print_omissions(rounds):
-    print("Left out: the whole, without it, and how many times faster")
+    print("Omissions: time with, time without, and speedup")
     for case in (*output_cases(), *problem_cases()):
         print_ratio(rounds, *case)
     times = np.linspace(0, 10, MANY)
@@ -114,17 +114,17 @@ def output_cases():
         *(1.1, 1.3),
     )
     yield (
-        "attitude, and 1000 states on the way",
+        "attitude, with 1000 intermediate states",
         partial(solve_all, few),
         partial(solve_selection, few),
     )
     yield (
-        "1000 states on the way: start and end only",
+        "1000 intermediate states: start and end only",
         make_recording(TOP, few),
         make_recording(TOP, ends),
     )
     every = partial(kr.solve, TOP, few)
-    yield "quantities: none asked of 1000 states", partial(solve_all, few), every
+    yield "quantities: none of 1000 states requested", partial(solve_all, few), every
 
 
 def problem_cases():
@@ -166,7 +166,7 @@ def time_interrupt(code):
 
 
 def print_interrupts():
-    print("Ctrl-C: until it is raised, median and longest of five; must 50 ms")
+    print("Ctrl-C: time until KeyboardInterrupt, median and longest of five; bound 50 ms")
     for name, code in STOPS.items():
         took = [time_interrupt(code) for _ in range(5)]
         middle = median(took)
@@ -175,7 +175,7 @@ def print_interrupts():
 
 
 def print_checkpoints(rounds):
-    print("Checkpoints: made, read, and their size")
+    print("Checkpoints: time to make, time to read, and size")
     for name, words in {
         "taylor": {},
         "taylor, 30 digits": {"digits": 30},

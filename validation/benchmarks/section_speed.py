@@ -54,7 +54,8 @@ def layer():
     for row in chaos.measure_layer(2000):
         off, ratio = row["kick"] / row["melnikov"] - 1.0, row["half_width"] / row["predicted"]
         print(
-            f"e = {row['e']:.0e}: swings {off:+.1e} off Melnikov, layer {ratio:.2f} of Chirikov's"
+            f"e = {row['e']:.0e}: swings differ by {off:+.1e} from Melnikov, "
+            f"layer {ratio:.2f} of Chirikov's"
         )
 
 
@@ -67,7 +68,7 @@ def main(words=None):
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("what", nargs="*", help=f"of {', '.join(ALL)} (default: all)")
+    parser.add_argument("what", nargs="*", help=f"figures among {', '.join(ALL)} (default: all)")
     for name in parser.parse_args(words).what or ALL:
         ALL[name]()
 

@@ -65,7 +65,7 @@ def print_steps(scene, rounds):
     print(f"\n{scene}: a step of heyoka at tolerance {EPS:.1e}")
     for name in heyokas:
         print(f"  {name:20} {format_spread([1e9 * s for s in per_step[name]], '.0f')} ns")
-    print(f"{'':22}a step of ours, driver and Python call included; {best} over it")
+    print(f"{'':22}a step of kreisel with driver and Python call, and the ratio of {best} to it")
     for name in methods:
         own = [s / STEPS for s in times[name]]
         ratios = [a / b for a, b in zip(per_step[best], own, strict=True)]
@@ -76,7 +76,7 @@ def print_steps(scene, rounds):
 def print_recording(scene, rounds):
     """Time a run that keeps every step over one that keeps none, from Python with new memory."""
     problem = load_problem(scene)
-    print(f"\n{scene}: keeping {STEPS} states over keeping none, from Python, in new memory")
+    print(f"\n{scene}: time with {STEPS} states over time with none, from Python, in new memory")
     for who in list_contenders(problem):
         if who.steered == "step":
             times = time_calls(
@@ -93,12 +93,12 @@ def print_recording(scene, rounds):
 def print_recording_in_c(rounds):
     """Time the same ratio in C with reused memory, by record.c and the static library."""
     if not (shutil.which("cmake") and shutil.which("cc")):
-        print("\nno cmake or cc: recording is not measured from C")
+        print("\nrecording in C needs cmake and cc")
         return
     with tempfile.TemporaryDirectory() as folder:
         program = build_program(folder)
         print(
-            f"\nthesis: keeping {STEPS} states over keeping none, from C, in memory used before",
+            f"\nthesis: time with {STEPS} states over time with none, from C, in reused memory",
             flush=True,
         )
         subprocess.run([program, str(STEPS), str(STEP), str(rounds)], check=True)
@@ -124,7 +124,7 @@ def main(argv=None):
     parser.add_argument("scenes", nargs="*", default=["thesis", "asymmetric"])
     parser.add_argument("--rounds", type=int, default=25)
     args = parser.parse_args(argv)
-    print(f"medians of {args.rounds} rounds in turn (quartiles); our steps: {STEPS} of {STEP:g}")
+    print(f"medians of {args.rounds} rounds (quartiles); kreisel: {STEPS} steps of {STEP:g}")
     for scene in args.scenes:
         print_steps(scene, args.rounds)
     print_recording("thesis", args.rounds)

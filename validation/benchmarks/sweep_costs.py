@@ -145,7 +145,7 @@ def check(options):
         found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())
         seconds = median(timing.time_once(found.check) for _ in range(options.rounds))
-    print(f"{'a look at each bit of them':62} {1e-6 * size / seconds:9.3g} MB/s")
+    print(f"{'verification of all parts':62} {1e-6 * size / seconds:9.3g} MB/s")
 
 
 FIGURES = {f.__name__: f for f in (cost, memory, plan, stop, check)}
@@ -153,15 +153,17 @@ FIGURES = {f.__name__: f for f in (cost, memory, plan, stop, check)}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.sweep_costs", description=__doc__
+        prog="python -m validation.benchmarks.sweep_costs", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("what", nargs="*", choices=[*FIGURES, []], help="which figures; else all")
+    parser.add_argument(
+        "what", nargs="*", choices=[*FIGURES, []], help="figures to print (default: all)"
+    )
     parser.add_argument("--tops", type=int, default=MILLION)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--to", default=None, help="where the folders are made and removed")
+    parser.add_argument("--to", default=None, help="parent of the temporary folders")
     options = parser.parse_args(argv)
     if (load := os.getloadavg()[0]) > BUSY:
-        print(f"the machine is busy (load {load:.1f}): times are rough")
+        print(f"the machine is busy (load {load:.1f}); times are inaccurate")
     for name in options.what or FIGURES:
         FIGURES[name](options)
     return 0

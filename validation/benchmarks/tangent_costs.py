@@ -3,7 +3,7 @@
     python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
 
 scalar    a path with one tangent, with six and with all fourteen, over the path alone
-ensemble  the indicators of chaos over the paths alone, of tops with several gravities, on one thread
+ensemble  the indicators of chaos over the paths alone, for several gravities, on one thread
 heyoka    heyoka's var_ode_sys of first order against six tangents: the path with its derivative by
           the start, at heyoka's tightest tolerance, and both errors
 rate      tops per second to t = 1000 for kreisel.megno on two threads, of the asymmetric scene
@@ -69,7 +69,10 @@ def ensemble():
             lambda tops=tops: kr.megno(tops, [100.0], threads=1),
             rounds=5,
         )
-        print(f"{name}: {grown / plain:.2f} of the paths, {grown / level:.2f} without the heading")
+        print(
+            f"{name}: {grown / plain:.2f} times the paths, {grown / level:.2f} times those without "
+            "heading"
+        )
 
 
 def attitude_derivative(path, inertia):
@@ -122,7 +125,7 @@ def rate():
         (spent,) = least_times(
             lambda tops=tops, tol=tol: kr.megno(tops, [1000.0], tol=tol, threads=2), rounds=3
         )
-        print(f"tol {tol}: {len(tops) / spent:.0f} tops a second to t = 1000, on two threads")
+        print(f"tol {tol}: {len(tops) / spent:.0f} tops per second to t = 1000, on two threads")
 
 
 PARTS = {"scalar": scalar, "ensemble": ensemble, "heyoka": heyoka, "rate": rate}

@@ -262,9 +262,11 @@ PARTS = {f.__name__: f for f in (ratios, long, digits, dense)}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.taylor_speed", description=__doc__
+        prog="python -m validation.benchmarks.taylor_speed", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("what", nargs="*", choices=[*PARTS, []], help="which figures; else all")
+    parser.add_argument(
+        "what", nargs="*", choices=[*PARTS, []], help="figures to print (default: all)"
+    )
     for name in parser.parse_args(argv).what or PARTS:
         PARTS[name]()
     return 0

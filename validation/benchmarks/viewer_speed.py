@@ -151,7 +151,7 @@ def print_size():
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.viewer_speed", description=__doc__
+        prog="python -m validation.benchmarks.viewer_speed", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     print_size()
     with sync_playwright() as tool:

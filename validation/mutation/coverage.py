@@ -29,7 +29,7 @@ def make_parser():
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("side", choices=SIDES)
-    parser.add_argument("tests", nargs="*", help="these tests in Python; left out: all")
+    parser.add_argument("tests", nargs="*", help="Python tests to run (default: all)")
     return parser
 
 

@@ -115,16 +115,16 @@ def make_parser():
         prog="python -m validation.mutation.crash_safety", description=__doc__
     )
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    parser.add_argument("--times", type=int, default=400, help="of each writer")
-    parser.add_argument("--seed", type=int, default=20261122, help="of the moments")
-    parser.add_argument("--only", default="", help="writers whose name begins so")
+    parser.add_argument("--times", type=int, default=400, help="kills per writer")
+    parser.add_argument("--seed", type=int, default=20261122, help="seed of the delays")
+    parser.add_argument("--only", default="", help="prefix of the writers' names")
     return parser
 
 
 def main(argv=None):
     asked = make_parser().parse_args(argv)
     chance, columns = random.Random(asked.seed), (OLD, WHOLE, ON_ITS_WAY, TORN, STRANGE, ENDED)
-    print(f"killed {asked.times} times each, seed {asked.seed}; what stood there then:")
+    print(f"killed {asked.times} times each, seed {asked.seed}; states of the files:")
     print(f"{'':8}" + "".join(f"{word:>12}" for word in columns))
     bad = 0
     with tempfile.TemporaryDirectory() as folder:

@@ -122,14 +122,14 @@ def error_calls():
     return {
         name: suppress_errors(call)
         for name, call in {
-            "a method that is none": partial(kr.solve, TOP, 1.0, "none"),
-            "a body that is none": partial(kr.Body, 1.0, (1.0, 1.0, 3.0), (0, 0, 1)),
-            "a step that blows up": partial(kr.solve, SYMMETRIC, [9.0], "rk4", step=4.0),
-            "a limit": partial(kr.solve, TOP, 1e6, max_steps=10),
-            "a wish that is none": partial(kr.solve, TOP, 1.0, want=("none",)),
+            "unknown method": partial(kr.solve, TOP, 1.0, "none"),
+            "unphysical body": partial(kr.Body, 1.0, (1.0, 1.0, 3.0), (0, 0, 1)),
+            "diverging step": partial(kr.solve, SYMMETRIC, [9.0], "rk4", step=4.0),
+            "step limit": partial(kr.solve, TOP, 1e6, max_steps=10),
+            "unknown quantity": partial(kr.solve, TOP, 1.0, want=("none",)),
             "progress that raises": partial(kr.solve, TOP, 1e4, progress=interrupt),
             "no checkpoint": partial(kr.resume, b"none"),
-            "a file that is none": partial(kr.Scene.from_toml, "/nowhere"),
+            "missing file": partial(kr.Scene.from_toml, "/nowhere"),
         }.items()
     }
 
@@ -149,16 +149,16 @@ def measure_growth(call, number):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.mutation.memory_leaks", description=__doc__
+        prog="python -m validation.mutation.memory_leaks", description=__doc__.splitlines()[0]
     )
-    parser.add_argument("--calls", type=int, default=1_000_000, help="of all together")
-    parser.add_argument("--only", default="", help="those whose name begins so")
+    parser.add_argument("--calls", type=int, default=1_000_000, help="total number of calls")
+    parser.add_argument("--only", default="", help="prefix of the calls' names")
     asked = parser.parse_args(argv)
     with tempfile.TemporaryDirectory() as folder:
         found = list_calls(Path(folder))
         chosen = {name: call for name, call in found.items() if name.startswith(asked.only)}
         each = max(1, asked.calls // len(chosen))
-        print(f"{each} calls each: blocks of Python, kB of the process that are left")
+        print(f"{each} calls each: growth in Python blocks and in kB of the process")
         for name, call in chosen.items():
             with contextlib.redirect_stdout(io.StringIO()):
                 blocks, size = measure_growth(call, each)

@@ -23,15 +23,15 @@ SIDES = {"core": core_trials, "package": package_trials}
 
 def make_parser():
     parser = argparse.ArgumentParser(
-        prog="python -m validation.mutation.mutate", description=__doc__
+        prog="python -m validation.mutation.mutate", description=__doc__.splitlines()[0]
     )
     parser.add_argument("side", choices=SIDES)
-    parser.add_argument("--points", type=int, default=150, help="how many mutants")
+    parser.add_argument("--points", type=int, default=150, help="number of mutants")
     parser.add_argument("--seed", type=int, default=20261122)
-    parser.add_argument("--only", default="", metavar="PATH", help="files that begin so")
-    parser.add_argument("--jobs", type=int, default=1, help="how many at once")
-    parser.add_argument("--again", action="store_true", help="once more what has survived")
-    parser.add_argument("--root", type=Path, default=ROOT, help="the tree")
+    parser.add_argument("--only", default="", metavar="PATH", help="prefix of the files' names")
+    parser.add_argument("--jobs", type=int, default=1, help="number of parallel jobs")
+    parser.add_argument("--again", action="store_true", help="try survivors again")
+    parser.add_argument("--root", type=Path, default=ROOT, help="root of the tree")
     return parser
 
 

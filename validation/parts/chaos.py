@@ -240,8 +240,8 @@ def describe_exponents(known):
     if last["error"] is None:
         return f"{said}."
     return (
-        f"{said}; of the last top {last['chaotic']} are, with an exponent of {last['exponent']:.4f} "
-        f"\N{PLUS-MINUS SIGN} {last['error']:.4f}."
+        f"{said}; of the last top {last['chaotic']} are, with an exponent of "
+        f"{last['exponent']:.4f} \N{PLUS-MINUS SIGN} {last['error']:.4f}."
     )
 
 

@@ -25,8 +25,8 @@ SAMPLE, SIDE = 200, 500
 FASTEST, LEAST, LARGEST = 8.0, 1e-3, 1.0  # spin [T^-1], tilts [rad]
 COLUMNS = ("kind", "mover", "setting", "tops", "middle", "bad", "worst", "microseconds")
 ABOUT = {
-    "asymmetric": "a cuboid with three different sides; the motion is chaotic, so that for some tops "
-    "a rounding grows to a visible angle",
+    "asymmetric": "a cuboid with three different sides; the motion is chaotic, so that a rounding "
+    "grows to a visible angle for some tops",
     "Lagrange": "the top of the thesis, which has a closed form",
 }
 

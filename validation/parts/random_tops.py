@@ -36,7 +36,7 @@ KOWALEWSKI = (1.0, 2.0, 2.0)
 KINDS = {
     "Lagrange": "two equal moments, the centre of mass on the third axis",
     "Euler": "any body, held at its centre of mass",
-    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of the axes with equal moments",
+    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of equal moments",
     "general": "any body, any centre of mass",
 }
 

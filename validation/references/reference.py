@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the angle by which one rounding of each datum moves the attitude, at each time [rad]."""
+    """Return the angle by which one rounding of each datum moves the attitude [rad]."""
     own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -305,7 +305,7 @@ def truth_of(problem, end):
 
 def main(argv=None):
     argparse.ArgumentParser(
-        prog="python -m validation.references.reference", description=__doc__
+        prog="python -m validation.references.reference", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     truths = {
         name: compute_entry(load_problem(name), [SHORT, end]) for name, end in HORIZONS.items()

@@ -48,7 +48,7 @@ def print_counts(n: int, seed: int, tol: float | None) -> None:
         print(
             f"{name:20s} {n} tops, {told.failed.size} failed, {int((value > BOUND).sum())} above "
             f"{BOUND:g}; largest {np.nanmax(value):.2f}, median {np.nanmedian(value):.2f}, "
-            f"certificate {np.nanmax(told.certificate):.1e}; {rate:.0f} tops a second",
+            f"certificate {np.nanmax(told.certificate):.1e}; {rate:.0f} tops per second",
             flush=True,
         )
 
@@ -59,9 +59,9 @@ def main(argv: list[str] | None = None) -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("tops", type=int, help="of each kind")
+    parser.add_argument("tops", type=int, help="number of tops of each kind")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--tol", type=float, help="of a step of the path; left out: rounding")
+    parser.add_argument("--tol", type=float, help="tolerance of a step (default: rounding)")
     asked = parser.parse_args(argv)
     print_counts(asked.tops, asked.seed, asked.tol)
 

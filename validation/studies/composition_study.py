@@ -119,7 +119,7 @@ def compare_free_flow():
 def main(argv=None):
     """Print both comparisons."""
     argparse.ArgumentParser(
-        prog="python -m validation.studies.composition_study", description=__doc__
+        prog="python -m validation.studies.composition_study", description=__doc__.splitlines()[0]
     ).parse_args(argv)
     for body, more in compare_suzuki_umeno():
         print(f"{body}: kicks of Suzuki and Umeno's 15 stages over kahan_li8's {more:.3g}")

@@ -79,14 +79,16 @@ def main(argv=None):
     parser.add_argument("--seed", type=int, default=5)
     asked = parser.parse_args(argv)
     found = collect_ratios(asked.scenes, asked.seed)
-    print(f"  {'path.error / truth':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond")
+    print(
+        f"  {'path.error / true error':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond"
+    )
     for (family, way), ratios in found.items():
         print_row(f"{family}, {way}", ratios)
     kept = True
     for way in WAYS:
         ratios = [r for (_, w), some in found.items() if w == way for r in some]
         kept &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
-    print(f"  beyond: not within a factor of {FACTOR:g}; paths as good as roundings are left out")
+    print(f"  beyond: not within a factor of {FACTOR:g}; errors at rounding level are left out")
     return int(not kept)
 
 

@@ -186,10 +186,13 @@ PARTS = {f.__name__: f for f in (isas, headless, limits, orders, depth)}
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.studies.taylor_kernel_study", description=__doc__
+        prog="python -m validation.studies.taylor_kernel_study", description=__doc__.splitlines()[0]
     )
     parser.add_argument(
-        "what", nargs="*", choices=[*PARTS, []], help="which figures; all but orders and depth"
+        "what",
+        nargs="*",
+        choices=[*PARTS, []],
+        help="figures to print (default: all but orders and depth)",
     )
     for name in parser.parse_args(argv).what or list(PARTS)[:3]:
         PARTS[name]()

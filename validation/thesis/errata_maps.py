@@ -23,7 +23,7 @@ def attitude_error_at(q, scene, end):
     "theorem 4.2",
     "c = <m, p>",
     "c = <m, a>",
-    f"attitude error at t = {END:g}, eps = {STEP:g}, begun tilted [rad]",
+    f"attitude error at t = {END:g}, eps = {STEP:g}, tilted start [rad]",
 )
 def third_integral():
     return (
@@ -146,9 +146,9 @@ def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
 @register_erratum(
     15,
     "chapter 6",
-    "(left unsaid) all experiments begin upright, where the attitude converges with order 2",
+    "(not stated) all experiments start upright, where the attitude converges with order 2",
     "order 1 in general: an upright start hides that half a kick is missing",
-    "distance of the order from 1, begun upright and begun tilted",
+    "difference of the order from 1, for an upright and a tilted start",
 )
 def first_order():
     return (abs(fit_order(scene) - 1) for scene in (SCALED, TILTED))

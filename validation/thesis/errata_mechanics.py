@@ -14,7 +14,7 @@ from .trajectories import SCENE, solve_truth
     "theorem 3.4",
     "Phi = cos(a/2) Id + sin(a/2) V, and Phi^-1 X Phi turns by a",
     "Phi = cos(a/2) Id + 2 sin(a/2) V, and it turns by -a",
-    "distance of the turned vector from where it should be, a = 0.7",
+    "error of the rotated vector, a = 0.7",
 )
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
@@ -131,7 +131,7 @@ def action(angle, end, n=400):
     "extremal, theorem 3.1; 6.2, 6.3",
     "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
     "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
-    "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first "
+    "decrease of the action below that of the motion for swings of 0.1 in 10 units; first "
     "variation",
 )
 def stationary():

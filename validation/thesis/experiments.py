@@ -51,7 +51,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """The frame errors against the truth and, as in the text, between two of its trajectories."""
+        """The frame errors against the truth and, as in the text, between two trajectories."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),

@@ -52,16 +52,16 @@ def draw_analogies():
     rod = compute_rod(SCENE)
     yield Figure(
         "5.6",
-        "What the tab Rod & Apex Trace offered",
+        "The tab Rod & Apex Trace",
         [frames.draw_rod(rod, OCHRE), frames.draw_trace(lagrange)],
-        "Here it is typed: kr.rod(path).plot() and path.plot().",
+        "In kreisel: kr.rod(path).plot() and path.plot().",
     )
     yield Figure(
         "5.7",
         "A Lagrange top with its isotropic elastic rod",
         [frames.draw_rod(rod, ORANGE), frames.draw_one_top(SCENE, HALF, PIVOT, ORANGE)],
-        f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} towards every "
-        f"side, against twist {rod.stiffness[2]:.4g}.",
+        f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} in every "
+        f"direction, against twist {rod.stiffness[2]:.4g}.",
     )
     yield from draw_anisotropic_rods()
     nutation = kr.apex(lagrange).nutation()
@@ -70,8 +70,7 @@ def draw_analogies():
         "The apex trace of a Lagrange top",
         [frames.draw_trace(lagrange)],
         f"From height {np.cos(nutation.least):.4f} to {np.cos(nutation.greatest):.4f} and back in "
-        f"{nutation.period:.4f}. It begins upright, so it comes back through the vertical each "
-        "time.",
+        f"{nutation.period:.4f}. It starts upright, so it passes through the vertical each time.",
     )
 
 
@@ -106,7 +105,7 @@ def draw_comparison(four, equal_ends):
         "5.13",
         "The tab Eps2: the integrals of motion",
         [],
-        f"At t = {four.t[-1]:g}; in brackets the change since the start.",
+        f"At t = {four.t[-1]:g}; the change since the start is in brackets.",
         tuple(tabulate_integrals(four)),
     )
     yield draw_diagrams(four)

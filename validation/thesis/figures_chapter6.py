@@ -115,7 +115,7 @@ def draw_energy_by_step(four):
         "6.10",
         "Error in the energy, Bobenko-Suris",
         [line_charts.draw_lines(series, "E - E0")],
-        f"The ranges are as {np.ptp(blue) / np.ptp(red):.2f} to 1, the steps as 20.",
+        f"The ratio of the ranges is {np.ptp(blue) / np.ptp(red):.2f}, that of the steps 20.",
     )
 
 

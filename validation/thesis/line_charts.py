@@ -72,7 +72,7 @@ def draw_two_scales(t, left, right, labels, colours):
 
 
 def draw_geodesic():
-    """Draw figure 6.5: S3 as a sphere, E, the north pole, and the shorter geodesic from E and -E."""
+    """Draw figure 6.5: S3 as a sphere, E, the north pole, and the shorter geodesic."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)

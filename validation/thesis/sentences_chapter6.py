@@ -23,8 +23,8 @@ def explain_experiment1(loose):
     """Return the effect of a looser tolerance on experiment 6.1."""
     tol, error = max(loose.items())
     return (
-        f"Extrap keeps its tolerance; with {tol:.0e} it would be off by {error:.1g} rad. The "
-        "program's own is not to be had"
+        f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
+        "program's own Extrap is not available"
     )
 
 
@@ -33,8 +33,8 @@ def explain_experiment2(crossed, wanted=900.0):
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
-        f"it would be so for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
-        "program's Extrap is not to be had"
+        f"this would hold for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
+        "program's own Extrap is not available"
     )
 
 
@@ -116,7 +116,7 @@ def check_momenta(four):
         "<m, p> stays constant in both",
         f"Bobenko-Suris moves by {bs:.0e}, Extrap by {ext:.0e}",
         max(bs, ext) < 1e-10,
-        "Extrap keeps no integral: its own error shows, of the size of its tolerance",
+        "Extrap conserves no integral; its error is of the size of its tolerance",
     )
     exact, drift = abs(four.blue.axial_error).max(), four.green.axial_error
     yield Sentence(
@@ -143,7 +143,7 @@ def check_energies(four):
         "stays oscillating",
         f"{small:.0e} against {large:.2f} by 600",
         small > large / 10,
-        "it grows, but by 600 it is nothing beside the oscillation",
+        "it grows, but at 600 it is negligible compared with the oscillation",
     )
     off = abs(four.term - blue).max()
     yield Sentence(
@@ -156,8 +156,8 @@ def check_energies(four):
     yield Sentence(
         "6.12",
         "The oscillating energy error is correlated to the oscillating part of the frame error",
-        f"they have one period; coefficient {at_once:.2f} at the same time, {best:.2f} with the "
-        f"energy taken {delay:.1f} later",
+        f"both have one period; coefficient {at_once:.2f} at equal times, {best:.2f} with the "
+        f"energy delayed by {delay:.1f}",
         best > 0.7,
     )
 
@@ -233,7 +233,7 @@ def check_settings(timed, tested):
         "Changing h = 1.5 within its order of magnitude shows practically no change",
         f"L at 1000 for h = {', '.join(f'{h:g}' for h in tested)}: {low:.1e} .. {high:.1e} rad",
         high < 3 * low,
-        "the errors stay of one size, but h decides where the steps lie",
+        "the errors keep their size, but h determines the positions of the steps",
     )
 
 
@@ -251,8 +251,8 @@ def check_execution(timed):
         f"here {1e6 * bs:.1f} and {1e6 * ext:.1f} \N{MICRO SIGN}s: equal for {timed.substeps} "
         "sub-steps",
         abs(ext / bs - 1) < 0.25,
-        "in Java they were equal; here Extrap costs more, so at equal time Bobenko-Suris may have "
-        "finer steps",
+        "in Java they were equal; here Extrap costs more, so Bobenko-Suris can have finer steps at "
+        "equal time",
     )
     intervals = len(timed.t) - 1
     steps, lost = timed.green.steps / intervals, timed.green.rejected / intervals

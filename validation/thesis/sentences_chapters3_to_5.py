@@ -36,7 +36,7 @@ def check_chapter3(forms, frozen):
         "3.4",
         f"In body frame formulation, the frame is integrated just using {OMEGA}(t): knowledge "
         "within the interval is lost",
-        f"frame turned on so each {min(frozen):g} .. {max(frozen):g}, with exact M and P: "
+        f"frame advanced once per {min(frozen):g} .. {max(frozen):g}, with exact M and P: "
         f"{least:.0e} .. {most:.0e} rad at t = 100; rest frame, tolerance 1e-8: {rest.error:.0e}",
         least > 10 * rest.error,
     )
@@ -47,8 +47,8 @@ def check_chapter3(forms, frozen):
         f"evaluations; body {body.error:.0e} in {body.evaluations}, "
         f"{rest.seconds / body.seconds:.1f} times as fast",
         rest.error < 0.5 * body.error,
-        "only against a frame that is not integrated with the rest; nothing forbids to integrate "
-        "what the body sees of the rest frame, and then the body's form is the better one",
+        "only for a frame that is not integrated with the other variables; if the rest frame as "
+        "seen from the body is integrated too, the body form is more accurate",
     )
 
 
@@ -68,7 +68,7 @@ def check_chapter4(four):
         f"I3 = 2 C_N{SQUARE} / (C_N{SQUARE} + C_T{SQUARE}) in units with I1 = 1: 0.780",
         f"{alpha:.4f}",
         abs(alpha - 2 * n * n / (n * n + t * t)) < 1e-3,
-        "erratum 4: Steiner's share is left out",
+        "erratum 4: the parallel-axis term is missing",
     )
     lever = body.mass * body.com[2] / body.moments[0]
     yield Sentence(
@@ -150,7 +150,7 @@ def check_fourth_integrals(k, g, values):
         "The total value of K was approximately 0.5",
         said,
         abs(k.start - 0.5) < 0.1,
-        "not with the size at startup; the nearest is C_B = 1",
+        "not with the startup size; C_B = 1 is closest",
     )
     worst = abs(k.change).max() / k.start
     yield Sentence(
@@ -182,7 +182,7 @@ def check_rods():
     yield Sentence(
         "5.7.1",
         "Moving the frame by eps to the direction of T gives a discrete elastic rod",
-        f"its end is off by {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
+        f"error at its end {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
         1.5 < coarse / fine < 3,
     )
     special = [compute_rod(special_scene(kind)) for kind in SPECIAL]

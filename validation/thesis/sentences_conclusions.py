@@ -48,7 +48,7 @@ def check_one_step(equal):
         "Energy, 0.2: Runge-Kutta small at first, then increases strongly, gets very bad",
         f"at most {abs(rk4).max():.3f}; Bobenko-Suris within {np.ptp(bs):.2f}",
         abs(rk4).max() > abs(bs).max(),
-        "it increases, but stays below the other's oscillation to t = 30",
+        "it increases, but stays below the oscillation of the other until t = 30",
     )
     rk4, bs = equal.L["rk4"], equal.L["BS"].max()
     early, late = rk4[equal.t <= 8].max(), rk4.max()
@@ -81,7 +81,7 @@ def check_conclusions(four, timed):
         "of the text",
         f"6.1, to 600: {describe_errors(four, 600)}; 6.2, to 3200: {describe_errors(timed, 3200)}",
         bs < ext and four.until("BS", 600) < four.until("Ext", 600),
-        "its error is the larger one to the end of both",
+        "its error is larger until the end of both",
     )
     yield from check_equal_time(timed)
 
@@ -89,13 +89,13 @@ def check_conclusions(four, timed):
 def check_equal_time(timed):
     same, ext = largest_errors(timed, 3200, ("equal", "Ext"))
     meet = find_overtaking(timed)
-    since = f"; Extrap the worse from t = {meet:g} on" if meet else ""
+    since = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
     yield Sentence(
         "6.4, A",
         "The same, with equal execution time here and today",
         f"{timed.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{since}",
         same < ext,
-        "the machine was too busy, or steps of Bobenko-Suris cost more beside those of Extrap",
+        "the machine was busy, or steps of Bobenko-Suris are more expensive relative to Extrap",
     )
     same, ext = largest_errors(timed, 200, ("equal", "Ext"))
     yield Sentence(
@@ -103,7 +103,7 @@ def check_equal_time(timed):
         f"For short intervals it is unsuitable (f{UE}r kurze Zeitperioden ungeeignet)",
         f"at equal time, at t = 200: {same:.1g} against {ext:.1g} rad",
         same > ext,
-        "its steps may be so short",
+        "because its steps can be that short",
     )
 
 
