@@ -23,12 +23,8 @@ SANITIZERS = (
     "-fno-omit-frame-pointer",
 )
 FUZZ = ("1", "20000")  # the seed, and how many rounds
-# programs whose expected output is in a file
-GOLDEN = (
-    *("golden", "kernels", "results", "results_many", "results_closed"),
-    *("results_drawn", "results_drawn_many"),
-)
-LINKED = {"test_memory": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
+GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is in a file
+LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
 SLACK = 10  # factor over the processor time without a mutation
 # Tests that depend on time or signals may fail on a busy machine.
 UNSURE = ("tests/python/test_interruption.py",)

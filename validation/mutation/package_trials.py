@@ -11,7 +11,7 @@ from . import mutate_python
 from .line_usage import measure_usage
 from .sandbox import Verdict, copy_tree, run_pytest
 
-FOLDERS = ("python", "report", "house")  # of tests; those of the page need a browser
+FOLDERS = ("python", "report", "repo")  # of tests; those of the page need a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
 ELSEWHERE = (
     "test_style.py",
