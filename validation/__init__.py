@@ -1,1 +1,1 @@
-"""The validation of kreisel: truths, peers, and the report of error against run time."""
+"""Validation of kreisel: references, comparisons, the report, benchmarks and studies."""

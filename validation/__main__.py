@@ -1,4 +1,4 @@
-"""The front: python -m validation, and `kreisel report`, which calls main here.
+"""The entry point, `python -m validation`; `kreisel report` calls `main`.
 
 kreisel report [scene.toml ...] [--quick | --full | --thesis] [--only PART[,...]] [--out report]
 """
@@ -8,14 +8,14 @@ from .thesis import chapter
 
 
 def main(argv=None):
-    parser, size = report.command_line()
+    parser, size = report.make_parser()
     size.add_argument(
         "--thesis",
         action="store_true",
-        help="the chapter on the thesis alone, thesis.html: its figures, sentences and errata",
+        help="write only the chapter on the thesis, thesis.html",
     )
     asked = parser.parse_args(argv)
-    return chapter.main(asked.out) if asked.thesis else report.make(asked)
+    return chapter.main(asked.out) if asked.thesis else report.make_report(asked)
 
 
 if __name__ == "__main__":

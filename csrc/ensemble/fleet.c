@@ -65,7 +65,7 @@ static void rest(kr_lanes *l, int lane)
     if (l->tangents) rest_tangent(l->tangents, lane);
 }
 /* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
- * have to aim at. validation/bench/lanes.py has measured both. */
+ * have to aim at. validation/studies/lane_orders.py has measured both. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {

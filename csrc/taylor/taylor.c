@@ -28,7 +28,7 @@ const kr_isa *kr_taylor_isa(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns log2 of the tolerance of a step. Doubles give 16 digits; 20 and 30 need the tolerances
- * that validation/bench/kernels.py depth has measured. */
+ * that validation/studies/taylor_kernel_study.py depth has measured. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
@@ -37,7 +37,8 @@ static double log2_tolerance(const kr_motion *motion)
 }
 /* Returns the kernel of the order that is fastest at this tolerance, and lowers the tolerance to
  * what its steps have to aim at: where their last terms are of one size, a higher order leaves the
- * larger error, down to rounding. validation/bench/kernels.py orders has measured both. */
+ * larger error, down to rounding. validation/studies/taylor_kernel_study.py orders has measured
+ * both. */
 static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {

@@ -20,7 +20,7 @@
  * small that doubles do, LAST is the last of all, and LESS, in powers of two, how far above the
  * tolerance of a step the products may lie whose sums are in doubles: at most as far as doubles
  * resolve, and a few powers more where the tolerance is below what the digits need.
- * validation/bench/kernels.py depth has measured them; it compiles others. */
+ * validation/studies/taylor_kernel_study.py depth has measured them; it compiles others. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28

@@ -2,7 +2,7 @@
 
 thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so
 that the centre of mass is the lever mass * gravity * com. Their numbers equal those of
-validation/truth/problems.json to the last bit.
+validation/references/problems.json to the last bit.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-/* Where tops are, by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`
- * prints this file. */
+/* States of tops by quadrature in 50 digits. This file is printed by
+ * `python -m validation.benchmarks.closed_form_accuracy --header`. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
 #define KR_EXACT_TRUTH_H

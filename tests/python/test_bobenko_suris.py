@@ -4,8 +4,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-from validation.truth.orders import BODIES, TILT
-from validation.truth.orders import tilted as scene
+from validation.references.orders import BODIES, TILT
+from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):

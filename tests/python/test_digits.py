@@ -11,7 +11,7 @@ import pytest
 from kreisel._request import request
 from tops import unit
 
-from validation.truth.quadrature import product
+from validation.references.quadrature import product
 
 TOP = kr.scenes.asymmetric
 

@@ -215,9 +215,9 @@ def test_words_that_do_not_suit_are_refused(words, message):
 
 def test_published_figures_are_met(capsys):
     pytest.importorskip("heyoka")
-    from validation.bench import geometric
+    from validation.benchmarks import geometric_methods
 
-    assert geometric.main(["accuracy", "integrals", "gni", "simo_wong"]) == 0
+    assert geometric_methods.main(["accuracy", "integrals", "gni", "simo_wong"]) == 0
     said = capsys.readouterr().out
     assert said.count("PASS") == 23 and "MISSED" not in said
 

@@ -214,7 +214,10 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    """Without the signal the call has no end. validation/bench/running.py measures the delay."""
+    """Without the signal the call has no end.
+
+    validation/benchmarks/omission_costs.py measures the delay.
+    """
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr
     states, reached = map(float, done.stdout.split())

@@ -7,8 +7,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-from validation.truth.orders import BODIES, measured
-from validation.truth.orders import tilted as scene
+from validation.references.orders import BODIES, measure_order
+from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
@@ -31,7 +31,7 @@ def leads(name, body):
 def test_order_is_that_of_the_table(name, body):
     """The order is measured in q and in m, and is within 0.2 of the table."""
     order = kr.methods[name].order
-    slopes = measured(name, body)
+    slopes = measure_order(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 

@@ -177,7 +177,7 @@ def test_replace_changes_one_word():
 
 
 def test_named_scenes_are_the_problems_of_the_report():
-    problems = json.loads((ROOT / "validation/truth/problems.json").read_text())["scenes"]
+    problems = json.loads((ROOT / "validation/references/problems.json").read_text())["scenes"]
     assert set(problems) <= set(kr.scenes.about)
     for name, problem in problems.items():
         scene = getattr(kr.scenes, name)

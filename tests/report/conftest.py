@@ -1,4 +1,4 @@
-"""A report that tests make is whole, however slow the machine is."""
+"""Fixtures of the report's tests: reports are complete on slow machines too."""
 
 from dataclasses import replace
 
@@ -8,7 +8,7 @@ from validation.parts.budget import BUDGETS
 
 
 @pytest.fixture(scope="session", autouse=True)
-def unhurried():
+def no_time_limit():
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(BUDGETS, "quick", replace(BUDGETS["quick"], seconds=1e9))
         yield

@@ -1,28 +1,30 @@
-"""What the report concludes from what it found. Nothing here asserts a time."""
+"""Tests of the conclusions in the report, without timed assertions."""
+
+from types import SimpleNamespace
 
 import pytest
 
-from validation.parts import atlas, left_out, truth
-from validation.parts.judge import DRIFT
-from validation.truth import reference
-from validation.truth.problems import HORIZONS, SHORT, load
+from validation.parts import atlas, fastest, omissions, scene_runs, truth, workprecision
+from validation.parts.verdicts import DRIFT
+from validation.references import reference
+from validation.references.problems import HORIZONS, SHORT, load_problem
 
 
 @pytest.mark.parametrize("name", HORIZONS)
 def test_the_truths_agree_within_the_conditioning_and_the_sentence_says_so(name):
-    kept = reference.stored(name, SHORT)
+    kept = reference.load_truth(name, SHORT)
     line = {
         "scene": name,
         "conditioning": kept["conditioning"],
-        "ways": list(reference.ways(load(name), SHORT, kept)),
+        "ways": list(reference.compare_computations(load_problem(name), SHORT, kept)),
     }
-    ((_, many, _),) = truth.agreement([line])
+    ((_, many, _),) = truth.summarize_agreement([line])
     assert many < 1e-6, "of a rounding of the data"
-    assert truth.concluded([line]).startswith(
-        "On every scene the truths of many digits agree within the conditioning"
+    assert truth.conclude([line]).startswith(
+        "On every scene the high-precision results agree within the conditioning"
     )
     apart = line | {"ways": [("heyoka, 128 bit, momentum", 2 * kept["conditioning"])]}
-    assert truth.concluded([apart]).startswith(f"On all scenes but {name} the truths")
+    assert truth.conclude([apart]).startswith(f"On all scenes but {name} the high-precision")
 
 
 def cell(method, verdict, mark="", shown_by="second run"):
@@ -35,12 +37,12 @@ def cell(method, verdict, mark="", shown_by="second run"):
     }
 
 
-def concluded(found):
-    return atlas.concluded(atlas.Atlas(found, []))
+def conclude(found):
+    return atlas.conclude(atlas.Atlas(found, []))
 
 
 def test_the_verdict_on_the_atlas_counts_what_is_there():
-    said = concluded(
+    said = conclude(
         [
             cell("a", "right", shown_by=""),
             cell("a", "degraded", DRIFT),
@@ -48,20 +50,56 @@ def test_the_verdict_on_the_atlas_counts_what_is_there():
         ]
     )
     assert (
-        "Of 3 cells one is wrong in silence: b on a case" in said
-        and "1 are right, 1 degraded" in said
+        "One of 3 cells is wrong in silence: b on a case" in said
+        and "1 are right, 0 as asked, 1 degraded" in said
     )
-    assert "Of 1 cells none is wrong in silence." in concluded([cell("a", "right", shown_by="")])
-    assert concluded([]) == ""
+    assert "None of 1 cells is wrong in silence." in conclude([cell("a", "right", shown_by="")])
+    assert conclude([]) == ""
+
+
+def run(scene, method, seconds):
+    known = {"attitude_error": 1e-13, "energy_error": 1e-13, "samples": [seconds]}
+    return scene_runs.Measurement(scene, 1.0, method, method == "heyoka", **known)
+
+
+def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
+    """The scenes are a win, a tie either way, a loss, and one without a peer."""
+    rows = []
+    for scene, own, peer in (
+        ("won", 1.0, 1.34),
+        ("ahead", 1.0, 1.33),
+        ("behind", 1.33, 1.0),
+        ("lost", 1.34, 1.0),
+        ("alone", 1.0, None),
+    ):
+        rows.append(run(scene, "taylor", own))
+        rows += [run(scene, "heyoka", peer)] if peer else []
+    scenes = list(dict.fromkeys(row.scene for row in rows))
+    said = workprecision.conclude(
+        workprecision.Comparison([(SimpleNamespace(name=scene), 1.0) for scene in scenes], {}, rows)
+    )
+    n = len(fastest.TARGETS)
+    assert said.startswith(
+        f"In {2 * n} of {5 * n} cases (5 scenes, {n} accuracies) kreisel is fastest: "
+        f"taylor ({2 * n}). {2 * n} cases are ties: "
+    )
+    assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
+    lost = said.split("A peer is faster for ")[1]
+    assert lost.count("lost at") == n and lost.count(" at ") == n
+    (tie,) = [one for one in fastest.run_races(rows, ["ahead"]) if one[1] == 1e-3]
+    assert (
+        workprecision.describe_ties([tie])
+        == "One case is a tie: ahead at 1e-3 rad (taylor and heyoka)."
+    )
 
 
 def test_what_is_left_out_is_said_and_measured():
-    found = left_out.examine(load("thesis"), SHORT, 1)
+    found = omissions.measure_scene(load_problem("thesis"), SHORT, 1)
     rows = {row["case"]: row for row in found["rows"]}
     assert set(found["plans"]) == {"all", "level"} and all(
         "left out" in text for text in found["plans"].values()
     )
-    assert rows["states on the way"]["bytes"] * 100 < rows["states on the way"]["bytes_with"]
+    assert rows["intermediate states"]["bytes"] * 100 < rows["intermediate states"]["bytes_with"]
     assert rows["attitude"]["bytes"] < rows["attitude"]["bytes_with"], (
         "two numbers and the time for six and the time"
     )
@@ -70,3 +108,16 @@ def test_what_is_left_out_is_said_and_measured():
         == rows["the general form of the body"]["bytes_with"]
     )
     assert all(row["seconds"] > 0 and row["seconds_with"] > 0 for row in rows.values())
+
+
+@pytest.mark.parametrize(
+    "ratios, expected",
+    [
+        ([1.0, 1.01, 3.0], "makes no difference in the median (1 to 3 times as fast)"),
+        ([0.5, 0.82, 1.1], "makes a run 22 % slower in the median (0.5 to 1.1 times as fast)"),
+        ([1.0, 1.5, 4.0], "makes a run 1.5 times as fast in the median (1 to 4 times as fast)"),
+        ([1.04], "makes a run 4 % faster in the median (1 to 1 times as fast)"),
+    ],
+)
+def test_a_saving_is_worded_by_its_median(ratios, expected):
+    assert omissions.describe_saving("gravity", ratios) == f"Leaving out gravity {expected}."

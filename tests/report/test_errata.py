@@ -1,13 +1,12 @@
-"""Each erratum of the thesis: the text's version is wrong by the amount stated, and the corrected
-one holds."""
+"""Tests of each erratum: the text has the stated error, and the correction holds."""
 
 import kreisel as kr
 import numpy as np
 import pytest
 
 from validation.thesis import chapter, errata_maps, su2
-from validation.thesis.courses import SCENE, fixed, theorem42, truth
-from validation.thesis.integrals import adjusted
+from validation.thesis.integrals import special_scene
+from validation.thesis.trajectories import SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
 STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected version may be
     1: (2.42, 5e-3),
@@ -26,7 +25,7 @@ STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected
     14: (9.64, 1e-9),
     15: (1.0, 0.03),
 }
-ALL = {erratum.number: erratum for erratum in chapter.all_errata()}
+ALL = {erratum.number: erratum for erratum in chapter.compute_errata()}
 
 
 def test_all_fifteen_are_there():
@@ -43,16 +42,18 @@ def test_the_text_is_wrong_and_the_correction_holds(number):
 def test_c_does_not_become_right_with_smaller_steps():
     tilted = errata_maps.TILTED
     text, right = (
-        [errata_maps.off(su2.theorem42(tilted, h, 5.0, c_of=c), tilted, 5.0) for h in (0.02, 0.01)]
+        [
+            errata_maps.attitude_error_at(su2.run_theorem42(tilted, h, 5.0, c_of=c), tilted, 5.0)
+            for h in (0.02, 0.01)
+        ]
         for c in "pa"
     )
     assert abs(text[1] / text[0] - 1) < 0.1 and right[1] / right[0] == pytest.approx(0.5, rel=0.1)
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """There a0 is e3, so that <m, p> / g and <m, a> are one number, and g = p = 1 before
-    scaling."""
-    course = truth(SCENE, np.linspace(0, 20, 21))
+    """The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling."""
+    course = solve_truth(SCENE, np.linspace(0, 20, 21))
     assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)
 
 
@@ -60,25 +61,25 @@ def test_c_is_not_seen_in_the_scene_of_the_thesis():
     "scene", [errata_maps.SCALED, errata_maps.TILTED], ids=["upright", "tilted"]
 )
 def test_the_run_of_theorem_42_is_the_theorem_word_by_word(scene):
-    path = theorem42(scene, 0.05, 5.0).path
+    path = solve_theorem42(scene, 0.05, 5.0).path
     for form in 1, 2:
-        assert kr.attitude_error(su2.theorem42(scene, 0.05, 5.0, form=form), path.q[-1]) < 1e-11
+        assert kr.attitude_error(su2.run_theorem42(scene, 0.05, 5.0, form=form), path.q[-1]) < 1e-11
 
 
 def test_right_multiplication_is_no_way_out_either():
-    q = su2.theorem42(errata_maps.TILTED, 0.02, 20.0, side="right")
-    assert errata_maps.off(q, errata_maps.TILTED, 20.0) > 0.5
+    q = su2.run_theorem42(errata_maps.TILTED, 0.02, 20.0, side="right")
+    assert errata_maps.attitude_error_at(q, errata_maps.TILTED, 20.0) > 0.5
 
 
 def test_the_matrix_of_theorem_34_is_no_rotation():
     axis = np.array((2, -1, 2)) / 3
-    text = np.cos(0.35) * su2.ID + np.sin(0.35) * su2.hat(axis)
+    text = np.cos(0.35) * su2.ID + np.sin(0.35) * su2.to_matrix(axis)
     assert np.linalg.det(text).real == pytest.approx(0.91, abs=0.005)
-    assert np.linalg.det(su2.rotation(axis, 0.7)).real == pytest.approx(1, abs=1e-15)
+    assert np.linalg.det(su2.rotation_matrix(axis, 0.7)).real == pytest.approx(1, abs=1e-15)
 
 
 def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
-    course = truth(errata_maps.TILTED, np.linspace(0, 10, 11))
+    course = solve_truth(errata_maps.TILTED, np.linspace(0, 10, 11))
     path = course.path
     alpha, g = path.scene.body.moments[2], path.scene.body.mass * path.scene.gravity
     terms = (path.m**2).sum(-1) / 2 + g * path.apex[:, 2]
@@ -87,9 +88,9 @@ def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
 
 
 def test_inverse_and_change_do_not_commute():
-    """The proof of theorem 3.5 writes (Phi')^-1 where (Phi^-1)' stands."""
+    """The proof of theorem 3.5 has (Phi')^-1 instead of (Phi^-1)'."""
     h, a = 1e-5, np.array((2, -1, 2)) / 3
-    before, now, after = (su2.rotation(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
+    before, now, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
     change = (after - before) / (2 * h)
     rate_of_inverse = (np.linalg.inv(after) - np.linalg.inv(before)) / (2 * h)
     assert abs(np.linalg.inv(change) - rate_of_inverse).max() > 0.5
@@ -102,23 +103,23 @@ def test_inverse_and_change_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_one_step_methods_need_no_past(words):
-    """Begun anew, as no multi-step method could be, they go on as exactly."""
+    """Restarted runs are as accurate, which is impossible for multi-step methods."""
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
-    again, true = kr.solve(half.end, 2.0, **words), su2.exact(SCENE, 4.0)
+    again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
 
 
 def test_runge_kutta_has_four_stages():
-    course = fixed(SCENE, "rk4", 0.1, 1.0)
+    course = solve_fixed_step(SCENE, "rk4", 0.1, 1.0)
     assert course.evaluations == 4 * course.steps == 40
 
 
 def test_g_is_constant_for_level_momenta_only():
-    """dG/dt = 2 M2 <M, P> in the units of (5.2)."""
-    level = adjusted("goryachev_chaplygin")
+    """The derivative is dG/dt = 2 M2 <M, P> in the units of (5.2)."""
+    level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)
     change = [
-        np.ptp(truth(scene, np.linspace(0, 20, 201)).path.goryachev_chaplygin)
+        np.ptp(solve_truth(scene, np.linspace(0, 20, 201)).path.goryachev_chaplygin)
         for scene in (level, tilted)
     ]
     assert change[0] < 1e-10 and change[1] > 0.05

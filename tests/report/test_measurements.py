@@ -1,4 +1,4 @@
-"""What is kept of runs: the fastest that counts, what was measured, what was found."""
+"""Tests of stored measurements and of the fastest run."""
 
 import os
 from dataclasses import replace
@@ -7,28 +7,30 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from validation.parts import race, runs
-from validation.parts.budget import BUDGETS, Task, work_through
-from validation.parts.store import Store, put_whole
-from validation.peers import measure
-from validation.report.main import progress_bar
+from validation.competitors import timing
+from validation.parts import fastest, scene_runs
+from validation.parts.budget import BUDGETS, Task, run_tasks
+from validation.parts.result_cache import ResultStore, write_atomic
+from validation.report.main import make_progress
 
 
 def row(error, energy, seconds):
     known = {"tol": error, "attitude_error": error, "energy_error": energy, "samples": [seconds]}
-    return runs.Measurement("thesis", 1.0, "m", False, **known)
+    return scene_runs.Measurement("thesis", 1.0, "m", False, **known)
 
 
 def test_a_lucky_zero_does_not_win():
     lucky, honest, finer = row(1e-13, 1e-13, 1), row(5e-7, 1e-8, 2), row(1e-8, 1e-9, 3)
-    assert race.reaching([lucky, honest, finer], 1e-6) is lucky
-    assert race.reaching([lucky, honest, finer], 1e-9) is None, "the next tighter run is worse"
-    assert race.reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
+    assert fastest.fastest_reaching([lucky, honest, finer], 1e-6) is lucky
+    assert fastest.fastest_reaching([lucky, honest, finer], 1e-9) is None, (
+        "the next tighter run is worse"
+    )
+    assert fastest.fastest_reaching([row(1e-13, 1e-5, 1), honest, finer], 1e-6) is honest, (
         "the energy disagrees"
     )
-    assert race.reaching([honest], 1e-6) is None, "nothing tighter bears it out"
+    assert fastest.fastest_reaching([honest], 1e-6) is None, "nothing tighter bears it out"
     closed_form = replace(honest, tol=None)
-    assert race.reaching([closed_form], 1e-6) is closed_form
+    assert fastest.fastest_reaching([closed_form], 1e-6) is closed_form
 
 
 def test_an_interruption_keeps_what_was_measured():
@@ -39,7 +41,7 @@ def test_an_interruption_keeps_what_was_measured():
         if len(calls) == 5:
             raise KeyboardInterrupt
 
-    samples, interrupted = measure.interleaved([call, call], [1.0, 1.0], rounds=10)
+    samples, interrupted = timing.time_in_turn([call, call], [1.0, 1.0], rounds=10)
     assert interrupted and [len(own) for own in samples] == [2, 2]
 
 
@@ -57,21 +59,21 @@ def test_what_was_found_is_kept_and_not_found_again(tmp_path):
         add_task = update = advance = staticmethod(lambda *args, **words: None)
 
     for expected in ("interrupted", ""):
-        store = Store(tmp_path / "findings.jsonl", ["as before"])
-        outcome = work_through(
+        store = ResultStore(tmp_path / "findings.jsonl", ["as before"])
+        outcome = run_tasks(
             [Task(f"task/{i}", lambda i=i: make(i)) for i in range(4)], store, BUDGETS["quick"], Bar
         )
         assert outcome.startswith(expected) and bool(outcome) == bool(expected)
     assert made == [0, 1, "interrupted", 2, 3]
     kept = (tmp_path / "findings.jsonl").read_text()
     (tmp_path / "findings.jsonl").write_text(kept + "[cut off")
-    assert Store(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
-    assert Store(tmp_path / "findings.jsonl", ["another machine"]).known == {}
+    assert ResultStore(tmp_path / "findings.jsonl", ["as before"]).under("task/") == [0, 1, 2, 3]
+    assert ResultStore(tmp_path / "findings.jsonl", ["another machine"]).known == {}
 
 
 def test_a_report_without_a_terminal_tells_each_tenth_of_its_way():
     console = Console(file=StringIO(), width=80)
-    with progress_bar(console) as bar:
+    with make_progress(console) as bar:
         task = bar.add_task("", total=40.0)
         for i in range(40):
             bar.update(task, description=f"part/{i} [x]")
@@ -84,17 +86,17 @@ def test_a_report_without_a_terminal_tells_each_tenth_of_its_way():
 
 def test_findings_after_a_line_that_was_cut_are_kept(tmp_path):
     file = tmp_path / "findings.jsonl"
-    Store(file, ["as before"]).put("a", 1)
+    ResultStore(file, ["as before"]).put("a", 1)
     with file.open("a") as out:
         out.write('["cu')
-    Store(file, ["as before"]).put("b", 2)
-    assert Store(file, ["as before"]).known == {"a": 1, "b": 2}
+    ResultStore(file, ["as before"]).put("b", 2)
+    assert ResultStore(file, ["as before"]).known == {"a": 1, "b": 2}
 
 
 @pytest.mark.parametrize("call", ["fsync", "replace"])
 def test_a_page_is_put_whole_or_not_at_all(tmp_path, monkeypatch, call):
     file = tmp_path / "index.html"
-    put_whole(file, "old")
+    write_atomic(file, "old")
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -102,7 +104,7 @@ def test_a_page_is_put_whole_or_not_at_all(tmp_path, monkeypatch, call):
     with monkeypatch.context() as broken:
         broken.setattr(os, call, full)
         with pytest.raises(OSError, match="No space"):
-            put_whole(file, "new")
+            write_atomic(file, "new")
     assert file.read_text() == "old" and os.listdir(tmp_path) == ["index.html"]
-    put_whole(file, "new\r\n")
+    write_atomic(file, "new\r\n")
     assert file.read_bytes() == b"new\r\n"

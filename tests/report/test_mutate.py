@@ -1,12 +1,12 @@
-"""The mutants of validation/trust: what is changed, and what its trials make of a small tree."""
+"""Tests of the mutants of validation/mutation, and of trials on a small tree."""
 
 import pytest
 from toolbox import need
 
-from validation.trust import mutate as front
-from validation.trust import of_c, of_python
-from validation.trust.ledger import Ledger
-from validation.trust.mutant import Mutant, sampled
+from validation.mutation import mutate as front
+from validation.mutation import mutate_c, mutate_python
+from validation.mutation.mutant import Mutant, draw_sample
+from validation.mutation.trial_log import TrialLog
 
 HEADER = "int larger(int a, int b);\nint half(int a);\n"
 SOURCE = """#include "sums.h"
@@ -46,12 +46,12 @@ def test_sums():
 """
 
 
-def told(mutants):
+def changes_of(mutants):
     return {(mutant.line, mutant.change) for mutant in mutants}
 
 
 def test_a_c_source_is_changed_where_it_computes():
-    assert told(of_c.mutants("sums.c", SOURCE)) == {
+    assert changes_of(mutate_c.list_mutants("sums.c", SOURCE)) == {
         (5, "> -> >="),
         (5, "> -> <"),
         (9, "7 -> 8"),
@@ -84,7 +84,7 @@ def test_a_c_source_is_changed_where_it_computes():
 )
 def test_what_is_changed_in_c(line, changes):
     text = f"void f(int a)\n{{\n{line}\n}}\n"
-    found = {mutant.change for mutant in of_c.mutants("f.c", text)}
+    found = {mutant.change for mutant in mutate_c.list_mutants("f.c", text)}
     assert found == changes
 
 
@@ -100,13 +100,13 @@ def test_what_is_changed_in_c(line, changes):
     ],
 )
 def test_what_is_changed_in_python(line, changes):
-    assert {mutant.change for mutant in of_python.mutants("f.py", line + "\n")} == changes
+    assert {mutant.change for mutant in mutate_python.list_mutants("f.py", line + "\n")} == changes
 
 
 def test_more_points_begin_with_those_of_fewer():
-    mutants = of_c.mutants("sums.c", SOURCE)
-    assert sampled(mutants, 1, 5)[:3] == sampled(mutants, 1, 3) and len({*mutants}) == 6
-    assert sampled(mutants, 1, 100) != sampled(mutants, 2, 100)
+    mutants = mutate_c.list_mutants("sums.c", SOURCE)
+    assert draw_sample(mutants, 1, 5)[:3] == draw_sample(mutants, 1, 3) and len({*mutants}) == 6
+    assert draw_sample(mutants, 1, 100) != draw_sample(mutants, 2, 100)
 
 
 def test_a_mutant_is_written_and_undone(tmp_path):
@@ -120,13 +120,13 @@ def test_a_mutant_is_written_and_undone(tmp_path):
 
 def test_the_ledger_outlives_a_cut_line(tmp_path):
     mutant = Mutant("f.c", "a + b", 2, 3, "-")
-    Ledger(tmp_path / "l").add(mutant, "killed", "test", 1.0)
+    TrialLog(tmp_path / "l").add(mutant, "killed", "test", 1.0)
     with (tmp_path / "l").open("a") as file:
         file.write('{"name": "cu')
     other = Mutant("f.c", "a + b", 2, 3, "*")
-    Ledger(tmp_path / "l").add(other, "survived")
-    ledger = Ledger(tmp_path / "l")
-    assert (ledger.word(mutant), ledger.word(other)) == ("killed", "survived")
+    TrialLog(tmp_path / "l").add(other, "survived")
+    ledger = TrialLog(tmp_path / "l")
+    assert (ledger.get_outcome(mutant), ledger.get_outcome(other)) == ("killed", "survived")
 
 
 @pytest.fixture

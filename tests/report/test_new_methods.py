@@ -1,4 +1,4 @@
-"""The report takes in a method of a later day unasked."""
+"""Tests that the report includes a new method without a change of its own."""
 
 import ast
 from dataclasses import fields
@@ -7,30 +7,37 @@ import kreisel as kr
 import pytest
 from toolbox import ROOT
 
-from validation.parts import cases, cells, ensemble, left_out, published, stiff
-from validation.peers import contenders, families
-from validation.truth.problems import load
+from validation.competitors import method_families, single_runs
+from validation.parts import (
+    atlas_cases,
+    atlas_cells,
+    omissions,
+    published,
+    random_tops,
+    stiff_needle,
+)
+from validation.references.problems import load_problem
 
 MACHINERY = [
     file
-    for folder in ("peers", "drawing", "parts", "report")
+    for folder in ("competitors", "drawing", "parts", "report")
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
 NAMED = {  # why each of these files knows a method by name
     "chaos": {"taylor"},  # who carries the tangents of exponents
-    "left_out": {"suzuki4", "taylor"},  # what is left out of which
-    "movers": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
+    "omissions": {"suzuki4", "taylor"},  # what is left out of which
+    "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
     "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
-    "race": {"gsl_rk8pd"},  # whom the tables compare with
+    "fastest": {"gsl_rk8pd"},  # whom the tables compare with
     "readme_picture": {"bobenko_suris"},  # what is drawn
-    "rotations": {"taylor"},  # whose frequencies are held against the closed form's
-    "stiff": {"exact"},  # a truth, not one of those compared
+    "frequency_data": {"taylor"},  # whose frequencies are held against the closed form's
+    "stiff_needle": {"exact"},  # a truth, not one of those compared
 }
 NEW = "of_a_later_day"
 
 
 class Newcomer(kr.Method):
-    """suzuki4 under a name that nothing knows."""
+    """The method suzuki4 under an unknown name."""
 
     def suits(self, scene):
         return kr.methods["suzuki4"].suits(scene)
@@ -49,22 +56,22 @@ def newcomer(monkeypatch):
 
 
 def test_a_method_of_a_later_day_is_everywhere(newcomer):
-    case = next(case for case in cases.gravities())
-    assert NEW in {cell["method"] for cell in cells.examine(case)}
-    assert NEW in {line["method"] for line in stiff.examine()}
-    assert NEW in {run["method"] for run in ensemble.examine("general", 1)}
-    (problem,) = (it for it in published.problems() if it.name == "simo_wong_fast_top")
-    assert NEW in {row["by"] for row in published.examine(problem, quick=True)}
-    assert NEW in {row["name"] for row in left_out.by_form(1)}
-    assert NEW in {who.name for who in contenders.ours(load("asymmetric"))}
-    assert [title for title, (own, _) in families.families().items() if NEW in own] == [
+    case = next(case for case in atlas_cases.gravity_cases())
+    assert NEW in {cell["method"] for cell in atlas_cells.make_cells(case)}
+    assert NEW in {line["method"] for line in stiff_needle.measure_needle()}
+    assert NEW in {run["method"] for run in random_tops.measure_kind("general", 1)}
+    (problem,) = (it for it in published.load_problems() if it.name == "simo_wong_fast_top")
+    assert NEW in {row["by"] for row in published.measure_problem(problem, quick=True)}
+    assert NEW in {row["name"] for row in omissions.measure_forms(1)}
+    assert NEW in {who.name for who in single_runs.list_contenders(load_problem("asymmetric"))}
+    assert [title for title, (own, _) in method_families.group_methods().items() if NEW in own] == [
         "fixed step, order 3 and 4"
     ]
 
 
 def test_every_method_is_in_one_family_or_a_peer():
-    places = [name for own, _ in families.families().values() for name in own]
-    peers = next(iter(families.families().values()))[1]
+    places = [name for own, _ in method_families.group_methods().values() for name in own]
+    peers = next(iter(method_families.group_methods().values()))[1]
     assert sorted(places + [name for name in peers if name in kr.methods]) == sorted(kr.methods)
 
 

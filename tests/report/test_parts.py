@@ -1,4 +1,4 @@
-"""A part of the report is a file, its template and a line: all else takes it in unasked."""
+"""Tests that a part of the report consists of a file, its template and a line."""
 
 import csv
 import os
@@ -20,32 +20,36 @@ FILE = '''"""How many methods there are."""
 import kreisel as kr
 
 from .budget import Task
-from .part import Part, csv_text
+from .part import Part, write_csv
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     yield Task("headcount", lambda: list(kr.methods))
+
+
+def rows_of(names):
+    return [{"name": name} for name in names]
 
 
 PART = Part(
     "headcount",
     "Heads counted",
     "How many heads?",
-    tasks,
+    list_tasks,
     lambda problems, store: store.known.get("headcount"),
     lambda names: {"names": names},
     lambda names: f"There are {len(names)} heads.",
-    short="Heads",
-    files=lambda names, about: [("heads.csv", csv_text(["name"], ({"name": n} for n in names)))],
-    told=lambda names: [f"counted {len(names)} heads"],
+    label="Heads",
+    list_files=lambda names, about: [("heads.csv", write_csv(["name"], rows_of(names)))],
+    terminal_lines=lambda names: [f"counted {len(names)} heads"],
 )
 '''
 TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
 """
 
 
-def changed(one, other):
-    """The files that differ between two trees, by their names within them."""
+def diff_trees(one, other):
+    """Return the names of files that differ between two trees."""
     names = {
         file.relative_to(tree)
         for tree in (one, other)
@@ -61,7 +65,7 @@ def changed(one, other):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the tree to which a part was added."""
+    """Return a copy of the tree with an additional part."""
     copy = tmp_path_factory.mktemp("tree")
     shutil.copytree(
         ROOT / "validation", copy / "validation", ignore=shutil.ignore_patterns("__pycache__")
@@ -70,15 +74,15 @@ def tree(tmp_path_factory):
     (copy / "validation/parts/headcount.html").write_text(TEMPLATE)
     contents = copy / "validation/report/contents.py"
     text = contents.read_text()
-    text = text.replace("chaos, ensemble, ", "chaos, ensemble, headcount, ")
+    text = text.replace("chaos, ensembles, ", "chaos, ensembles, headcount, ")
     contents.write_text(
-        text.replace("    left_out.PART,\n", "    headcount.PART,\n    left_out.PART,\n")
+        text.replace("    omissions.PART,\n", "    headcount.PART,\n    omissions.PART,\n")
     )
     return copy
 
 
 def report(tree, *words):
-    """What the report of the copy prints."""
+    """Return the output of the report in the copy."""
     command = [sys.executable, "-m", "validation", *words]
     wide = os.environ | {"COLUMNS": "200"}
     done = subprocess.run(command, cwd=tree, env=wide, capture_output=True, text=True)
@@ -87,13 +91,13 @@ def report(tree, *words):
 
 
 @pytest.fixture(scope="module")
-def made(tree):
+def output(tree):
     said = report(tree, "--quick", "--only", "headcount", "--out", "made")
     return said, tree / "made"
 
 
 def test_a_new_part_touches_three_files(tree):
-    assert changed(ROOT / "validation", tree / "validation") == {
+    assert diff_trees(ROOT / "validation", tree / "validation") == {
         "parts/headcount.py",
         "parts/headcount.html",
         "report/contents.py",
@@ -101,11 +105,11 @@ def test_a_new_part_touches_three_files(tree):
 
 
 def test_the_command_line_knows_a_new_part(tree):
-    assert "ensemble, published, headcount, left_out" in report(tree, "--help")
+    assert "random_tops, published, headcount, omissions" in report(tree, "--help")
 
 
-def test_a_new_part_is_told_written_and_shown(made):
-    said, out = made
+def test_a_new_part_is_told_written_and_shown(output):
+    said, out = output
     assert f"counted {len(kr.methods)} heads" in said
     with (out / "heads.csv").open(newline="") as file:
         assert [row["name"] for row in csv.DictReader(file)] == list(kr.methods)
@@ -119,8 +123,8 @@ def test_a_new_part_is_told_written_and_shown(made):
     assert all(f"<li>{name}</li>" in section for name in kr.methods)
 
 
-def test_parts_that_found_nothing_are_not_shown(made):
-    _, out = made
+def test_parts_that_found_nothing_are_not_shown(output):
+    _, out = output
     page = (out / "index.html").read_text()
     others = [part for part in PARTS if f'id="{part.name}"' in page]
     assert others == [] and {file.name for file in out.iterdir()} == {
@@ -130,8 +134,8 @@ def test_parts_that_found_nothing_are_not_shown(made):
     }
 
 
-def test_a_part_that_is_not_asked_for_does_not_run(tree, made):
-    _, out = made
+def test_a_part_that_is_not_asked_for_does_not_run(tree, output):
+    _, out = output
     shutil.copytree(out, tree / "again")
     kept = (tree / "again/findings-quick.jsonl").read_text()
     report(tree, "--quick", "--only", "headcount", "--out", "again")
@@ -142,12 +146,12 @@ def test_a_part_that_is_not_asked_for_does_not_run(tree, made):
 def test_every_part_has_a_template_beside_its_file(part):
     folder = ROOT / "validation/parts"
     assert (folder / f"{part.name}.py").is_file() and (folder / f"{part.name}.html").is_file()
-    assert Path(page.template(f"{part.name}.html").filename).parent == folder
+    assert Path(page.load_template(f"{part.name}.html").filename).parent == folder
 
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_the_report_names_no_part(file):
-    """Neither their names nor their titles stand in what loops over them."""
+    """Names and titles of parts are absent from the files that loop over them."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

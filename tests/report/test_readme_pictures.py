@@ -1,4 +1,4 @@
-"""The programs that draw the pictures of README.md."""
+"""Tests of the programs that draw the pictures of README.md."""
 
 import kreisel as kr
 import numpy as np
@@ -9,13 +9,13 @@ from validation.report import page_picture, readme_picture, section_picture, swe
 
 
 def test_the_axis_and_the_energy_are_drawn(tmp_path):
-    readme_picture.main(tmp_path / "picture.svg")
+    readme_picture.draw_picture(tmp_path / "picture.svg")
     assert (tmp_path / "picture.svg").read_text().count("<path") > 10
 
 
 def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
     spins, tilts = np.linspace(0.0, 8.0, 5), np.linspace(0.1, 1.5, 3)
-    found = sweep_picture.swept(tmp_path / "runs", spins, tilts)
+    found = sweep_picture.run_sweep(tmp_path / "runs", spins, tilts)
     assert found.dims == ("spin", "tilt") and found.shape == (5, 3)
     top = kr.Scene.from_euler(
         sweep_picture.BODY, angles=(0.0, tilts[1], 0.0), rates=(0.0, 0.0, spins[3])
@@ -23,21 +23,23 @@ def test_the_sweep_is_drawn_and_goes_on_where_it_was(tmp_path):
     alone = kr.solve(top, sweep_picture.TIMES, tol=1e-9).nutation.max()
     assert float(found[3, 1]) == pytest.approx(alone, rel=1e-9)
     files = {file: file.stat().st_mtime_ns for file in (tmp_path / "runs").iterdir()}
-    sweep_picture.draw(sweep_picture.swept(tmp_path / "runs", spins, tilts), tmp_path / "map.png")
+    sweep_picture.draw_sweep(
+        sweep_picture.run_sweep(tmp_path / "runs", spins, tilts), tmp_path / "map.png"
+    )
     assert all(file.stat().st_mtime_ns == made for file, made in files.items())
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 
 def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
-    found = section_picture.sections(tops=4, points=5)
+    found = section_picture.compute_sections(tops=4, points=5)
     for gravity, cuts in found.items():
         assert sorted(cuts.top) == sorted([0, 1, 2, 3] * 5), gravity
         assert np.ptp(cuts.energy) < 1e-10, gravity
-    section_picture.draw(found, tmp_path / "section.png")
+    section_picture.draw_sections(found, tmp_path / "section.png")
     assert (tmp_path / "section.png").stat().st_size > 10_000
 
 
 def test_the_page_is_photographed(tmp_path):
     need("chromium", "npm")
-    page_picture.main(tmp_path / "page.png")
+    page_picture.take_picture(tmp_path / "page.png")
     assert (tmp_path / "page.png").stat().st_size > 50_000

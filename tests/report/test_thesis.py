@@ -1,5 +1,4 @@
-"""The chapter on the thesis: all figures, a verdict for each sentence, and the numbers that it
-stands on."""
+"""Tests of the chapter on the thesis: figures, verdicts and their numbers."""
 
 import re
 
@@ -8,8 +7,8 @@ import numpy as np
 import pytest
 
 from validation.__main__ import main
-from validation.thesis import chapter, courses, integrals
-from validation.thesis.line_charts import thinned
+from validation.thesis import chapter, integrals, trajectories
+from validation.thesis.line_charts import thin_out
 
 FIGURES = [f"5.{i}" for i in range(4, 15)] + [f"6.{i}" for i in range(1, 26)]
 REFUTED = {  # where: how the sentence begins
@@ -51,12 +50,12 @@ CONFIRMED = {
 
 @pytest.fixture(scope="module")
 def results():
-    return chapter.run_all(lambda what: None)
+    return chapter.run_experiments(lambda what: None)
 
 
 @pytest.fixture(scope="module")
 def page(results):
-    return chapter.render(results, 1.0)
+    return chapter.render_chapter(results, 1.0)
 
 
 def test_every_figure_is_there(page):
@@ -74,7 +73,7 @@ def test_the_page_stands_alone(page):
 
 
 def test_verdicts(results):
-    said = chapter.all_sentences(results)
+    said = chapter.check_sentences(results)
     assert [sentence.says for sentence in said if not (sentence.holds or sentence.why)] == [], (
         "each has a reason"
     )
@@ -133,22 +132,24 @@ def test_experiment_63(results):
 
 
 def test_begun_anew_at_each_interval():
-    once = kr.solve(courses.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
+    once = kr.solve(trajectories.SCENE, 0.4, method="extrap", tol=1e-5, step=0.1)
     twice = kr.solve(once.end, 0.4, method="extrap", tol=1e-5, step=0.1)
-    course = courses.restarted(courses.SCENE, 0.4, 0.8)
+    course = trajectories.solve_with_restarts(trajectories.SCENE, 0.4, 0.8)
     assert np.array_equal(course.path.q[1:], [once.q[-1], twice.q[-1]])
     assert course.t.tolist() == [0.0, 0.4, 0.8]
     assert course.evaluations == once.stats.evaluations + twice.stats.evaluations
 
 
 def test_values_of_k():
-    assert list(integrals.values_of_k().values()) == pytest.approx(
+    assert list(integrals.compute_k_values().values()) == pytest.approx(
         [1.5255, 6.943, 0.5903, 4.198], rel=1e-3
     )
 
 
 def test_a_frozen_frame_is_of_first_order():
-    errors = [integrals.frozen_frame(interval, 20.0, kr.scenes.cusps) for interval in (0.01, 0.005)]
+    errors = [
+        integrals.frozen_frame_error(interval, 20.0, kr.scenes.cusps) for interval in (0.01, 0.005)
+    ]
     assert 1.7 < errors[0] / errors[1] < 2.3
 
 
@@ -165,7 +166,7 @@ def test_thinning_keeps_what_is_seen():
     t = np.linspace(0, 1, 100_001)
     values = np.sin(3000 * t)
     values[777] = 5.0
-    x, y = thinned(t, values)
+    x, y = thin_out(t, values)
     assert len(x) <= 1002 and y.max() == 5.0 and y.min() == values.min() and (np.diff(x) > 0).all()
 
 

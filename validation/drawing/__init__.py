@@ -1,2 +1,1 @@
-"""Pictures as SVG: lines, distributions, heat maps and spheres, which know no part of the
-report."""
+"""Figures as SVG: lines, distributions, heat maps and spheres, independent of the report."""

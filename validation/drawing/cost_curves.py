@@ -1,21 +1,32 @@
-"""Errors against what they cost: a panel for each family of methods, or one panel for all."""
+"""Errors against costs: a panel for each family of methods, or one panel for all."""
 
-from .look import COLOURS, FAINT, INK, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import (
+    FAINT,
+    STYLE,
+    choose_line_styles,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
-LEAST = 1e-17  # what errors of zero are drawn at
+LEAST = 1e-17  # drawn for zero errors
 
 
-def lines_of(groups, quantity, cost):
-    """Gives cost and error of each run of each method, loose to tight, and the limits that hold
-    them all; no lines and no limits where nothing is known."""
+def collect_lines(groups, quantity, cost):
+    """Return costs and errors of each method, loose to tight, and limits that include all.
 
-    def place(row):
+    Both are empty if nothing is known.
+    """
+
+    def cost_and_error(row):
         return 1e3 * row.seconds if cost == "seconds" else row.evaluations
 
     known = {
         name: [
-            (place(row), max(getattr(row, quantity), LEAST))
+            (cost_and_error(row), max(getattr(row, quantity), LEAST))
             for row in rows
             if not row.failure and getattr(row, cost)
         ]
@@ -28,12 +39,12 @@ def lines_of(groups, quantity, cost):
     return lines, ((min(x) / 1.5, max(x) * 1.5), (min(y) / 3, min(10.0, max(y) * 3)))
 
 
-def lowest(points):
-    """Gives the point where a line's error is smallest."""
+def lowest_point(points):
+    """Return the point of a line with the smallest error."""
     return min(zip(*points, strict=True), key=lambda point: point[1])
 
 
-def frame(axes, label, floor, limits, cost, ticks=8):
+def set_frame(axes, label, floor, limits, cost, ticks=8):
     if floor:
         axes.axhline(floor, color=FAINT, linewidth=0.8)
         axes.annotate(
@@ -48,39 +59,39 @@ def frame(axes, label, floor, limits, cost, ticks=8):
             color=FAINT,
         )
     axes.set(xlabel=COSTS[cost], ylabel=label, xlim=limits[0], ylim=limits[1])
-    powers(axes.xaxis, ticks)
-    powers(axes.yaxis, 9)
+    set_power_ticks(axes.xaxis, ticks)
+    set_power_ticks(axes.yaxis, 9)
     axes.grid(True)
 
 
-def family_panel(lines, family, peers, label, floor, limits, cost):
-    """Draws one family in colours with its names, the peers in ink, and all others grey behind."""
+def draw_family(lines, family, peers, label, floor, limits, cost):
+    """Draw one family in colours with names, the peers in ink, and all others in grey."""
     with plt.rc_context(STYLE):
-        figure, axes = panel()
-        styles = line_styles(family, peers)
+        figure, axes = make_panel()
+        styles = choose_line_styles(family, peers)
         for name, points in lines.items():
             if name not in styles:
                 axes.loglog(*points, color=FAINT, linewidth=0.8, alpha=0.45)
         shown = {name: style for name, style in styles.items() if name in lines}
         for name, style in shown.items():
             axes.loglog(*lines[name], markersize=4, linewidth=1.4, **style)
-        frame(axes, label, floor, limits, cost)
+        set_frame(axes, label, floor, limits, cost)
         label_ends(
-            axes, [(name, lowest(lines[name]), style["color"]) for name, style in shown.items()]
+            axes, [(name, lowest_point(lines[name]), style) for name, style in shown.items()]
         )
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def by_family(groups, families, quantity, label, cost, floor=None):
-    """Draws a panel a family. `families`: {title: (its methods, peers to show with them)}."""
-    lines, limits = lines_of(groups, quantity, cost)
+def draw_families(groups, families, quantity, label, cost, floor=None):
+    """Yield a panel per family; `families` is {title: (its methods, peers to show)}."""
+    lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
-            yield title, family_panel(lines, family, peers, label, floor, limits, cost)
+            yield title, draw_family(lines, family, peers, label, floor, limits, cost)
 
 
-def leaders(lines):
-    """Gives the methods that reach some error before all others."""
+def find_leaders(lines):
+    """Return the methods that reach some error before all others."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -93,33 +104,37 @@ def leaders(lines):
     }
 
 
-def overview(groups, families, quantity, label, cost, floor=None):
-    """Draws all in one panel, a colour a family; named are those that lead at some error, closed
-    forms apart."""
-    lines, limits = lines_of(groups, quantity, cost)
+def select_leaders(groups, methods, quantities_and_costs):
+    """Return those of `methods` that lead in one of the figures, without closed forms."""
+    found = set()
+    for quantity, cost in quantities_and_costs:
+        lines, _ = collect_lines(groups, quantity, cost)
+        found |= find_leaders(
+            {name: lines[name] for name in methods if name in lines and len(lines[name][0]) > 1}
+        )
+    return [name for name in methods if name in found]
+
+
+def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
+    """Draw all methods in one panel: `named` in colours, `peers` in ink and the others in grey.
+
+    A method of `named` has the same colour and marker in every panel with the same `named`.
+    """
+    lines, limits = collect_lines(groups, quantity, cost)
     if not lines:
         return ""
-    colours = {
-        name: COLOURS[i] for i, (family, _) in enumerate(families.values()) for name in family
-    }
-    leading = leaders(
-        {name: points for name, points in lines.items() if name in colours and len(points[0]) > 1}
-    )
+    styles = choose_line_styles(named, peers)
     with plt.rc_context(STYLE):
-        figure, axes = panel(2.9, 3.9)
+        figure, axes = make_panel(2.9, 3.9)
         for name, points in lines.items():
-            ahead = name in leading
-            axes.loglog(
-                *points,
-                color=colours.get(name, INK),
-                linewidth=1.8 if ahead else 0.8,
-                alpha=1 if ahead else 0.6,
-                linestyle="-" if name in colours else (0, (4, 2)),
-                marker="o" if len(points[0]) == 1 else None,
-                markersize=4,
-            )
-        frame(axes, label, floor, limits, cost, 4)
-        named = [name for name in lines if name in leading or name == "heyoka"]
-        ends = [(name, lowest(lines[name]), colours.get(name, INK)) for name in named]
+            if name in styles:
+                axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
+            else:
+                dot = "o" if len(points[0]) == 1 else None  # a closed form has one run
+                axes.loglog(
+                    *points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4
+                )
+        set_frame(axes, label, floor, limits, cost, 4)
+        ends = [(name, lowest_point(lines[name]), styles[name]) for name in styles if name in lines]
         label_ends(axes, ends)
-        return as_svg(figure)
+        return figure_to_svg(figure)

@@ -1,21 +1,30 @@
-"""What part of many tops comes out with at most an error: a line for each method."""
+"""The fraction of tops with at most a given error: a line for each method."""
 
 import numpy as np
 
-from .look import FAINT, STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import (
+    FAINT,
+    STYLE,
+    choose_line_styles,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
-LEAST, NAMED_AT = 1e-17, 0.97  # what errors of zero are drawn at; where a line's name stands
+LEAST, NAMED_AT = 1e-17, 0.97  # drawn for zero errors; height of the names
 
 
-def distributions(errors, family, peers):
-    """Draws one family in colours, all others grey. `errors`: {method: its errors, sorted}."""
+def draw_distributions(errors, family, peers):
+    """Draw one family in colours, all others in grey; `errors` is {method: sorted errors}."""
     with plt.rc_context(STYLE):
-        figure, axes = panel()
-        styles = line_styles(family, peers)
+        figure, axes = make_panel()
+        styles = choose_line_styles(family, peers)
         for name, sizes in errors.items():
             part = np.arange(1, len(sizes) + 1) / len(sizes)
             known = styles.get(name, {})
-            style = {key: known[key] for key in ("color", "linestyle") if key in known}
+            style = known and {"markersize": 4, "markevery": 0.25} | known
             axes.semilogx(
                 np.maximum(sizes, LEAST),
                 part,
@@ -24,23 +33,21 @@ def distributions(errors, family, peers):
             )
         axes.set(
             xlabel="attitude error at the end [rad]",
-            ylabel="part of the tops with no more",
+            ylabel="fraction of tops with at most this error",
             ylim=(0, 1),
             xlim=(3e-18, 10),
         )
-        powers(axes.xaxis, 7)
+        set_power_ticks(axes.xaxis, 7)
         axes.grid(True)
-        label_ends(axes, named_ends(errors, styles))
-        return as_svg(figure)
+        label_ends(axes, label_positions(errors, styles))
+        return figure_to_svg(figure)
 
 
-def named_ends(errors, styles):
-    """Gives where the names are led to, from the least error on, each a little lower."""
+def label_positions(errors, styles):
+    """Return the positions of the names, by increasing error, each slightly lower."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles
         if name in errors
     )
-    return [
-        (name, (x, NAMED_AT - 0.001 * i), styles[name]["color"]) for i, (x, name) in enumerate(ends)
-    ]
+    return [(name, (x, NAMED_AT - 0.001 * i), styles[name]) for i, (x, name) in enumerate(ends)]

@@ -1,11 +1,13 @@
-"""A quantity over a plane, as a picture of one dot a value."""
+"""A quantity over a plane, as an image with one pixel per value."""
 
-from .look import INK, STYLE, as_svg, plt
+from .style import INK, STYLE, figure_to_svg, plt
 
 
-def field(values, extent, labels):
-    """Draws values (rows from below, columns). `extent`: left, right, below, above; `labels`:
-    across, up, of the values."""
+def draw_field(values, extent, labels):
+    """Draw values with rows from below and columns.
+
+    `extent` is (left, right, below, above); `labels` are those of both axes and of the values.
+    """
     across, up, of_values = labels
     with plt.rc_context(STYLE | {"axes.spines.top": True, "axes.spines.right": True}):
         figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
@@ -20,4 +22,4 @@ def field(values, extent, labels):
         axes.set(xlabel=across, ylabel=up)
         bar = figure.colorbar(image, ax=axes, label=of_values)
         bar.outline.set_edgecolor(INK)
-        return as_svg(figure)
+        return figure_to_svg(figure)

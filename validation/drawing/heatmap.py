@@ -1,10 +1,10 @@
-"""Heat maps of errors: cases by methods, each square with its colour, its decade and its mark."""
+"""Heat maps of errors: cases by methods, each square with colour, decade and mark."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .look import FAINT, INK, STYLE, as_svg, plt
+from .style import FAINT, INK, STYLE, figure_to_svg, plt
 
 COLOURS = plt.get_cmap("RdYlBu_r")
 GREY = (0.6, 0.6, 0.6, 0.35)
@@ -14,7 +14,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """What one square shows: the decade of its error, or nothing but a mark where there is none."""
+    """The content of one square: the decade of its error, or only a mark."""
 
     row: str
     column: str
@@ -43,7 +43,7 @@ class Square:
         return "white" if np.dot(self.colour[:3], (0.3, 0.6, 0.1)) < 0.5 else "#111111"
 
 
-def paint(axes, square, column, row):
+def draw_square(axes, square, column, row):
     axes.add_patch(
         plt.Rectangle(
             (column, row),
@@ -65,7 +65,7 @@ def paint(axes, square, column, row):
     )
 
 
-def label(axes, columns, rows):
+def set_labels(axes, columns, rows):
     axes.set(xlim=(0, len(columns)), ylim=(len(rows), 0))
     axes.set_yticks(np.arange(len(rows)) + 0.5, rows, fontsize=8.5)
     slanted = {"rotation": 45, "ha": "left", "rotation_mode": "anchor"}
@@ -75,8 +75,8 @@ def label(axes, columns, rows):
         side.set_visible(False)
 
 
-def heatmap(squares, columns):
-    """Draws the squares under the columns named; where there is no square it stays empty."""
+def draw_heatmap(squares, columns):
+    """Draw the squares under the given columns; places without a square stay empty."""
     rows = list(dict.fromkeys(square.row for square in squares))
     height = TOP + ROW * len(rows) + 0.05
     with plt.rc_context(STYLE):
@@ -85,13 +85,13 @@ def heatmap(squares, columns):
             (NAMES / WIDTH, 0.05 / height, 1 - (NAMES + RIGHT) / WIDTH, ROW * len(rows) / height)
         )
         for square in squares:
-            paint(axes, square, columns.index(square.column), rows.index(square.row))
-        label(axes, columns, rows)
-        return as_svg(figure)
+            draw_square(axes, square, columns.index(square.column), rows.index(square.row))
+        set_labels(axes, columns, rows)
+        return figure_to_svg(figure)
 
 
-def key():
-    """Draws what the colours stand for."""
+def draw_key():
+    """Draw the colour scale."""
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(5.2, 0.62))
         axes = figure.add_axes((0.04, 0.62, 0.92, 0.34))
@@ -102,4 +102,4 @@ def key():
         axes.set_xticks(range(-15, 1, 3), [f"1e{x}" if x else "1" for x in range(-15, 1, 3)])
         axes.set_xlabel("attitude error [rad]", fontsize=9)
         axes.tick_params(labelsize=8, color=FAINT)
-        return as_svg(figure)
+        return figure_to_svg(figure)

@@ -1,15 +1,25 @@
-"""How many tops a second are moved to which error: a line for each contender, loose to tight."""
+"""Tops per second against error: a line for each contender, loose to tight."""
 
 from statistics import median
 
-from .look import STYLE, as_svg, label_ends, line_styles, panel, plt, powers
+from .style import (
+    STYLE,
+    choose_line_styles,
+    figure_to_svg,
+    label_ends,
+    make_panel,
+    plt,
+    set_power_ticks,
+)
 
-LEAST = 1e-17  # what errors of zero are drawn at
+LEAST = 1e-17  # drawn for zero errors
 
 
-def throughput(groups, own):
-    """Draws {name: its runs}, each with its median error and its seconds for one top, the own in
-    colours and the peers in ink."""
+def draw_throughput(groups, own):
+    """Draw {name: its runs}, the own in colours and the peers in ink.
+
+    Each run has its median error and its seconds per top.
+    """
     lines = {
         name: tuple(
             zip(*((1 / median(run.seconds), max(run.middle, LEAST)) for run in runs), strict=True)
@@ -17,17 +27,16 @@ def throughput(groups, own):
         for name, runs in groups.items()
     }
     with plt.rc_context(STYLE):
-        figure, axes = panel(3.6, 6.4)
-        styles = line_styles(own, [name for name in lines if name not in own])
+        figure, axes = make_panel(3.6, 6.4)
+        styles = choose_line_styles(own, [name for name in lines if name not in own])
         for name, points in lines.items():
             axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
-        axes.set(xlabel="tops a second", ylabel="median attitude error [rad]")
-        powers(axes.xaxis)
-        powers(axes.yaxis, 9)
+        axes.set(xlabel="tops per second", ylabel="median attitude error [rad]")
+        set_power_ticks(axes.xaxis)
+        set_power_ticks(axes.yaxis, 9)
         axes.grid(True)
         ends = [
-            (name, (points[0][-1], points[1][-1]), styles[name]["color"])
-            for name, points in lines.items()
+            (name, (points[0][-1], points[1][-1]), styles[name]) for name, points in lines.items()
         ]
         label_ends(axes, ends)
-        return as_svg(figure)
+        return figure_to_svg(figure)

@@ -1,1 +1,1 @@
-"""The parts of the report: what each finds out, and its tables."""
+"""The parts of the report: their data, figures and conclusions."""

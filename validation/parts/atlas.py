@@ -1,4 +1,4 @@
-"""The stability atlas: what becomes of each method where a top is stiff or extreme."""
+"""The stability atlas: every method on stiff and extreme tops."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 
+from ..competitors import single_runs
 from ..drawing import heatmap
-from ..drawing.time_courses import colours_of, time_courses
-from ..peers import contenders
-from . import cases, cells, judge, stiff
+from ..drawing.time_series import choose_colours, draw_time_series
+from . import atlas_cases, atlas_cells, stiff_needle, verdicts
 from .budget import Task
-from .part import Part, csv_text
-from .words import count, counted, in_a_row, is_or_are, listed
+from .formatting import count_word, join_counts, join_sentences, join_words, verb_be
+from .part import Part, write_csv
 
 COLUMNS = (
     "family",
@@ -39,82 +39,86 @@ COLUMNS = (
     "evaluations",
     "message",
 )
-COUNTED = (judge.BLOW_UP, judge.BEYOND, judge.REDUCED, judge.DRIFT)
+COUNTED = (verdicts.BLOW_UP, verdicts.BEYOND, verdicts.REDUCED, verdicts.DRIFT)
 COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative"}
 
 
 @dataclass(frozen=True)
 class Atlas:
-    """What was found: the cells, and the lines of the stiff needle."""
+    """The findings: the cells, and the runs of the stiff needle."""
 
     cells: list
-    watched: list
+    needle_lines: list
 
 
-def tasks(problems, budget, store):
-    for case in cases.cases(budget.quick):
+def list_tasks(problems, budget, store):
+    for case in atlas_cases.list_cases(budget.quick):
         weight = 6.0 if case.closed else 0.4
-        yield Task(case.key, partial(cells.examine, case), weight, until=1.0)
-    yield from stiff.tasks(budget)
+        yield Task(case.key, partial(atlas_cells.make_cells, case), weight, until=1.0)
+    yield from stiff_needle.list_tasks(budget)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     known = [cell for of_case in store.under("atlas/") for cell in of_case]
-    return Atlas(known, stiff.found(store)) if known else None
+    return Atlas(known, stiff_needle.load_findings(store)) if known else None
 
 
-def columns(found):
-    """Gives methods, then peers, as far as they ran."""
+def column_names(found):
+    """Return the methods and then the peers that ran."""
     ran = {cell["method"] for cell in found}
-    return [name for name in (*kr.methods, *contenders.RECORDERS) if name in ran]
+    return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
 
-def square(cell):
-    """Gives what the heat map shows of a cell."""
-    ran = cell["verdict"] in judge.CAME_TO_THE_END
-    dot = "•" if cell["verdict"] == judge.RIGHT else ""
+def make_square(cell):
+    """Return the square of a cell in the heat map."""
+    ran = cell["verdict"] in verdicts.CAME_TO_THE_END
+    dot = {verdicts.RIGHT: "•", verdicts.AS_ASKED: "="}.get(cell["verdict"], "")
     return heatmap.Square(
         cell["case"],
         cell["method"],
         cell["attitude_error"] if ran else None,
         dot + cell["mark"],
-        cell["verdict"] == judge.SILENT,
+        cell["verdict"] == verdicts.SILENT,
     )
 
 
-def families_shown(found):
-    for name, (_, about) in cases.FAMILIES.items():
+def family_contexts(found):
+    for name, (_, about) in atlas_cases.FAMILIES.items():
         own = [cell for cell in found if cell["family"] == name]
         if own:
             yield {
                 "name": name,
                 "about": about,
-                "svg": heatmap.heatmap(list(map(square, own)), columns(own)),
-                "notes": list(notes(own)),
+                "svg": heatmap.draw_heatmap(list(map(make_square, own)), column_names(own)),
+                "notes": list(collect_notes(own)),
             }
 
 
-def note(cell):
-    """Words what is to be said of a cell: that it stopped, was refused, is wrong in silence, or
-    lost in spite of a tolerance; None if nothing is."""
+def describe_cell(cell):
+    """Return (verdict, message) of a cell that needs a note, else None.
+
+    These are cells that stopped, were refused or are wrong in silence, and adaptive runs that are
+    lost.
+    """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
-        # The rest of the message stands in the table's file.
+        # The full message is in the CSV file.
         return verdict, cell["message"].split(f": {cell['method']}")[0]
-    if verdict == judge.SILENT or (verdict == "lost" and cell["tol"]):
-        word = "wrong in silence" if verdict == judge.SILENT else verdict
+    if verdict == verdicts.SILENT or (verdict == "lost" and cell["tol"]):
+        word = "wrong in silence" if verdict == verdicts.SILENT else verdict
         off, apart = f"{cell['attitude_error']:.1g}", f"{cell['second_run']:.1g}"
-        return word, f"off by {off} rad; finer, it comes out {apart} rad away"
+        return word, f"error {off} rad; the finer run differs by {apart} rad"
     return None
 
 
-def notes(found):
-    """Gives what is said, of which cases by which methods; cases of which all is alike stand
-    together."""
+def collect_notes(found):
+    """Yield the notes; cases with equal notes and methods share a row."""
     said = {}
     for cell in found:
-        if note(cell):
-            said.setdefault(note(cell), {}).setdefault(cell["case"], []).append(cell["method"])
+        if describe_cell(cell):
+            said.setdefault(describe_cell(cell), {}).setdefault(cell["case"], []).append(
+                cell["method"]
+            )
     for (word, message), by_case in said.items():
         whom = {}
         for case, methods in by_case.items():
@@ -126,118 +130,127 @@ def notes(found):
         }
 
 
-def counts(found):
-    """Gives how often each method is what."""
-    for name in columns(found):
+def count_verdicts(found):
+    """Yield the number of cells with each verdict and mark, by method."""
+    for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
-        known = [c["attitude_error"] for c in own if c["verdict"] in judge.CAME_TO_THE_END]
+        known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]
         yield {
             "method": name,
             "cells": len(own),
             "middle": float(np.median(known)) if known else None,
-            "counts": [sum(cell["verdict"] == word for cell in own) for word in judge.VERDICTS],
+            "counts": [sum(cell["verdict"] == word for cell in own) for word in verdicts.VERDICTS],
             "marks": [sum(cell["mark"] == letter for cell in own) for letter in COUNTED],
         }
 
 
-def needle_shown(lines):
-    colours = colours_of(line["kind"] for line in lines)
+def needle_context(lines):
+    colours = choose_colours(line["kind"] for line in lines)
     return {
         "kinds": colours,
         "courses": [
-            {"label": label, "svg": time_courses(lines, name, label, colours)}
+            {"label": label, "svg": draw_time_series(lines, name, label, colours)}
             for name, label in COURSES.items()
         ]
         if lines
         else [],
-        "needle": stiff.concluded(lines),
+        "needle": stiff_needle.conclude(lines),
     }
 
 
-def shown(atlas):
-    return needle_shown(atlas.watched) | {
-        "families": list(families_shown(atlas.cells)),
-        "counts": list(counts(atlas.cells)),
-        "words": list(judge.VERDICTS),
-        "marks": judge.MARKS,
-        "signs": judge.SIGNS,
+def build_context(atlas):
+    return needle_context(atlas.needle_lines) | {
+        "families": list(family_contexts(atlas.cells)),
+        "counts": list(count_verdicts(atlas.cells)),
+        "words": list(verdicts.VERDICTS),
+        "marks": verdicts.MARKS,
+        "signs": verdicts.SIGNS,
         "counted": COUNTED,
-        "lost": judge.LOST,
-        "key": heatmap.key(),
+        "lost": verdicts.LOST,
+        "key": heatmap.draw_key(),
     }
 
 
 def is_silent(cell):
-    return cell["verdict"] == judge.SILENT
+    return cell["verdict"] == verdicts.SILENT
 
 
-def concluded(atlas):
-    ran = [cell for cell in atlas.cells if cell["verdict"] in judge.CAME_TO_THE_END]
+def conclude(atlas):
+    ran = [cell for cell in atlas.cells if cell["verdict"] in verdicts.CAME_TO_THE_END]
     if not ran:
         return ""
-    return in_a_row(
-        of_silence(atlas.cells),
-        of_verdicts(atlas.cells),
-        of_signs(ran),
-        of_methods(atlas.cells),
-        of_tolerances(ran),
+    return join_sentences(
+        describe_silent_cells(atlas.cells),
+        describe_verdicts(atlas.cells),
+        describe_signs(ran),
+        describe_methods(atlas.cells),
+        describe_tolerance_failures(ran),
     )
 
 
-def of_silence(found):
+def describe_silent_cells(found):
     silent = [f"{cell['method']} on {cell['case']}" for cell in found if is_silent(cell)]
-    n, which = len(silent), f": {listed(silent)}" if silent else ""
-    return f"Of {len(found)} cells {count(n)} {is_or_are(n)} wrong in silence{which}."
+    n, which = len(silent), f": {join_words(silent)}" if silent else ""
+    return (
+        f"{count_word(n).capitalize()} of {len(found)} cells {verb_be(n)} wrong in silence{which}."
+    )
 
 
-def of_verdicts(found):
+def describe_verdicts(found):
     n = Counter(cell["verdict"] for cell in found)
     return (
-        f"{n['right']} are right, {n['degraded']} degraded, {n['lost']} lost, {n['stopped']} "
-        f"stopped with a message and {n['refused']} refused with one."
+        f"{n['right']} are right, {n['as asked']} as asked, {n['degraded']} degraded, "
+        f"{n['lost']} lost, {n['stopped']} stopped with a message and {n['refused']} refused with "
+        "one."
     )
 
 
-def of_signs(ran):
+def describe_signs(ran):
     n = Counter(cell.get("shown_by") for cell in ran)
     return (
-        f"Of those that are not right the finer run shows it in {n['second run']}, the step "
-        f"beforehand in {n['large step']}; {n['tolerance']} lie within what the tolerance asked "
-        f"for, and {n['rounding']} are accumulated rounding."
+        f"{n['second run']:,} of the degraded and lost cells show up in a finer run, "
+        f"{n['large step']} in the step itself; {n['tolerance']} lie within the tolerance times "
+        f"the number of steps, and {n['rounding']} are accumulated rounding."
     )
 
 
-def of_methods(found):
-    right = Counter(cell["method"] for cell in found if cell["verdict"] == judge.RIGHT)
+def describe_methods(found):
+    met = Counter(cell["method"] for cell in found if cell["verdict"] in verdicts.MET)
     ill = Counter(cell["method"] for cell in found if cell["verdict"] in ("lost", "stopped"))
-    (best, often), *_ = right.most_common(1) or [("none", 0)]
-    worst = listed(f"{name} ({n})" for name, n in ill.most_common(3))
-    return f"Most often right is {best} ({often} cells); most often lost or stopped are {worst}."
+    (best, often), *_ = met.most_common(1) or [("none", 0)]
+    worst = join_words(f"{name} ({n})" for name, n in ill.most_common(3))
+    return (
+        f"{best} is right or as asked most often ({often} cells); most often lost or stopped are "
+        f"{worst}."
+    )
 
 
-def of_tolerances(ran):
-    beyond = [cell["method"] for cell in ran if cell["mark"] == judge.BEYOND]
+def describe_tolerance_failures(ran):
+    beyond = [cell["method"] for cell in ran if cell["mark"] == verdicts.BEYOND]
     if not beyond:
         return ""
-    return f"More than {judge.PROMISED:g} times off what the tolerance explains: {counted(beyond)}."
-
-
-def table(found):
-    def written(value):
-        return f"{value:.4g}" if isinstance(value, float) else value
-
-    return csv_text(
-        COLUMNS, ({key: written(value) for key, value in cell.items()} for cell in found)
+    return (
+        f"Errors more than {verdicts.PROMISED:g} times those explained by the tolerance: "
+        f"{join_counts(beyond)}."
     )
 
 
-def files(atlas, about):
-    yield "stability.csv", table(atlas.cells)
-    if atlas.watched:
-        yield "stiff.csv", stiff.table(atlas.watched)
+def write_table(found):
+    def format_value(value):
+        return f"{value:.4g}" if isinstance(value, float) else value
+
+    return write_csv(
+        COLUMNS, ({key: format_value(value) for key, value in cell.items()} for cell in found)
+    )
 
 
-def told(atlas):
+def list_files(atlas, about):
+    yield "stability.csv", write_table(atlas.cells)
+    if atlas.needle_lines:
+        yield "stiff.csv", stiff_needle.write_table(atlas.needle_lines)
+
+
+def terminal_lines(atlas):
     silent = list(filter(is_silent, atlas.cells))
     yield f"atlas: {len(atlas.cells)} cells, wrong in silence: {len(silent)}"
     for cell in silent:
@@ -249,12 +262,12 @@ PART = Part(
     "atlas",
     "Stability",
     "The stability atlas",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Stability",
-    files=files,
-    told=told,
-    methods=lambda atlas: {cell["method"] for cell in atlas.cells},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Stability",
+    list_files=list_files,
+    terminal_lines=terminal_lines,
+    list_methods=lambda atlas: {cell["method"] for cell in atlas.cells},
 )

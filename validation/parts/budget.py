@@ -1,5 +1,7 @@
-"""How much time a report may take: that of a quick look, the default of a few minutes, or all; and
-the tasks that it is spent on."""
+"""The time budget of a report, and its tasks.
+
+A budget is that of a quick look, the default of a few minutes, or everything.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,8 +11,8 @@ from time import perf_counter
 @dataclass(frozen=True)
 class Budget:
     name: str
-    seconds: float  # a task may say after which share of it it is left out
-    longest: float  # a method is not steered tighter once a run takes longer than this [s]
+    seconds: float  # total time
+    longest: float  # no tighter setting follows a run longer than this [s]
     rounds: int  # of the timing
     least_rounds: int
     members: int  # of each ensemble
@@ -29,16 +31,16 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """One finding to make. Where `key` is None nothing is kept of it."""
+    """One finding to compute; nothing is stored if `key` is None."""
 
-    key: str | None  # under which the store keeps it
+    key: str | None  # key in the store
     make: Callable
-    weight: float = 0.0  # about how long it takes [s]
-    until: float | None = None  # the share of the budget after which it is left out; None: never
+    weight: float = 0.0  # expected duration [s]
+    until: float | None = None  # fraction of the budget after which it is skipped, or None
 
 
 class Clock:
-    """Says which tasks come too late for the budget, and counts them."""
+    """The time used so far, and the number of tasks skipped for lack of time."""
 
     def __init__(self, budget):
         self.begin, self.budget, self.missed = perf_counter(), budget, 0
@@ -49,14 +51,14 @@ class Clock:
         self.missed += late
         return late
 
-    def missing(self):
-        """Words what was left out; empty where nothing was."""
+    def describe_missing(self):
+        """Return a sentence on the skipped findings, or an empty string."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
-        return f"{number} left for the next run, for want of time" if self.missed else ""
+        return f"{number} skipped for lack of time; run again to add them" if self.missed else ""
 
 
-def work_through(tasks, store, budget, bar):
-    """Makes what is not known yet, in order; says what happened if that was not all."""
+def run_tasks(tasks, store, budget, bar):
+    """Run the tasks without a stored result, in order, and return what is missing."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
     try:
@@ -68,6 +70,6 @@ def work_through(tasks, store, budget, bar):
                 store.put(task.key, task.make())
             bar.advance(task_bar, task.weight)
     except KeyboardInterrupt:
-        return "interrupted: what is missing comes with the next run"
+        return "interrupted; run again to continue"
     bar.update(task_bar, description="done")
-    return clock.missing()
+    return clock.describe_missing()

@@ -1,22 +1,25 @@
-"""Order and chaos: sections of tops from integrable to chaotic, the ten of Kowalewski's top, the
-layer along a separatrix beside Melnikov's theory, frequencies, and Lyapunov exponents."""
+"""Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
+
+Sections lead from integrable to chaotic tops and show the ten kinds of Kowalewski's top. The layer
+along a separatrix is compared with Melnikov's theory.
+"""
 
 from functools import partial
 
 import numpy as np
 
-from ..drawing import cuts as drawing
-from ..drawing.field import field
-from ..truth import kowalewski, melnikov
-from . import cuts, exponents, rotations
+from ..drawing import section_plots as drawing
+from ..drawing.field import draw_field
+from ..references import kowalewski, melnikov
+from . import frequency_data, lyapunov_exponents, section_data
 from .budget import Task
-from .part import Part, csv_text
-from .words import brief, in_a_row, power
+from .formatting import format_brief, format_power, join_sentences
+from .part import Part, write_csv
 
-SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # by which the moments of the layer's tops differ
+SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
 SHOWN = (1e-2, 1e-4)
-NEAR = "8 %"  # the top whose frequencies are shown
-CLOSE = (1.18, 1.65), (1.48, 2.15)  # the crowded part of the plane of regions
+NEAR = "8 %"  # the top with frequencies
+CLOSE = (1.18, 1.65), (1.48, 2.15)  # corners of the inset
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
     "exponents.csv": ("top", "starts", "chaotic", "exponent", "error", "certificate"),
@@ -24,8 +27,8 @@ FILES = {
 }
 
 
-def sizes(budget):
-    """Gives how many orbits and crossings a picture has, orbits with frequencies, and swings."""
+def choose_sizes(budget):
+    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map cells."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -35,21 +38,20 @@ def sizes(budget):
     }
 
 
-def order(size):
-    """Gives how far the energy strays in sections, relatively, and how many states they have."""
+def measure_energy_drift(size):
+    """Return the sizes with the largest relative energy drift and the number of states."""
     found = []
-    for name in cuts.BODIES:
-        section = cuts.of_body(name, size["orbits"], size["crossings"])
-        found.append(float(np.abs(section.energy / cuts.ENERGY - 1.0).max()))
-    states = len(cuts.BODIES) * size["orbits"] * size["crossings"]
+    for name in section_data.BODIES:
+        section = section_data.compute_section(name, size["orbits"], size["crossings"])
+        found.append(float(np.abs(section.energy / section_data.ENERGY - 1.0).max()))
+    states = len(section_data.BODIES) * size["orbits"] * size["crossings"]
     return size | {"energy": max(found), "states": states}
 
 
-def integrable(size):
-    """Gives of each region what K the section has, how far an orbit strays from its own, and what
-    theory says of it."""
+def measure_kowalewski(size):
+    """Yield for each region the range of K, its drift along orbits, and its critical values."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
-        section = cuts.of_kowalewski(number, size["orbits"], size["crossings"])
+        section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)
         yield {
             "region": number + 1,
@@ -58,189 +60,206 @@ def integrable(size):
             "least": float(K.min()),
             "greatest": float(K.max()),
             "off": float(np.ptp(K, axis=1).max() / K.max()),
-            "critical": [value for value, _ in kowalewski.critical(g, h)],
+            "critical": [value for value, _ in kowalewski.critical_values(g, h)],
         }
 
 
-def layer(swings):
+def measure_layer(swings):
     for e in SMALL:
-        spin, axial = melnikov.swings(e, swings)
+        spin, axial = melnikov.measure_swings(e, swings)
         change, wave = np.diff(axial, axis=1) / e, np.sin(2.0 * spin)
         yield {
             "e": e,
             "kick": float((change * wave).sum() / (wave * wave).sum()),
-            "melnikov": melnikov.amplitude(),
+            "melnikov": melnikov.melnikov_amplitude(),
             "half_width": float(np.abs(axial - melnikov.VERTICAL).max()),
-            "predicted": e * melnikov.width(),
+            "predicted": e * melnikov.layer_half_width(),
         }
 
 
-def turning(orbits):
-    rows = rotations.rotation(orbits, NEAR)
-    return {"rows": [row.tolist() for row in rows], "off": rotations.off_closed_form(orbits // 3)}
+def measure_frequencies(orbits):
+    rows = frequency_data.measure_rotation(orbits, NEAR)
+    return {
+        "rows": [row.tolist() for row in rows],
+        "off": frequency_data.largest_frequency_error(orbits // 3),
+    }
 
 
-def growing(size):
-    """Gives the table of exponents and the map of them."""
-    table = [exponents.told(name, size["orbits"]) for name in cuts.BODIES]
-    return {"table": table, "map": exponents.mapped(size["side"]).tolist()}
+def measure_exponents(size):
+    """Return the table and the map of Lyapunov exponents."""
+    table = [
+        lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
+    ]
+    return {"table": table, "map": lyapunov_exponents.map_exponents(size["side"]).tolist()}
 
 
-def tasks(problems, budget, store):
-    size = sizes(budget)
+def list_tasks(problems, budget, store):
+    size = choose_sizes(budget)
     name = budget.name
-    yield Task(f"chaos/order/{name}", partial(order, size), 3.0)
-    yield Task(f"chaos/kowalewski/{name}", lambda: list(integrable(size)), 4.0)
-    yield Task(f"chaos/layer/{name}", lambda: list(layer(size["swings"])), 2.0)
-    yield Task(f"chaos/frequencies/{name}", partial(turning, size["turning"]), 12.0, until=0.9)
-    yield Task(f"chaos/exponents/{name}", partial(growing, size), 10.0, until=0.9)
+    yield Task(f"chaos/order/{name}", partial(measure_energy_drift, size), 3.0)
+    yield Task(f"chaos/kowalewski/{name}", lambda: list(measure_kowalewski(size)), 4.0)
+    yield Task(f"chaos/layer/{name}", lambda: list(measure_layer(size["swings"])), 2.0)
+    yield Task(
+        f"chaos/frequencies/{name}", partial(measure_frequencies, size["turning"]), 12.0, until=0.9
+    )
+    yield Task(f"chaos/exponents/{name}", partial(measure_exponents, size), 10.0, until=0.9)
 
 
-def found(problems, store):
+def load_findings(problems, store):
     names = "order", "kowalewski", "layer", "frequencies", "exponents"
     known = {name: store.under(f"chaos/{name}/") for name in names}
     return {name: values[-1] for name, values in known.items() if values}
 
 
-def panels_of_bodies(size):
-    for name in cuts.BODIES:
-        section = cuts.of_body(name, size["orbits"], size["crossings"])
-        yield name, cuts.drawn(section, cuts.by_orbit(section, section.axial_momentum))
+def body_panels(size):
+    for name in section_data.BODIES:
+        section = section_data.compute_section(name, size["orbits"], size["crossings"])
+        yield (
+            name,
+            section_data.panel_data(
+                section, section_data.average_by_orbit(section, section.axial_momentum)
+            ),
+        )
 
 
-def panels_of_regions(size):
+def region_panels(size):
     for number, (g, h) in enumerate(kowalewski.REGIONS):
-        section = cuts.of_kowalewski(number, size["orbits"], size["crossings"])
+        section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski**0.25
-        yield f"{number + 1}: g = {g:g}, h = {h:g}", cuts.drawn(section, K)
+        yield f"{number + 1}: g = {g:g}, h = {h:g}", section_data.panel_data(section, K)
 
 
-def pictures_of_layer(rows, size):
+def draw_layer(rows, size):
     angles, changes = {}, {}
     for e in SHOWN:
-        spin, axial = melnikov.swings(e, size["swings"] // 10)
-        name = f"e = {power(e)}"
+        spin, axial = melnikov.measure_swings(e, size["swings"] // 10)
+        name = f"e = {format_power(e)}"
         angles[name], changes[name] = spin.ravel(), (np.diff(axial, axis=1) / e).ravel()
     return (
-        drawing.kicks(angles, changes, melnikov.amplitude()),
-        drawing.widths(
-            [row["e"] for row in rows], [row["half_width"] for row in rows], melnikov.width()
+        drawing.draw_kicks(angles, changes, melnikov.melnikov_amplitude()),
+        drawing.draw_widths(
+            [row["e"] for row in rows],
+            [row["half_width"] for row in rows],
+            melnikov.layer_half_width(),
         ),
     )
 
 
-def picture_of_rotation(rows, size):
-    section = cuts.of_body(NEAR, size["orbits"], size["crossings"])
-    panel = cuts.drawn(section, cuts.by_orbit(section, section.axial_momentum))
-    return drawing.beside_rotation(
+def draw_rotation(rows, size):
+    section = section_data.compute_section(NEAR, size["orbits"], size["crossings"])
+    panel = section_data.panel_data(
+        section, section_data.average_by_orbit(section, section.axial_momentum)
+    )
+    return drawing.draw_section_and_rotation(
         panel, "moments 8 % apart", [np.array(row, float) for row in rows]
     )
 
 
-def picture_of_exponents(rows):
-    return field(
+def draw_exponents(rows):
+    return draw_field(
         np.array(rows, float),
-        (*exponents.VERTICALS, *exponents.ENERGIES),
+        (*lyapunov_exponents.VERTICALS, *lyapunov_exponents.ENERGIES),
         ("vertical momentum", "energy", "largest Lyapunov exponent"),
     )
 
 
-def shown(findings):
+def build_context(findings):
     size = findings["order"]
     widest = max(g for g, _ in kowalewski.REGIONS) + 0.2
     told = {"size": size, "seconds": None, "regions": None, "layer": None, "rotation": None}
     told["exponents"] = findings.get("exponents")
-    told["order"] = drawing.cuts(dict(panels_of_bodies(size)), 3, 3.1)
+    told["order"] = drawing.draw_sections(dict(body_panels(size)), 3, 3.1)
     if "kowalewski" in findings:
-        told["regions"] = drawing.cuts(dict(panels_of_regions(size)), 5, 2.4)
-        told["plane"] = drawing.map_of_regions(
-            kowalewski.borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
+        told["regions"] = drawing.draw_sections(dict(region_panels(size)), 5, 2.4)
+        told["plane"] = drawing.draw_regions(
+            kowalewski.region_borders(widest), kowalewski.REGIONS, widest, 4.6, CLOSE
         )
         told["values"] = findings["kowalewski"]
     if "layer" in findings:
-        told["layer"] = pictures_of_layer(findings["layer"], size)
+        told["layer"] = draw_layer(findings["layer"], size)
         told["swings"] = findings["layer"]
     if "frequencies" in findings:
-        told["rotation"] = picture_of_rotation(findings["frequencies"]["rows"], size)
+        told["rotation"] = draw_rotation(findings["frequencies"]["rows"], size)
         told["off"] = findings["frequencies"]["off"]
     if told["exponents"]:
-        told["map"] = picture_of_exponents(told["exponents"]["map"])
-        told["long"], told["times"] = exponents.LONG, exponents.TIMES
+        told["map"] = draw_exponents(told["exponents"]["map"])
+        told["long"], told["times"] = lyapunov_exponents.LONG, lyapunov_exponents.TIMES
     return told
 
 
-def concluded(findings):
-    return in_a_row(
-        f"Sections of {findings['order']['states']} states keep their energy to "
-        f"{power(findings['order']['energy'])}, whether they are regular or chaotic.",
-        of_regions(findings.get("kowalewski")),
-        of_layer(findings.get("layer")),
-        of_frequencies(findings.get("frequencies")),
-        of_exponents(findings.get("exponents")),
+def conclude(findings):
+    return join_sentences(
+        f"Sections of {findings['order']['states']} states conserve their energy to "
+        f"{format_power(findings['order']['energy'])}, for regular and chaotic motions.",
+        describe_regions(findings.get("kowalewski")),
+        describe_layer(findings.get("layer")),
+        describe_frequencies(findings.get("frequencies")),
+        describe_exponents(findings.get("exponents")),
     )
 
 
-def of_regions(rows):
+def describe_regions(rows):
     if not rows:
         return ""
     off = max(row["off"] for row in rows)
     met = sum(row["greatest"] <= row["critical"][-1] * (1.0 + 1e-9) for row in rows)
     return (
-        f"Kowalewski's integral stays constant to {power(off)} of its greatest value on all ten "
-        f"kinds of sections, within the bounds of theory on {met} of {len(rows)}."
+        f"Kowalewski's integral is constant to {format_power(off)} of its maximum on all ten "
+        f"kinds of sections, within the theoretical bounds on {met} of {len(rows)}."
     )
 
 
-def of_layer(rows):
+def describe_layer(rows):
     if not rows:
         return ""
     finest = rows[0]
     off = abs(finest["kick"] / finest["melnikov"] - 1.0)
     ratios = [row["half_width"] / row["predicted"] for row in rows]
     return (
-        f"Along the separatrix of the upright top swings change the axial momentum as Melnikov's "
-        f"integral says, to {power(off)} at e = {power(finest['e'])}; over {len(rows)} decades the "
-        f"layer of chaos is {brief(min(ratios))} to {brief(max(ratios))} times as wide as "
-        "Chirikov's criterion has it."
+        "Along the separatrix of the upright top the change of axial momentum per swing agrees "
+        f"with Melnikov's integral to {format_power(off)} at e = {format_power(finest['e'])}. Over "
+        f"{len(rows)} decades the chaotic layer is {format_brief(min(ratios))} to "
+        f"{format_brief(max(ratios))} times as wide as by Chirikov's criterion."
     )
 
 
-def of_frequencies(known):
+def describe_frequencies(known):
     return (
-        known and f"Frequencies of random Lagrange tops are off by {power(known['off'])} at most."
+        known
+        and f"The largest frequency error of random Lagrange tops is {format_power(known['off'])}."
     )
 
 
-def of_exponents(known):
-    """Says how chaos grows, and that none is seen where there is none."""
+def describe_exponents(known):
+    """Return a sentence on the exponents of the first and the last top."""
     if not known:
         return ""
     first, *_, last = known["table"]
-    called = first["chaotic"] or "none"
-    said = f"Of {first['starts']} starts of the Lagrange top {called} are called chaotic"
+    called = str(first["chaotic"] or "none")
+    said = f"{called.capitalize()} of {first['starts']} starts of the Lagrange top are chaotic"
     if last["error"] is None:
         return f"{said}."
     return (
-        f"{said}; of the last top {last['chaotic']}, with an exponent of {last['exponent']:.4f} "
-        f"\N{PLUS-MINUS SIGN} {last['error']:.4f}."
+        f"{said}; of the last top {last['chaotic']} are, with an exponent of "
+        f"{last['exponent']:.4f} \N{PLUS-MINUS SIGN} {last['error']:.4f}."
     )
 
 
-def files(findings, about):
+def list_files(findings, about):
     rows = {"layer.csv": findings.get("layer"), "kowalewski.csv": findings.get("kowalewski")}
     rows["exponents.csv"] = findings.get("exponents", {}).get("table")
-    return [(name, csv_text(FILES[name], rows[name])) for name in FILES if rows[name]]
+    return [(name, write_csv(FILES[name], rows[name])) for name in FILES if rows[name]]
 
 
 PART = Part(
     "chaos",
     "Chaos",
     "Order and chaos",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Order and chaos",
-    files=files,
-    methods=lambda findings: {"taylor"},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Order and chaos",
+    list_files=list_files,
+    list_methods=lambda findings: {"taylor"},
 )

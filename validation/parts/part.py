@@ -1,8 +1,8 @@
-"""What a part of the report is. The report makes its page, its tables and its command line from a
-list of parts, and knows none of them by name.
+"""The interface of a part of the report.
 
-To add one: its file here, which ends with its Part; its template NAME.html beside it; its line in
-report/contents.py.
+The report builds its page, its tables and its command line from a list of parts, and refers to no
+part by name. To add a part, add its file here, which ends with its `Part`, its template NAME.html
+beside the file, and its line in report/contents.py.
 """
 
 import csv
@@ -11,34 +11,36 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 
-def nothing(found):
+def list_nothing(findings, *_):
     return ()
 
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the report. What it found may be of any type; it is false where there is nothing,
-    and is then neither shown nor written."""
+    """One part of the report.
 
-    name: str  # in --only, in links within the page, and of its template
+    Findings may be of any type. A part whose findings are false is neither shown nor written.
+    """
+
+    name: str  # used in --only, in links within the page, and as name of the template
     title: str  # in the navigation
     heading: str  # of its section
-    tasks: Callable  # (problems with their ends, budget, store) -> the findings to make, in order
-    found: Callable  # (problems with their ends, store) -> what was found so far
-    shown: Callable  # found -> what the template is given, by name
-    concluded: Callable  # found -> what to conclude, a paragraph
-    short: str = (
-        ""  # what that paragraph begins with at the head of the page; empty: it is not there
-    )
-    files: Callable = nothing  # (found, about) -> (name of a file, its text) of each
-    told: Callable = nothing  # found -> what the terminal shows, line by line
-    methods: Callable = nothing  # found -> the names of the methods that ran
-    takes_own_scenes: bool = False  # whether it runs where a user gave scenes of his own
+    list_tasks: Callable  # (problems with their ends, budget, store) -> tasks, in order
+    load_findings: Callable  # (problems with their ends, store) -> findings
+    build_context: Callable  # findings -> values for the template, by name
+    conclude: Callable  # findings -> a paragraph
+    label: str = ""  # of that paragraph at the head of the page; empty: not shown there
+    list_files: Callable = list_nothing  # (findings, about) -> (name, text) of each file
+    terminal_lines: Callable = list_nothing  # findings -> lines for the terminal
+    list_methods: Callable = list_nothing  # findings -> names of the methods that ran
+    accepts_user_scenes: bool = False  # whether it runs on the scenes of a user
 
 
-def csv_text(columns, rows):
-    """Writes rows, each a dict, as CSV; what a row does not know stays empty, what is no column is
-    left out."""
+def write_csv(columns, rows):
+    """Return rows, each a dict, as CSV.
+
+    Missing values stay empty, and keys that are no column are left out.
+    """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")
     writer.writeheader()

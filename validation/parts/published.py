@@ -1,7 +1,6 @@
-"""Published problems: the numbers of the literature beside those of kreisel and its peers.
+"""Published problems: numbers of the literature beside those of kreisel and its peers.
 
-Each has reference values in 30 digits (problems.json); what others published or measured stands
-there too.
+Reference values with 30 digits and the published numbers are in problems.json.
 """
 
 import json
@@ -12,11 +11,11 @@ from math import cos, sin
 import kreisel as kr
 import numpy as np
 
-from ..peers import contenders, measure
-from ..peers.contenders import Setting
-from ..truth.problems import PROBLEMS, attitude_error, described
+from ..competitors import single_runs, timing
+from ..competitors.single_runs import Setting
+from ..references.problems import PROBLEMS, attitude_error, problem_of_scene
 from .budget import Task
-from .part import Part, csv_text
+from .part import Part, write_csv
 
 COLUMNS = (
     "problem",
@@ -33,14 +32,13 @@ TOLERANCES = (1e-9, 1e-13)
 
 
 @dataclass(frozen=True)
-class Published:
-    """A problem of the literature: its scene, where it ends, the steps it was run at, and what was
-    published of it."""
+class PublishedProblem:
+    """A problem of the literature: scene, end, step sizes and published numbers."""
 
     name: str
     scene: kr.Scene
-    end: float  # of the attitude that is known
-    energy_end: float  # of the energy
+    end: float  # final time of the attitude
+    energy_end: float  # final time of the energy
     steps: tuple
     reference: dict  # at `end`
     literature: list = field(default_factory=list)  # rows
@@ -50,7 +48,7 @@ class Published:
         return json.loads(PROBLEMS.read_text())["published"][self.name]
 
 
-def bruels_cardona(entry):
+def load_bruels_cardona(entry):
     body = kr.Body(entry["mass"], entry["inertia_about_fixed_point"], entry["com"])
     scene = kr.Scene(body, body_velocity=entry["w0"], attitude=entry["q0"], gravity=entry["g"])
     true = entry["reference"]["2"]["w_space"][1]
@@ -63,7 +61,7 @@ def bruels_cardona(entry):
         }
         for name, value in entry["published_w_space_y_at_2"].items()
     ]
-    return Published(
+    return PublishedProblem(
         "bruels_cardona_heavy_top",
         scene,
         2.0,
@@ -74,7 +72,7 @@ def bruels_cardona(entry):
     )
 
 
-def gni(entry):
+def load_gni(entry):
     scene = kr.Scene(
         kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"]), made_up=True),
         body_momentum=entry["L0"],
@@ -90,7 +88,7 @@ def gni(entry):
         }
         for h, error in steps.items()
     ]
-    return Published(
+    return PublishedProblem(
         "gni_asymmetric_heavy_top",
         scene,
         100.0,
@@ -101,31 +99,31 @@ def gni(entry):
     )
 
 
-def simo_wong(entry):
+def load_simo_wong(entry):
     scene = kr.Scene(
         kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"], made_up=True),
         body_velocity=entry["w0"],
         attitude=(cos(0.025), sin(0.025), 0.0, 0.0),
     )
     literature = [{"by": "Simo and Wong", "setting": "step 0.009", "t": 10.0, "energy_error": 1e-3}]
-    return Published(
+    return PublishedProblem(
         "simo_wong_fast_top", scene, 10.0, 10.0, (0.009,), entry["reference"]["10"], literature
     )
 
 
-def problems():
+def load_problems():
     entries = json.loads(PROBLEMS.read_text())["published"]
     return [
         make(entries[name])
         for name, make in (
-            ("bruels_cardona_heavy_top", bruels_cardona),
-            ("gni_asymmetric_heavy_top", gni),
-            ("simo_wong_fast_top", simo_wong),
+            ("bruels_cardona_heavy_top", load_bruels_cardona),
+            ("gni_asymmetric_heavy_top", load_gni),
+            ("simo_wong_fast_top", load_simo_wong),
         )
     ]
 
 
-def settings(who, steps, quick):
+def list_settings(who, steps, quick):
     if who.steered == "step":
         return [Setting(step=h) for h in (steps[:1] if quick else steps)]
     if who.steered == "tol":
@@ -133,77 +131,81 @@ def settings(who, steps, quick):
     return [Setting()]
 
 
-def looks(problem, setting):
-    """Gives times for the energy: about a thousand, on the grid of a step."""
+def energy_times(problem, setting):
+    """Return about a thousand times for the energy, on the grid of a step."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
 
 
-def run(published, problem, who, setting):
+def measure_run(published, problem, who, setting):
     row = {"problem": published.name, "by": who.name, "setting": str(setting), "t": published.end}
     try:
         short = who.make(problem, published.end, setting)
         q, m = short.record(np.array([0.0, published.end]))
         row["attitude_error"] = attitude_error(q[-1], published.reference["q"])
-        row["seconds"] = min(measure.once(short.solve) for _ in range(3))
+        row["seconds"] = min(timing.time_once(short.solve) for _ in range(3))
         if "w_space" in published.reference:
             end = kr.Scene(published.scene.body, m[-1], q[-1] / np.linalg.norm(q[-1]))
-            row["velocity_error"] = abs(velocity(end)[1] - published.reference["w_space"][1])
+            row["velocity_error"] = abs(
+                initial_velocity(end)[1] - published.reference["w_space"][1]
+            )
         long = who.make(problem, published.energy_end, setting)
-        row["energy_error"] = relative_energy(problem, *long.record(looks(published, setting)))
+        row["energy_error"] = relative_energy_error(
+            problem, *long.record(energy_times(published, setting))
+        )
     except (kr.Error, ValueError, ArithmeticError) as error:
         row["failure"] = str(error)
     return row
 
 
-def velocity(scene):
-    """Gives the angular velocity of a scene at its start, in space."""
+def initial_velocity(scene):
+    """Return the angular velocity of a scene at its start, in space."""
     return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
 
 
-def relative_energy(problem, q, m):
-    """Gives max |H - H0| / |H0|, as the literature has it."""
+def relative_energy_error(problem, q, m):
+    """Return max |H - H0| / |H0|, the measure of the literature."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
 
-def examine(published, quick=False):
-    problem = described(published.name, published.scene)
+def measure_problem(published, quick=False):
+    problem = problem_of_scene(published.name, published.scene)
     rows = [
         {"problem": published.name} | row | {"by": f"{row['by']} (published)"}
         for row in published.literature
     ]
-    for who in (*contenders.ours(problem), *(() if quick else contenders.PEERS)):
+    for who in (*single_runs.list_contenders(problem), *(() if quick else single_runs.PEERS)):
         rows += [
-            run(published, problem, who, setting)
-            for setting in settings(who, published.steps, quick)
+            measure_run(published, problem, who, setting)
+            for setting in list_settings(who, published.steps, quick)
         ]
     return rows
 
 
-def tasks(_, budget, store):
-    for published in problems():
-        make = partial(examine, published, budget.quick)
+def list_tasks(_, budget, store):
+    for published in load_problems():
+        make = partial(measure_problem, published, budget.quick)
         yield Task(f"published/{published.name}", make, 0.3 if budget.quick else 4.0, until=1.0)
 
 
-def found(_, store):
+def load_findings(_, store):
     return [row for rows in store.under("published/") for row in rows]
 
 
-def shown(rows):
-    return {"problems": [problem_shown(each, own) for each, own in by_problem(rows)]}
+def build_context(rows):
+    return {"problems": [problem_context(each, own) for each, own in group_by_problem(rows)]}
 
 
-def by_problem(rows):
-    for problem in problems():
+def group_by_problem(rows):
+    for problem in load_problems():
         own = [row for row in rows if row["problem"] == problem.name]
         if own:
             yield problem, own
 
 
-def problem_shown(problem, rows):
+def problem_context(problem, rows):
     return {
         "name": problem.name,
         "source": problem.entry["source"],
@@ -215,13 +217,13 @@ def problem_shown(problem, rows):
     }
 
 
-def concluded(rows):
-    said = [words for _, own in by_problem(rows) if (words := beside_literature(own))]
+def conclude(rows):
+    said = [words for _, own in group_by_problem(rows) if (words := compare_with_literature(own))]
     return "; ".join(said).capitalize() + "." if said else ""
 
 
-def beside_literature(rows):
-    """Compares the best energy error of a run at a published setting with the published one."""
+def compare_with_literature(rows):
+    """Return a clause on the best energy error at a published setting, or an empty string."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}
@@ -241,10 +243,10 @@ PART = Part(
     "published",
     "Published problems",
     "Published problems",
-    tasks,
-    found,
-    shown,
-    concluded,
-    files=lambda rows, about: [("published.csv", csv_text(COLUMNS, rows))],
-    methods=lambda rows: {row["by"] for row in rows},
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda rows, about: [("published.csv", write_csv(COLUMNS, rows))],
+    list_methods=lambda rows: {row["by"] for row in rows},
 )

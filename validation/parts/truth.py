@@ -1,48 +1,50 @@
-"""Whether the truth is true: how far each other way to compute it comes out."""
+"""The accuracy of the reference solutions: differences between independent computations."""
 
 from functools import partial
 
-from ..truth import reference
-from . import runs
+from ..references import reference
+from . import scene_runs
 from .budget import Task
-from .part import Part, csv_text
-from .words import brief, in_a_row, listed
+from .formatting import format_brief, join_sentences, join_words
+from .part import Part, write_csv
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
-MANY = ("128", "30 digits")  # in the names of the ways that have more digits than a double
+MANY = ("128", "30 digits")  # in the names of high-precision computations
 
 
 def ways_key(problem):
     return f"ways/{problem.name}"
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     for problem, end in problems:
-        yield runs.truth_task(problem, end)
-        yield Task(ways_key(problem), partial(ways, problem, end, store), 1.0)
+        yield scene_runs.make_truth_task(problem, end)
+        yield Task(ways_key(problem), partial(compare_truths, problem, end, store), 1.0)
 
 
-def ways(problem, end, store):
-    return list(reference.ways(problem, end, store.known[runs.truth_key(problem)]))
+def compare_truths(problem, end, store):
+    return list(
+        reference.compare_computations(problem, end, store.known[scene_runs.truth_key(problem)])
+    )
 
 
-def found(problems, store):
-    """Gives a line for each scene: its truths side by side."""
+def load_findings(problems, store):
+    """Return a line per scene with the results of all computations."""
     return [
         {
             "scene": problem.name,
             "end": end,
-            "conditioning": store.known[runs.truth_key(problem)]["conditioning"],
-            "ways": [*store.known[ways_key(problem)], *in_double(store, problem.name)],
+            "conditioning": store.known[scene_runs.truth_key(problem)]["conditioning"],
+            "ways": [*store.known[ways_key(problem)], *heyoka_in_double(store, problem.name)],
         }
         for problem, end in problems
         if ways_key(problem) in store.known
     ]
 
 
-def in_double(store, scene):
-    """Gives what heyoka comes to in doubles at its tightest, where it ran."""
-    rows = (row for row in runs.explored(store, scene) if row.method == "heyoka")
+def heyoka_in_double(store, scene):
+    """Return the error of heyoka in doubles at its tightest tolerance, where it ran."""
+    rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
 
@@ -51,9 +53,12 @@ def has_many_digits(way):
     return any(word in way for word in MANY)
 
 
-def agreement(lines):
-    """Gives for each scene how far the ways of many digits are from the truth, and which of the
-    others is furthest, in roundings of the data."""
+def summarize_agreement(lines):
+    """Yield the agreement for each scene, in roundings of the data.
+
+    It consists of the largest difference of the high-precision results and of the largest of the
+    others, with its name.
+    """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]
         many = [angle for angle, way in apart if has_many_digits(way)]
@@ -61,49 +66,53 @@ def agreement(lines):
         yield line["scene"], max(many, default=0.0), max(others, default=(0.0, ""))
 
 
-def concluded(lines):
-    known = list(agreement(lines))
-    return in_a_row(of_many_digits(known), of_doubles(known)) if known else ""
-
-
-def of_many_digits(known):
-    apart = [scene for scene, most, _ in known if most > 1.0]
-    where = f"all scenes but {listed(apart)}" if apart else "every scene"
-    most = max(most for _, most, _ in known)
+def conclude(lines):
+    known = list(summarize_agreement(lines))
     return (
-        f"On {where} the truths of many digits agree within the conditioning: they lie at most "
-        f"{most:.0e} of one rounding of the data apart."
+        join_sentences(describe_high_precision(known), describe_double_precision(known))
+        if known
+        else ""
     )
 
 
-def of_doubles(known):
+def describe_high_precision(known):
+    apart = [scene for scene, most, _ in known if most > 1.0]
+    where = f"all scenes but {join_words(apart)}" if apart else "every scene"
+    most = max(most for _, most, _ in known)
+    return (
+        f"On {where} the high-precision results agree within the conditioning: they differ by at "
+        f"most {most:.0e} of one rounding of the data."
+    )
+
+
+def describe_double_precision(known):
     scene, _, (worst, way) = max(known, key=lambda line: line[2][0])
     if not way:
         return ""
     return (
-        f"Of what computes in 80 bits or in doubles, {way} is the furthest away: {brief(worst)} "
-        f"roundings, on {scene}."
+        f"Of the double and 80-bit results, that of {way} is least accurate: {format_brief(worst)} "
+        f"roundings of the data on {scene}."
     )
 
 
-def files(lines, about):
+def list_files(lines, about):
     rows = [
         (line["scene"], line["end"], line["conditioning"], *way)
         for line in lines
         for way in line["ways"]
     ]
-    yield "truths.csv", csv_text(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
+    yield "truths.csv", write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))
 
 
 PART = Part(
     "truth",
     "Truth",
     "Is the truth true?",
-    tasks,
-    found,
+    list_tasks,
+    load_findings,
     lambda lines: {"truths": lines},
-    concluded,
-    short="Truth",
-    files=files,
-    takes_own_scenes=True,
+    conclude,
+    label="Truth",
+    list_files=list_files,
+    accepts_user_scenes=True,
 )

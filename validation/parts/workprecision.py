@@ -1,16 +1,22 @@
-"""Error against run time: every method on the scenes of the report, or on a user's own."""
+"""Error against run time: every method on the scenes of the report or of a user."""
 
 import statistics
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..competitors.method_families import group_methods
 from ..drawing import cost_curves
-from ..drawing.look import COLOURS
-from ..peers.families import families
-from . import race, runs, scenes_told
-from .part import Part, csv_text
-from .words import brief, count, counted, in_a_row, is_or_are, listed, power
+from . import fastest, scene_runs, scene_table
+from .formatting import (
+    count_word,
+    format_brief,
+    format_power,
+    join_counts,
+    join_sentences,
+    join_words,
+)
+from .part import Part, write_csv
 
 COLUMNS = (
     "scene",
@@ -33,12 +39,13 @@ QUANTITIES = {
     "attitude_error": "attitude error at the end [rad]",
     "energy_error": "energy error, relative",
 }
-BUSY = 0.25  # from this spread of the times on they are not to be quoted
+YARDSTICK = ("heyoka",)  # the peers in the small figures
+BUSY = 0.25  # above this spread times should not be quoted
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was found: of each scene its problem, where it ends, its truth and its runs."""
+    """The findings: problems with their ends, truths and runs."""
 
     problems: list  # with their ends
     truths: dict  # by scene
@@ -49,163 +56,202 @@ class Comparison:
         return [problem.name for problem, _ in self.problems]
 
 
-def tasks(problems, budget, store):
+def list_tasks(problems, budget, store):
     for problem, end in problems:
-        yield from runs.tasks(problem, end, budget, store)
+        yield from scene_runs.list_tasks(problem, end, budget, store)
 
 
-def found(problems, store):
-    known = {problem.name: runs.measured(store, problem.name) for problem, _ in problems}
-    ran = [(problem, end) for problem, end in problems if known[problem.name]]
-    truths = {problem.name: store.known[runs.truth_key(problem)] for problem, _ in ran}
+def load_findings(problems, store):
+    format_row = {
+        problem.name: scene_runs.load_measurements(store, problem.name) for problem, _ in problems
+    }
+    ran = [(problem, end) for problem, end in problems if format_row[problem.name]]
+    truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
     return (
-        Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
+        Comparison(ran, truths, [row for rows in format_row.values() for row in rows])
+        if ran
+        else None
     )
 
 
-def timing(rows):
-    """Tells how often the runs were timed, and how far that scattered."""
+def describe_timing(rows):
+    """Return the number of timing rounds and the median spread of the times."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
-    note = " (the machine was busy: do not quote these times)" if middle > BUSY else ""
+    note = " (the machine was busy; do not quote these times)" if middle > BUSY else ""
     return {"rounds": " .. ".join(map(str, counts)) or "no", "spread": f"{middle:.1%}{note}"}
 
 
-def setup_times(rows):
-    """Gives what heyoka takes to compile its integrator, at loose and tight tolerances [s]."""
+def summarize_setup(rows):
+    """Return the range of heyoka's compile times over loose and tight tolerances [s]."""
     known = [row.setup_seconds for row in rows if row.setup_seconds is not None]
     if not known:
         return None
     return {"least": min(known), "middle": float(np.median(known)), "most": max(known)}
 
 
-def scene_shown(comparison, problem, end, groups_of):
+def scene_context(comparison, problem, end, groups_of):
     rows = comparison.rows
-    groups = runs.by_method(rows, problem.name)
+    groups = scene_runs.group_by_method(rows, problem.name)
     floors = {"attitude_error": comparison.truths[problem.name]["conditioning"]}
     main, *others = ((name, cost) for cost in cost_curves.COSTS for name in QUANTITIES)
+    own = [name for family, _ in groups_of.values() for name in family]
+    named = cost_curves.select_leaders(groups, own, others)
 
-    def drawn(how, name, cost):
-        return how(groups, groups_of, name, QUANTITIES[name], cost, floors.get(name))
+    def draw(how, name, cost, *which):
+        return how(groups, *which, name, QUANTITIES[name], cost, floors.get(name))
 
-    return scenes_told.drawn(problem, end) | {
-        "advice": advice(rows, problem.name),
+    return scene_table.scene_context(problem, end) | {
+        "advice": recommend_methods(rows, problem.name),
         "panels": [
-            {"label": title, "svg": svg} for title, svg in drawn(cost_curves.by_family, *main)
+            {"label": title, "svg": svg}
+            for title, svg in draw(cost_curves.draw_families, *main, groups_of)
         ],
         "overviews": [
             {
                 "label": f"{QUANTITIES[name]} against {cost_curves.COSTS[cost]}",
-                "svg": drawn(cost_curves.overview, name, cost),
+                "svg": draw(cost_curves.draw_overview, name, cost, named, YARDSTICK),
             }
             for name, cost in others
         ],
-        "times": list(race.times(rows, problem.name)),
+        "times": list(fastest.times_to_targets(rows, problem.name)),
     }
 
 
-def shown(comparison):
-    rows, groups_of = comparison.rows, families()
+def build_context(comparison):
+    rows, groups_of = comparison.rows, group_methods()
     return {
-        "references": race.references({row.method for row in rows}),
-        "summary": list(race.summary(rows, comparison.scenes)),
-        "targets": [power(target) for target in race.TARGETS],
-        "colours": dict(zip(groups_of, COLOURS, strict=False)),
-        "scenes": [scene_shown(comparison, *each, groups_of) for each in comparison.problems],
-        "timing": timing(rows),
-        "luck": f"{race.LUCK:g}",
-        "setup": setup_times(rows),
+        "references": fastest.list_references({row.method for row in rows}),
+        "summary": list(fastest.summarize_races(rows, comparison.scenes)),
+        "targets": [format_power(target) for target in fastest.TARGETS],
+        "scenes": [scene_context(comparison, *each, groups_of) for each in comparison.problems],
+        "timing": describe_timing(rows),
+        "luck": f"{fastest.LUCK:g}",
+        "setup": summarize_setup(rows),
         "failures": [row for row in rows if row.failure],
     }
 
 
-def advice(rows, scene):
-    """Says which method to take on one scene."""
-    hits = [(target, own) for _, target, own, _ in race.races(rows, [scene]) if own]
+def recommend_methods(rows, scene):
+    """Return a sentence that recommends methods for one scene."""
+    hits = [(target, own) for _, target, own, _ in fastest.run_races(rows, [scene]) if own]
     if not hits:
-        return "No method reached any of the errors in the table within the time allowed."
-    best = listed(f"{stretch} rad" for stretch in stretches(hits, "<strong>{}</strong>"))
-    fixed = [(target, hit) for target in race.TARGETS if (hit := best_fixed(rows, scene, target))]
-    return in_a_row(
-        f"Take {best}.", f"With fixed steps, {listed(stretches(fixed))}." if fixed else ""
+        return "No method reached any of the errors of the table in the time allowed."
+    best = join_words(f"{stretch} rad" for stretch in describe_ranges(hits, "<strong>{}</strong>"))
+    fixed = [
+        (target, hit)
+        for target in fastest.TARGETS
+        if (hit := fastest_with_step(rows, scene, target))
+    ]
+    return join_sentences(
+        f"Take {best}.", f"With fixed steps, {join_words(describe_ranges(fixed))}." if fixed else ""
     )
 
 
-def best_fixed(rows, scene, target):
-    def is_fixed(row):
+def fastest_with_step(rows, scene, target):
+    def has_step(row):
         return not row.peer and row.step is not None
 
-    return race.fastest_of(rows, scene, target, is_fixed)
+    return fastest.fastest_row(rows, scene, target, has_step)
 
 
-def stretches(hits, form="{}"):
-    """Words for which errors each method is the fastest: 'strang for 1e-3 and 1e-6'."""
+def describe_ranges(hits, form="{}"):
+    """Yield each winning method with its errors: 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
-        errors = listed(power(target) for target, hit in hits if hit.method == name)
+        errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"
 
 
-def concluded(comparison):
-    races = list(race.races(comparison.rows, comparison.scenes))
+def conclude(comparison):
+    races = list(fastest.run_races(comparison.rows, comparison.scenes))
     if not any(own for *_, own, _ in races):
         return ""
-    return in_a_row(won(races), ahead(races), lost(races), unreached(races))
-
-
-def is_won(own, peer):
-    return own and (not peer or own.seconds < peer.seconds)
-
-
-def won(races):
-    winners = [own.method for *_, own, peer in races if is_won(own, peer)]
-    if not winners:
-        return "No method of kreisel is the fastest anywhere."
-    return (
-        f"Of {len(races)} pairs of a scene and an error, a method of kreisel is the fastest in "
-        f"{len(winners)}: {counted(winners)}."
+    return join_sentences(
+        describe_wins(races),
+        describe_ties(races),
+        describe_ratios(races),
+        describe_losses(races),
+        describe_missing(races),
     )
 
 
-def ahead(races):
+def is_faster(one, other):
+    """Return whether `one` reached the error and took clearly less time than `other`."""
+    return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
+
+
+def is_tie(own, peer):
+    return bool(own and peer) and not is_faster(own, peer) and not is_faster(peer, own)
+
+
+def describe_cases(races):
+    """Return the number of cases in words: '28 cases (7 scenes, 4 accuracies)'."""
+    scenes, targets = ({one[i] for one in races} for i in (0, 1))
+    return f"{len(races)} cases ({len(scenes)} scenes, {len(targets)} accuracies)"
+
+
+def describe_wins(races):
+    winners = [own.method for *_, own, peer in races if is_faster(own, peer)]
+    if not winners:
+        return f"In none of {describe_cases(races)} kreisel is fastest."
+    return (
+        f"In {len(winners)} of {describe_cases(races)} kreisel is fastest: {join_counts(winners)}."
+    )
+
+
+def describe_ties(races):
+    places = [
+        f"{scene} at {format_power(target)} rad ({own.method} and {peer.method})"
+        for scene, target, own, peer in races
+        if is_tie(own, peer)
+    ]
+    if not places:
+        return ""
+    ties = "One case is a tie" if len(places) == 1 else f"{len(places)} cases are ties"
+    return f"{ties}: {join_words(places)}."
+
+
+def describe_ratios(races):
     ratios = [peer.seconds / own.seconds for *_, own, peer in races if own and peer]
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches each of these errors"
+    beside = "a peer reaches the error in each of them"
     if alone:
-        beside = f"{count(alone)} of these errors {is_or_are(alone)} reached by no peer"
+        beside = f"in {count_word(alone)} of the cases no peer reaches the error"
     return (
-        f"The fastest peer takes {brief(statistics.median(ratios))} times as long at the median, "
-        f"and between {brief(min(ratios))} and {brief(max(ratios))} times; {beside}."
+        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the "
+        f"median, between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all "
+        f"cases; {beside}."
     )
 
 
-def lost(races):
+def describe_losses(races):
     places = [
-        f"{scene} at {power(target)} rad ({peer.method})"
+        f"{scene} at {format_power(target)} rad ({peer.method})"
         for scene, target, own, peer in races
-        if peer and not is_won(own, peer)
+        if is_faster(peer, own)
     ]
-    return f"A peer is the faster one for {listed(places)}." if places else ""
+    return f"A peer is faster for {join_words(places)}." if places else ""
 
 
-def unreached(races):
+def describe_missing(races):
     places = [
-        f"{scene} at {power(target)} rad"
+        f"{scene} at {format_power(target)} rad"
         for scene, target, own, peer in races
         if not own and not peer
     ]
-    return f"Nobody reaches {listed(places)}." if places else ""
+    return f"No program reaches {join_words(places)}." if places else ""
 
 
-def table(comparison, about):
-    """Writes all runs with all their numbers, and what they were measured with above them."""
+def write_table(comparison, about):
+    """Return all runs as CSV, below a header with the conditions of the measurement."""
 
-    def known(row):
+    def format_row(row):
         values = vars(row) | {
             "seconds": row.seconds,
-            "seconds_median": row.middle,
+            "seconds_median": row.median_seconds,
             "seconds_spread": row.spread,
             "rounds": len(row.samples),
         }
@@ -214,23 +260,25 @@ def table(comparison, about):
             for name, value in values.items()
         }
 
-    head = (f"# {key}: {value}\n" for key, value in (about | timing(comparison.rows)).items())
-    return "".join(head) + csv_text(COLUMNS, map(known, comparison.rows))
+    head = (
+        f"# {key}: {value}\n" for key, value in (about | describe_timing(comparison.rows)).items()
+    )
+    return "".join(head) + write_csv(COLUMNS, map(format_row, comparison.rows))
 
 
-def files(comparison, about):
-    yield "workprecision.csv", table(comparison, about)
-    yield "readme_table.md", race.markdown(comparison.rows, comparison.scenes)
+def list_files(comparison, about):
+    yield "workprecision.csv", write_table(comparison, about)
+    yield "readme_table.md", fastest.write_markdown(comparison.rows, comparison.scenes)
 
 
-def told(comparison):
+def terminal_lines(comparison):
     for problem, end in comparison.problems:
-        yield race.terminal(comparison.rows, problem.name, end)
-    spread = timing(comparison.rows)["spread"]
-    yield f"quartiles of the times apart by {spread}, median over the runs"
+        yield fastest.make_terminal_table(comparison.rows, problem.name, end)
+    spread = describe_timing(comparison.rows)["spread"]
+    yield f"quartiles of the times {spread} apart, median over the runs"
 
 
-def methods(comparison):
+def list_methods(comparison):
     return {row.method for row in comparison.rows}
 
 
@@ -238,13 +286,13 @@ PART = Part(
     "workprecision",
     "Error against run time",
     "Error against run time, in short",
-    tasks,
-    found,
-    shown,
-    concluded,
-    short="Time",
-    files=files,
-    told=told,
-    methods=methods,
-    takes_own_scenes=True,
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Time",
+    list_files=list_files,
+    terminal_lines=terminal_lines,
+    list_methods=list_methods,
+    accepts_user_scenes=True,
 )

@@ -1,1 +1,1 @@
-"""The report: a page and its tables, made of the parts."""
+"""The report: a page and its tables, made from the parts."""

@@ -1,4 +1,4 @@
-"""python -m validation.report"""
+"""The command `python -m validation.report`."""
 
 from .main import main
 

@@ -1,14 +1,14 @@
 """The parts of the report, in the order of the page."""
 
-from ..parts import atlas, chaos, ensemble, left_out, many, published, truth, workprecision
+from ..parts import atlas, chaos, ensembles, omissions, published, random_tops, truth, workprecision
 
 PARTS = (
     workprecision.PART,
     truth.PART,
     atlas.PART,
-    many.PART,
+    ensembles.PART,
     chaos.PART,
-    ensemble.PART,
+    random_tops.PART,
     published.PART,
-    left_out.PART,
+    omissions.PART,
 )

@@ -1,4 +1,4 @@
-"""Accuracy, speed and stability of every method: a page and its tables, made of the parts.
+"""Accuracy, speed and stability of every method: a page and its tables.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
@@ -11,58 +11,58 @@ import kreisel as kr
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ..parts.budget import BUDGETS, work_through
-from ..parts.runs import turn_length
-from ..parts.store import Store, put_whole
-from ..peers import machine
-from ..truth.problems import HORIZONS, SHORT, described, load
+from ..competitors import machine
+from ..parts.budget import BUDGETS, run_tasks
+from ..parts.result_cache import ResultStore, write_atomic
+from ..parts.scene_runs import turn_length
+from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scene
 from . import page
 from .contents import PARTS
 
-TURNS = 16  # to which a user's own scene is run
-OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.takes_own_scenes)
+TURNS = 16  # for scenes of a user
+OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.accepts_user_scenes)
 
 
-def named_parts(names):
+def parse_parts(names):
     known = {part.name: part for part in PARTS}
     for name in names.split(","):
         if name not in known:
-            raise argparse.ArgumentTypeError(f"{name!r} is none of {', '.join(known)}")
+            raise argparse.ArgumentTypeError(f"unknown part {name!r}; parts are {', '.join(known)}")
     return [known[name] for name in names.split(",")]
 
 
-def command_line():
-    """Gives the parser, and the group of options of which only one may be given."""
+def make_parser():
+    """Return the parser, and its group of mutually exclusive options."""
     parser = argparse.ArgumentParser(prog="kreisel report", description=__doc__.splitlines()[0])
     parser.add_argument(
         "scenes",
         nargs="*",
         type=Path,
         metavar="scene.toml",
-        help=f"your own scenes, to about {TURNS} turns; without: those of the report",
+        help=f"scenes to run for about {TURNS} turns instead of those of the report",
     )
     parser.add_argument(
-        "--out", type=Path, default=Path("report"), help="the folder to write to (default: report)"
+        "--out", type=Path, default=Path("report"), help="output folder (default: report)"
     )
     names = ", ".join(part.name for part in PARTS)
     parser.add_argument(
         "--only",
-        type=named_parts,
+        type=parse_parts,
         metavar="PART[,...]",
-        help=f"of {names} (default: all; for your own scenes {OF_OWN_SCENES})",
+        help=f"parts among {names} (default: all; for your own scenes {OF_OWN_SCENES})",
     )
     size = parser.add_mutually_exclusive_group()
     for name, text in (
-        ("quick", f"few settings, to t = {SHORT:g}: shows that all works, no figures to quote"),
-        ("full", "as long as it takes"),
+        ("quick", f"few settings, to t = {SHORT:g}: a test of the report, not for quotation"),
+        ("full", "all settings without a time limit"),
     ):
         size.add_argument(f"--{name}", action="store_const", dest="budget", const=name, help=text)
     parser.set_defaults(budget="default")
     return parser, size
 
 
-class InLines(Progress):
-    """The progress where no terminal shows a bar: a line for each tenth of the work."""
+class LineProgress(Progress):
+    """The progress without a terminal: a line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -72,8 +72,8 @@ class InLines(Progress):
             self.console.print(f"{task.percentage:3.0f} %  {task.description}", markup=False)
 
 
-def progress_bar(console):
-    kind = Progress if console.is_terminal else InLines
+def make_progress(console):
+    kind = Progress if console.is_terminal else LineProgress
     return kind(
         TextColumn("{task.description:44}"),
         BarColumn(bar_width=30),
@@ -83,68 +83,69 @@ def progress_bar(console):
     )
 
 
-def chosen_problems(files, budget):
-    """Gives each problem with where it ends: those of the files, or those of the report."""
+def load_problems(files, budget):
+    """Return each problem with its end: those of the files, or those of the report."""
     if not files:
-        return [(load(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()]
-    problems = [described(file.stem, kr.Scene.from_toml(file)) for file in files]
+        return [
+            (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
+        ]
+    problems = [problem_of_scene(file.stem, kr.Scene.from_toml(file)) for file in files]
     names = [problem.name for problem in problems]
     for file, problem in zip(files, problems, strict=True):
         if not problem.rate:
             raise ValueError(
-                f"{file}: this top rests for ever: it has neither angular momentum nor weight; "
-                "give it one of them"
+                f"{file}: this top rests forever because it has neither angular momentum nor "
+                "weight; give it one of them"
             )
         if names.count(problem.name) > 1:
             raise ValueError(
-                f"{file}: there are two scenes of the name {problem.name!r}; the report calls them "
-                "by their files' names"
+                f"{file}: two scenes have the name {problem.name!r}; rename one of the files"
             )
     return [(problem, TURNS * turn_length(problem)) for problem in problems]
 
 
-def find(out, problems, parts, budget, console):
-    """Makes the findings of the parts; gives the store that keeps them, and what is missing."""
+def run_parts(out, problems, parts, budget, console):
+    """Run the tasks of the parts; return the store with the findings, and what is missing."""
     own = [problem for problem, _ in problems if problem.user]
-    store = Store(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
-    tasks = [task for part in parts for task in part.tasks(problems, budget, store)]
-    with progress_bar(console) as bar:
-        return store, work_through(tasks, store, budget, bar)
+    store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
+    tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
+    with make_progress(console) as bar:
+        return store, run_tasks(tasks, store, budget, bar)
 
 
-def write(out, findings, about):
-    """Writes the page and the tables; gives the names of the files."""
-    texts = {"index.html": page.render(findings, about)}
+def write_report(out, findings, about):
+    """Write the page and the tables; return the names of the files."""
+    texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
-        texts |= dict(part.files(found, about))
+        texts |= dict(part.list_files(found, about))
     for name, text in texts.items():
-        put_whole(out / name, text)
+        write_atomic(out / name, text)
     return list(texts)
 
 
-def show(console, findings):
+def print_summary(console, findings):
     for part, found in findings:
-        for line in part.told(found):
+        for line in part.terminal_lines(found):
             console.print(line)
     if not machine.has_gsl():
         console.print(f"GSL is {machine.GSL_MISSING}")
 
 
-def make(asked):
-    """Makes the report that the command line asks for; the code to exit with."""
+def make_report(asked):
+    """Make the report for the parsed options and return the exit code."""
     console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
-        problems = chosen_problems(asked.scenes, budget)
+        problems = load_problems(asked.scenes, budget)
     except (OSError, TypeError, ValueError) as error:
         console.print(f"Error: {error}", markup=False)
         return 2
-    parts = asked.only or (named_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
-    store, missing = find(asked.out, problems, parts, budget, console)
-    about = machine.described() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
-    known = [(part, part.found(problems, store)) for part in PARTS]
+    parts = asked.only or (parse_parts(OF_OWN_SCENES) if asked.scenes else PARTS)
+    store, missing = run_parts(asked.out, problems, parts, budget, console)
+    about = machine.describe_machine() | {"budget": "; ".join(filter(None, (budget.name, missing)))}
+    known = [(part, part.load_findings(problems, store)) for part in PARTS]
     findings = [(part, found) for part, found in known if found]
-    written = write(asked.out, findings, about)
-    show(console, findings)
+    written = write_report(asked.out, findings, about)
+    print_summary(console, findings)
     if missing:
         console.print(missing)
     names = ", ".join(str(asked.out / name) for name in written)
@@ -153,5 +154,5 @@ def make(asked):
 
 
 def main(argv=None):
-    parser, _ = command_line()
-    return make(parser.parse_args(argv))
+    parser, _ = make_parser()
+    return make_report(parser.parse_args(argv))

@@ -1,19 +1,19 @@
-"""The page: for somebody who has not read the thesis. It shows the parts that found something."""
+"""The page, for readers who do not know the thesis, with the parts that have findings."""
 
 from pathlib import Path
 
 import jinja2
 import kreisel as kr
 
-from ..parts import race, words
-from ..peers.contenders import PEERS
+from ..competitors.single_runs import PEERS
+from ..parts import fastest, formatting
 
 HERE = Path(__file__).parent
 FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
-def template(name, *folders):
-    """Gives a template of the report, of a part, or of another folder."""
+def load_template(name, *folders):
+    """Return a template of the report, of a part, or of another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -21,18 +21,21 @@ def template(name, *folders):
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"digits": words.digits, "milliseconds": words.milliseconds}
+    environment.filters |= {
+        "digits": formatting.format_digits,
+        "milliseconds": formatting.format_milliseconds,
+    }
     return environment.get_template(name)
 
 
-def section(part, found, about):
-    """Makes the section of a part."""
-    body = template(f"{part.name}.html").render(about=about, **part.shown(found))
-    return {"part": part, "conclusion": part.concluded(found), "body": body}
+def render_section(part, found, about):
+    """Return the section of a part."""
+    body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
+    return {"part": part, "conclusion": part.conclude(found), "body": body}
 
 
-def described_methods(ran):
-    """Gives name, order, what it is and where it comes from, for each that ran."""
+def describe_methods(ran):
+    """Yield name, order, description and reference of each method that ran."""
     for name, method in kr.methods.items():
         if name in ran:
             yield {
@@ -51,12 +54,12 @@ def described_methods(ran):
             }
 
 
-def render(findings, about):
-    """Makes the page of (part, what it found) of each part."""
-    ran = {name for part, found in findings for name in part.methods(found)}
-    return template("report.html").render(
+def render_page(findings, about):
+    """Return the page of all parts with findings."""
+    ran = {name for part, found in findings for name in part.list_methods(found)}
+    return load_template("report.html").render(
         about=about,
-        references=list(race.references(ran).values()),
-        sections=[section(part, found, about) for part, found in findings],
-        methods=list(described_methods(ran)),
+        references=list(fastest.list_references(ran).values()),
+        sections=[render_section(part, found, about) for part, found in findings],
+        methods=list(describe_methods(ran)),
     )

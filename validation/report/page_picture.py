@@ -1,4 +1,4 @@
-"""The picture of the page in README.md, taken by Debian's chromium.
+"""The picture of the interactive page in README.md, taken with Debian's chromium.
 
 python -m validation.report.page_picture [validation/report/page.png]
 """
@@ -16,12 +16,14 @@ SIZE = {"width": 1120, "height": 640}
 UNTIL = 9  # units of time
 
 
-def main(target=TARGET):
+def take_picture(target=TARGET):
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), args=SOFTWARE
         )
-        page = browser.new_page(viewport=SIZE, reduced_motion="reduce")  # it waits
+        page = browser.new_page(
+            viewport=SIZE, reduced_motion="reduce"
+        )  # the page does not start by itself
         page.goto(PAGE.as_uri())
         while not page.evaluate("!!window.kreisel"):
             page.wait_for_timeout(50)
@@ -30,4 +32,4 @@ def main(target=TARGET):
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    take_picture(*sys.argv[1:])

@@ -1,5 +1,4 @@
-"""The picture of README.md: where the thesis' top goes, and where bobenko_suris, in steps of 0.4,
-takes it.
+"""The picture in README.md: the motion of the thesis' top, and bobenko_suris with steps of 0.4.
 
 python -m validation.report.readme_picture [validation/report/picture.svg]
 """
@@ -10,17 +9,17 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..drawing.look import COLOURS, INK, STYLE, as_svg, plt
-from ..drawing.sphere import outline, seen
+from ..drawing.sphere_plots import draw_outline, project
+from ..drawing.style import COLOURS, INK, STYLE, figure_to_svg, plt
 
 STEP, SPAN = 0.4, 44.0
 TARGET = Path(__file__).with_name("picture.svg")
 
 
 def draw_sphere(axes, true, steps):
-    outline(axes)
-    axes.plot(*seen(true.apex)[:2], color=COLOURS[0], linewidth=1)
-    axes.plot(*seen(steps.apex)[:2], "o", color=COLOURS[1], markersize=2.2)
+    draw_outline(axes)
+    axes.plot(*project(true.apex)[:2], color=COLOURS[0], linewidth=1)
+    axes.plot(*project(steps.apex)[:2], "o", color=COLOURS[1], markersize=2.2)
     axes.set_aspect("equal")
     axes.axis("off")
     axes.set_title("path of the axis", fontsize=10)
@@ -35,7 +34,7 @@ def draw_energy(axes, steps):
     axes.legend(loc="upper right", ncols=2)
 
 
-def main(target=TARGET):
+def draw_picture(target=TARGET):
     scene = kr.scenes.thesis
     true = kr.solve(scene, np.linspace(0, SPAN, 2000))
     steps = kr.solve(scene, SPAN, method="bobenko_suris", step=STEP, every=1)
@@ -44,9 +43,11 @@ def main(target=TARGET):
         draw_sphere(sphere, true, steps)
         draw_energy(energy, steps)
         figure.tight_layout()
-        text = as_svg(figure).replace("currentColor", "#777777")  # readable on light and on dark
+        text = figure_to_svg(figure).replace(
+            "currentColor", "#777777"
+        )  # readable on light and on dark
     Path(target).write_text(text)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    draw_picture(*sys.argv[1:])

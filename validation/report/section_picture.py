@@ -1,9 +1,9 @@
-"""The picture of sections in README.md: order, chaos about it, and what is left of order.
+"""The picture of sections in README.md: order, chaos, and the remains of order.
 
-Tops of one body, energy and vertical momentum leave a point at every lowest place of the apex, a
-colour for each top; from one chart to the next only gravity is stronger.
+Tops of one body, energy and vertical momentum leave a point at every lowest position of the apex,
+with a colour for each top. Gravity increases from panel to panel.
 
-python -m validation.report.section_picture [validation/report/section.png]
+    python -m validation.report.section_picture [validation/report/section.png]
 """
 
 import sys
@@ -11,15 +11,15 @@ from pathlib import Path
 
 import kreisel as kr
 
-from ..drawing.look import plt
+from ..drawing.style import plt
 
 BODY = kr.Body.cuboid(half=(1.0, 0.7, 0.4), pivot=(0.0, 0.0, -0.4), mass=1.0)
 GRAVITIES = (0.05, 2.0, 4.0)
 TARGET = Path(__file__).with_name("section.png")
 
 
-def sections(tops=80, points=800):
-    """Gives the section of so many tops, by gravity."""
+def compute_sections(tops=80, points=800):
+    """Return the sections of the tops, by gravity."""
     found = {}
     for gravity in GRAVITIES:
         starts = kr.starts(BODY, energy=2.0, vertical=1.0, n=tops, seed=3, gravity=gravity)
@@ -27,7 +27,7 @@ def sections(tops=80, points=800):
     return found
 
 
-def draw(found, target=TARGET):
+def draw_sections(found, target=TARGET):
     with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
         figure, axes = plt.subplots(
             1, len(found), figsize=(8.0, 3.2), sharex=True, sharey=True, layout="constrained"
@@ -45,4 +45,4 @@ def draw(found, target=TARGET):
 
 
 if __name__ == "__main__":
-    draw(sections(), *sys.argv[1:])
+    draw_sections(compute_sections(), *sys.argv[1:])

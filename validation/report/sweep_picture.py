@@ -1,9 +1,9 @@
-"""The picture of a sweep in README.md: how far two million tops without a closed form tilt.
+"""The picture of a sweep in README.md: the greatest tilt of two million tops.
 
-The tops are of one body, its centre of mass a little off its axis; they differ in spin and tilt.
-What is there of the sweep is not computed again.
+The tops have one body without a closed form, with its centre of mass slightly off its axis. They
+differ in spin and tilt. Parts of the sweep that exist are not computed again.
 
-python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
+    python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """
 
 import sys
@@ -12,23 +12,23 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..drawing.look import plt
+from ..drawing.style import plt
 
 BODY = kr.Body(1.0, (1.0, 1.2, 0.5), com=(0.2, 0.0, 1.0), made_up=True)
 SPINS, TILTS = np.linspace(0.0, 8.0, 2000), np.linspace(0.001, 1.5, 1000)
-TIMES = np.geomspace(1.0, 100.0, 101)  # never in step with a nutation
+TIMES = np.geomspace(1.0, 100.0, 101)  # not a multiple of a nutation period
 TARGET = Path(__file__).with_name("sweep.png")
 
 
-def swept(folder, spins=SPINS, tilts=TILTS):
-    """Gives the greatest nutation of each top, a row a spin [rad]."""
+def run_sweep(folder, spins=SPINS, tilts=TILTS):
+    """Return the greatest nutation of each top, a row per spin [rad]."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
-    source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # let go
+    source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # released
     kr.sweep(source, TIMES, to=folder, reduce={"nutation": "max"}, tol=1e-9)
     return kr.read_sweep(folder).to_xarray()["nutation_max"]
 
 
-def draw(nutation, target=TARGET):
+def draw_sweep(nutation, target=TARGET):
     with plt.rc_context({"font.size": 9, "savefig.dpi": 110}):
         figure, axes = plt.subplots(figsize=(8.0, 4.2), layout="constrained")
         mesh = axes.pcolormesh(
@@ -42,4 +42,4 @@ def draw(nutation, target=TARGET):
 
 if __name__ == "__main__":
     folder, *target = sys.argv[1:]
-    draw(swept(folder), *target)
+    draw_sweep(run_sweep(folder), *target)

@@ -1,1 +1,1 @@
-"""The thesis again, true: Bodack (2008), its figures, its sentences and its errata."""
+"""The chapter on Bodack's thesis (2008): its figures, sentences and errata, recomputed."""

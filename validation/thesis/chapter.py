@@ -7,8 +7,8 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-from ..parts.store import put_whole
-from ..peers import machine
+from ..competitors import machine
+from ..parts.result_cache import write_atomic
 from ..report import page
 from . import (
     errata_maps,
@@ -21,12 +21,12 @@ from . import (
     sentences_chapters3_to_5,
     sentences_conclusions,
 )
-from .courses import HALF, IMPROVED, SCENE, Course, frame_error, truth
-from .line_charts import BLUE, ORANGE, scatter
+from .line_charts import BLUE, ORANGE, draw_scatter
+from .trajectories import HALF, IMPROVED, SCENE, Trajectory, compute_frame_error, solve_truth
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"
-INTERVALS = (0.2, 0.1, 0.01)  # for which a frame is frozen (3.4)
+INTERVALS = (0.2, 0.1, 0.01)  # in which the frame rotates uniformly (3.4)
 FORMS = {
     "extrap": ("rest frame (extrap)", BLUE, "o-"),
     "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
@@ -51,104 +51,106 @@ ERRATA = (  # 1 .. 15
 
 
 @dataclass(frozen=True)
-class Results:
-    """All that is run."""
+class ExperimentResults:
+    """The results of all experiments."""
 
-    four: experiments.Four
-    failing: experiments.Four
+    four: experiments.FourTops
+    failing: experiments.FourTops
     growth: np.ndarray
-    timed: experiments.Timed
+    timed: experiments.EqualTime
     crossings: list
     by_step: dict
-    k: integrals.Fourth
-    g: integrals.Fourth
+    k: integrals.FourthIntegral
+    g: integrals.FourthIntegral
     forms: list
     frozen: dict
     first_steps: dict
     loose: dict
 
 
-def run_all(say):
+def run_experiments(say):
     say("experiment 6.1, to t = 600")
-    four = experiments.four()
+    four = experiments.run_four_tops()
     say("experiment 6.2, to t = 3200")
-    timed = experiments.timed()
-    crossings = experiments.crossings(timed)
+    timed = experiments.run_equal_time()
+    crossings = experiments.find_crossings(timed)
     say("the failing one, 6.3, the fourth integrals, the forms of the equations")
-    return Results(
+    return ExperimentResults(
         four,
-        experiments.failing(),
-        experiments.growth(),
+        experiments.run_failing(),
+        experiments.measure_growth(),
         timed,
         crossings,
-        experiments.equal_evaluations(),
-        integrals.fourth("kowalewski"),
-        integrals.fourth("goryachev_chaplygin"),
-        integrals.forms(),
-        {interval: integrals.frozen_frame(interval) for interval in INTERVALS},
-        experiments.other_first_steps(timed),
-        experiments.loose(),
+        experiments.run_equal_evaluations(),
+        integrals.measure_fourth_integral("kowalewski"),
+        integrals.measure_fourth_integral("goryachev_chaplygin"),
+        integrals.compare_forms(),
+        {interval: integrals.frozen_frame_error(interval) for interval in INTERVALS},
+        experiments.measure_first_steps(timed),
+        experiments.measure_loose_tolerances(),
     )
 
 
-def chapter5_figures(results):
+def draw_chapter5(results):
     four = results.four
     end = four.t[-1]
     ends = f"{end:g} is {round(end / four.eps2)} times eps2 and {round(end / four.eps1)} times eps1"
     return [
-        *figures_chapter5.special(),
-        figures_chapter5.integral("kowalewski", results.k),
-        figures_chapter5.integral("goryachev_chaplygin", results.g),
-        *figures_chapter5.analogies(),
-        *figures_chapter5.comparing(four, ends),
+        *figures_chapter5.draw_special_tops(),
+        figures_chapter5.draw_integral("kowalewski", results.k),
+        figures_chapter5.draw_integral("goryachev_chaplygin", results.g),
+        *figures_chapter5.draw_analogies(),
+        *figures_chapter5.draw_comparison(four, ends),
     ]
 
 
-def chapter6_figures(results):
+def draw_chapter6(results):
     four = results.four
     return [
-        *figures_chapter6.stills(four),
-        figures_chapter6.geodesic(),
-        *figures_chapter6.frames(four),
-        *figures_chapter6.integrals(four),
-        *figures_chapter6.cause(four),
-        *figures_chapter6.failing(results.failing, results.growth),
-        *figures_chapter6.timed(results.timed),
-        *figures_chapter6.equal_evaluations(results.by_step),
+        *figures_chapter6.draw_stills(four),
+        figures_chapter6.draw_geodesic(),
+        *figures_chapter6.draw_frame_errors(four),
+        *figures_chapter6.draw_integrals(four),
+        *figures_chapter6.draw_cause(four),
+        *figures_chapter6.draw_failing(results.failing, results.growth),
+        *figures_chapter6.draw_equal_time(results.timed),
+        *figures_chapter6.draw_equal_evaluations(results.by_step),
     ]
 
 
-def all_sentences(results):
+def check_sentences(results):
     four, timed = results.four, results.timed
     return [
-        *sentences_chapters3_to_5.chapter3(results.forms, results.frozen),
-        *sentences_chapters3_to_5.chapter4(four),
-        *sentences_chapters3_to_5.chapter5(results.k, results.g, integrals.values_of_k()),
-        *sentences_chapter6.experiment1(four, results.loose),
-        *sentences_chapter6.strong(results.failing, results.growth),
-        *sentences_chapter6.settings(timed, results.first_steps),
-        *sentences_chapter6.experiment2(timed, results.crossings),
-        *sentences_conclusions.runge_kutta(results.by_step),
-        *sentences_conclusions.conclusions(four, timed),
+        *sentences_chapters3_to_5.check_chapter3(results.forms, results.frozen),
+        *sentences_chapters3_to_5.check_chapter4(four),
+        *sentences_chapters3_to_5.check_chapter5(
+            results.k, results.g, integrals.compute_k_values()
+        ),
+        *sentences_chapter6.check_experiment1(four, results.loose),
+        *sentences_chapter6.check_failing(results.failing, results.growth),
+        *sentences_chapter6.check_settings(timed, results.first_steps),
+        *sentences_chapter6.check_experiment2(timed, results.crossings),
+        *sentences_conclusions.check_runge_kutta(results.by_step),
+        *sentences_conclusions.check_conclusions(four, timed),
     ]
 
 
-def all_errata():
-    """Computes the errata, by number."""
+def compute_errata():
+    """Return the errata, by number."""
     return [made() for made in ERRATA]
 
 
-def forms_chart(forms, scene):
+def draw_forms(forms, scene):
     groups = []
     for form, (label, colour, marker) in FORMS.items():
         rows = [row for row in forms if row.scene == scene and row.form == form]
         costs, errors = [row.evaluations for row in rows], [row.error for row in rows]
         groups.append((label, costs, errors, colour, marker))
-    return scatter(groups, f"evaluations, {scene}", "attitude error at the end [rad]")
+    return draw_scatter(groups, f"evaluations, {scene}", "attitude error at the end [rad]")
 
 
-def units_table():
-    """Gives the units of 4.2.1 for the cuboid: text and truth."""
+def make_units_table():
+    """Return the units of 4.2.1 for the cuboid: text and truth."""
     units = kr.scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
@@ -162,48 +164,47 @@ def units_table():
         (
             "H_eps of experiment 6.1 at the start, eps = 0.2",
             "",
-            f"{kr.h_eps(truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
+            f"{kr.h_eps(solve_truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
         ),
     ]
 
 
-def about(results, seconds):
-    """Tells with what machine it was made, and how far the truth of experiment 6.2 is from extrap
-    at its tightest."""
+def describe_run(results, seconds):
+    """Return the machine, and the distance of the truth of experiment 6.2 from extrap."""
     timed = results.timed
-    extrap = Course(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
-    return machine.described() | {
+    extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
+    return machine.describe_machine() | {
         "seconds": f"{seconds:.0f}",
         "truth": timed.true.path.method,
         "improved": IMPROVED,
-        "agreement": f"{frame_error(extrap, timed.true).max():.0e}",
+        "agreement": f"{compute_frame_error(extrap, timed.true).max():.0e}",
     }
 
 
-def render(results, seconds):
-    said = all_sentences(results)
-    return page.template(TEMPLATE, HERE).render(
-        about=about(results, seconds),
-        six=chapter6_figures(results),
-        five=chapter5_figures(results),
+def render_chapter(results, seconds):
+    said = check_sentences(results)
+    return page.load_template(TEMPLATE, HERE).render(
+        describe_run=describe_run(results, seconds),
+        six=draw_chapter6(results),
+        five=draw_chapter5(results),
         sentences=said,
-        errata=all_errata(),
+        errata=compute_errata(),
         held=sum(sentence.holds for sentence in said),
-        forms=[forms_chart(results.forms, scene) for scene in ("thesis", "asymmetric")],
+        forms=[draw_forms(results.forms, scene) for scene in ("thesis", "asymmetric")],
         rows=results.forms,
         frozen=results.frozen,
-        units=units_table(),
+        units=make_units_table(),
         timed=results.timed,
-        meet=sentences_conclusions.overtaken(results.timed),
+        meet=sentences_conclusions.find_overtaking(results.timed),
     )
 
 
 def main(out):
     begin = time.perf_counter()
-    results = run_all(lambda what: print(what, flush=True))
+    results = run_experiments(lambda what: print(what, flush=True))
     print("figures, sentences, errata", flush=True)
-    text = render(results, time.perf_counter() - begin)
+    text = render_chapter(results, time.perf_counter() - begin)
     out.mkdir(parents=True, exist_ok=True)
-    put_whole(out / OUTPUT, text)
+    write_atomic(out / OUTPUT, text)
     print(f"{out / OUTPUT}: {len(text) / 1e6:.1f} MB in {time.perf_counter() - begin:.0f} s")
     return 0

@@ -1,12 +1,11 @@
-"""What an erratum of the thesis is: what the text says, what is right, and by how much each is
-wrong, computed."""
+"""An erratum of the thesis: the text, the correction, and the computed error of each."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Erratum:
-    """`text` and `right` are how wrong each is, in the words of `measure`."""
+    """An erratum; `text` and `right` are the errors of both versions in terms of `measure`."""
 
     number: int
     where: str
@@ -17,14 +16,14 @@ class Erratum:
     right: float
 
 
-def erratum(number, where, says, is_right, measure):
-    """Makes an erratum of a function that computes (the text's error, the right one's)."""
+def register_erratum(number, where, says, is_right, measure):
+    """Decorate a function that computes (the text's error, the corrected one's)."""
 
-    def of(compute):
-        def made():
+    def make_erratum(compute):
+        def compute_erratum():
             text, right = map(float, compute())
             return Erratum(number, where, says, is_right, measure, text, right)
 
-        return made
+        return compute_erratum
 
-    return of
+    return make_erratum

@@ -4,32 +4,34 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import HALF, SCENE, theorem42, truth
-from .errata import erratum
+from .errata import register_erratum
+from .trajectories import HALF, SCENE, solve_theorem42, solve_truth
 
 UNITS = kr.scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
-# It is tilted by 0.6 rad, for over an upright start no torque acts.
+# Tilted by 0.6 rad, because no torque acts on an upright start.
 TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))
 STEP, END = 0.02, 20.0
 
 
-def off(q, scene, end):
-    return kr.attitude_error(q, su2.exact(scene, end))
+def attitude_error_at(q, scene, end):
+    return kr.attitude_error(q, su2.exact_attitude(scene, end))
 
 
-@erratum(
+@register_erratum(
     1,
     "theorem 4.2",
     "c = <m, p>",
     "c = <m, a>",
-    f"attitude error at t = {END:g}, eps = {STEP:g}, begun tilted [rad]",
+    f"attitude error at t = {END:g}, eps = {STEP:g}, tilted start [rad]",
 )
 def third_integral():
-    return (off(su2.theorem42(TILTED, STEP, END, c_of=c), TILTED, END) for c in "pa")
+    return (
+        attitude_error_at(su2.run_theorem42(TILTED, STEP, END, c_of=c), TILTED, END) for c in "pa"
+    )
 
 
-@erratum(
+@register_erratum(
     2,
     "theorem 4.2",
     "the second form of xi has the factor 2/c",
@@ -39,16 +41,17 @@ def third_integral():
 def second_form():
     m, a = np.array(TILTED.momentum), np.array((0.0, -np.sin(0.6), np.cos(0.6)))
     alpha, g = TILTED.body.moments[2], TILTED.body.mass * TILTED.gravity
-    m, b = su2.step_of(m, a, STEP, g)
+    m, b = su2.make_step(m, a, STEP, g)
     c = m @ a
-    first = su2.xi(1, m, a, b, c, alpha, STEP)
+    first = su2.compute_xi(1, m, a, b, c, alpha, STEP)
     return (
-        np.linalg.norm(su2.xi(2, m, a, b, c, alpha, STEP, factor) - first) / np.linalg.norm(first)
+        np.linalg.norm(su2.compute_xi(2, m, a, b, c, alpha, STEP, factor) - first)
+        / np.linalg.norm(first)
         for factor in (2 / c, 2 / STEP)
     )
 
 
-@erratum(
+@register_erratum(
     3,
     "theorem 4.2, 4.2.2",
     "g is the rotation from rest to body frame, g_(k+1) = w_k g_k",
@@ -57,20 +60,22 @@ def second_form():
 )
 def which_rotation():
     return (
-        off(su2.theorem42(TILTED, STEP, END, side=side), TILTED, END)
+        attitude_error_at(su2.run_theorem42(TILTED, STEP, END, side=side), TILTED, END)
         for side in ("inverse", "left")
     )
 
 
-def summed_alpha():
-    """Gives I3 / I1 of the cuboid about the middle of its lower face, summed over it by Gauss'
-    rule, which is exact here."""
+def integrate_alpha():
+    """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss' rule.
+
+    The rule is exact here.
+    """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
     return (x**2 + y**2).sum() / (y**2 + z**2).sum()
 
 
-@erratum(
+@register_erratum(
     4,
     "4.2.1",
     "I1 = M/3 (C_N^2 + C_T^2), alpha = 2 C_N^2 / (C_N^2 + C_T^2) = 0.780",
@@ -79,19 +84,19 @@ def summed_alpha():
 )
 def moments():
     n, _, t = HALF
-    alpha = summed_alpha()
+    alpha = integrate_alpha()
     return (abs(2 * n * n / (n * n + k * t * t) / alpha - 1) for k in (1, 4))
 
 
-def scaled_by(i1, alpha, p):
-    """Gives the scene with m / i1, moments 1, 1, alpha, and the weight times the lever p."""
+def scale_scene(i1, alpha, p):
+    """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight times lever p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), made_up=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
     )
 
 
-@erratum(
+@register_erratum(
     5,
     "4.2.1",
     "p = g / C_T = 1",
@@ -101,12 +106,15 @@ def scaled_by(i1, alpha, p):
 def gravity():
     n, _, t = HALF
     mass, i1 = SCENE.body.mass, SCENE.body.moments[0]
-    text = scaled_by(mass / 3 * (n * n + t * t), 2 * n * n / (n * n + t * t), 1 / t)
-    right = scaled_by(i1, SCENE.body.moments[2] / i1, mass * t / i1)
-    return (0.5 * off(truth(scene, [1.0]).path.q[-1], SCENE, 1.0) for scene in (text, right))
+    text = scale_scene(mass / 3 * (n * n + t * t), 2 * n * n / (n * n + t * t), 1 / t)
+    right = scale_scene(i1, SCENE.body.moments[2] / i1, mass * t / i1)
+    return (
+        0.5 * attitude_error_at(solve_truth(scene, [1.0]).path.q[-1], SCENE, 1.0)
+        for scene in (text, right)
+    )
 
 
-@erratum(
+@register_erratum(
     6,
     "4.2.1, 6.1.4",
     "m is in mu lu^2/s^2; the first two terms of H_eps are the energy",
@@ -116,8 +124,10 @@ def gravity():
 def unit_of_momentum():
     faster = SCENE.replace(gravity=4 * SCENE.gravity)
     return (
-        off(
-            truth(faster.replace(momentum=factor * np.array(SCENE.momentum)), [0.5]).path.q[-1],
+        attitude_error_at(
+            solve_truth(faster.replace(momentum=factor * np.array(SCENE.momentum)), [0.5]).path.q[
+                -1
+            ],
             SCENE,
             1.0,
         )
@@ -125,18 +135,20 @@ def unit_of_momentum():
     )
 
 
-def order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Gives the order of the attitude error in the step."""
-    errors = [off(theorem42(scene, h, end).path.q[-1], scene, end) for h in steps]
+def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
+    """Return the order of the attitude error in the step."""
+    errors = [
+        attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
+    ]
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-@erratum(
+@register_erratum(
     15,
     "chapter 6",
-    "(left unsaid) all experiments begin upright, where the attitude converges with order 2",
+    "(not stated) all experiments start upright, where the attitude converges with order 2",
     "order 1 in general: an upright start hides that half a kick is missing",
-    "distance of the order from 1, begun upright and begun tilted",
+    "difference of the order from 1, for an upright and a tilted start",
 )
 def first_order():
-    return (abs(order(scene) - 1) for scene in (SCALED, TILTED))
+    return (abs(fit_order(scene) - 1) for scene in (SCALED, TILTED))

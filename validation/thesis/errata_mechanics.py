@@ -4,17 +4,17 @@ import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import SCENE, truth
-from .errata import erratum
-from .integrals import adjusted, in_body
+from .errata import register_erratum
+from .integrals import body_velocity, special_scene
+from .trajectories import SCENE, solve_truth
 
 
-@erratum(
+@register_erratum(
     7,
     "theorem 3.4",
     "Phi = cos(a/2) Id + sin(a/2) V, and Phi^-1 X Phi turns by a",
     "Phi = cos(a/2) Id + 2 sin(a/2) V, and it turns by -a",
-    "distance of the turned vector from where it should be, a = 0.7",
+    "error of the rotated vector, a = 0.7",
 )
 def rotation_matrix():
     angle, axis, x = 0.7, np.array((2, -1, 2)) / 3, np.array((0.3, 0.5, -0.2))
@@ -23,13 +23,14 @@ def rotation_matrix():
         + np.cross(axis, x) * np.sin(angle)
         + axis * (axis @ x) * (1 - np.cos(angle))
     )
-    text = np.cos(angle / 2) * su2.ID + np.sin(angle / 2) * su2.hat(axis)
+    text = np.cos(angle / 2) * su2.ID + np.sin(angle / 2) * su2.to_matrix(axis)
     return (
-        np.linalg.norm(su2.turned(Phi, x) - should) for Phi in (text, su2.rotation(axis, -angle))
+        np.linalg.norm(su2.rotate(Phi, x) - should)
+        for Phi in (text, su2.rotation_matrix(axis, -angle))
     )
 
 
-@erratum(
+@register_erratum(
     8,
     "(3.1)",
     "e_i e_j = eps_ijk e_k / 2, with eps_012 = 1",
@@ -50,13 +51,13 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Gives Phi and its change, the frame and its change, along the thesis' top."""
-    path = truth(SCENE, [t - h, t, t + h]).path
-    before, now, after = (np.linalg.inv(su2.matrix(q)) for q in path.q)
+    """Return Phi and its derivative, and the frame and its derivative, along the thesis' top."""
+    path = solve_truth(SCENE, [t - h, t, t + h]).path
+    before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
 
 
-@erratum(
+@register_erratum(
     9,
     "theorem 3.5",
     "the proof puts e2 for e3 in <T', N>, and (Phi')^-1 for (Phi^-1)'; the formula for U is right",
@@ -67,7 +68,7 @@ def curvature():
     Phi, change, (n, b, _), rates = moving()
     back = np.linalg.inv(Phi)
     kappa1 = rates[2] @ n
-    formula = su2.hat((rates[2] @ b, -kappa1, -rates[0] @ b))
+    formula = su2.to_matrix((rates[2] @ b, -kappa1, -rates[0] @ b))
     found = [
         -2
         * np.trace(
@@ -78,7 +79,7 @@ def curvature():
     return abs(found[0] - kappa1), max(abs(found[1] - kappa1), abs(change @ back - formula).max())
 
 
-@erratum(
+@register_erratum(
     10,
     "(3.4), 3.4, 4.2.2",
     "a = a1 e2 + a2 e3 + a3 e3; N_eps = (Phi H)^-1 e2 Phi H; B' twice; p = g e2",
@@ -86,16 +87,16 @@ def curvature():
     "largest difference from a and from N, at t = 3",
 )
 def slips():
-    path = truth(SCENE, [3.0]).path
-    a, Phi = path.apex[0], np.linalg.inv(su2.matrix(path.q[0]))
+    path = solve_truth(SCENE, [3.0]).path
+    a, Phi = path.apex[0], np.linalg.inv(su2.from_quaternion(path.q[0]))
     text = np.array((0.0, a[0], a[1] + a[2]))
     return (
-        max(np.linalg.norm(vector - a), np.linalg.norm(su2.turned(Phi, axis) - path.frame[0, 0]))
+        max(np.linalg.norm(vector - a), np.linalg.norm(su2.rotate(Phi, axis) - path.frame[0, 0]))
         for vector, axis in ((text, (0, 1, 0)), (a, (1, 0, 0)))
     )
 
 
-@erratum(
+@register_erratum(
     11,
     "(3.11), theorems 3.8, 3.9",
     "alpha1 = I_N, alpha2 = I_B, b = |a| p; (3.10) times 2 I_N is the Lagrangian",
@@ -103,7 +104,7 @@ def slips():
     "largest difference of (3.11) from twice the Lagrangian, relative",
 )
 def rods():
-    path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
+    path = solve_truth(special_scene("kowalewski"), np.linspace(0, 20, 201)).path
     rod, lagrangian = kr.rod(path), path.kinetic - path.potential
     one, two, twist = rod.stiffness
     sizes = path.kinetic.max()
@@ -114,8 +115,10 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Gives the action of the thesis' top that hangs at rest, swung out by angle sin(pi t / end),
-    less that of rest, per size of its terms."""
+    """Return the relative action of a swing of the hanging top, less that of rest.
+
+    The angle is `angle` sin(pi t / end), and the action is divided by the size of its terms.
+    """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n
     speed = angle * np.pi / end * np.cos(phase)
@@ -123,12 +126,12 @@ def action(angle, end, n=400):
     return change.mean() / (weight * angle**2)
 
 
-@erratum(
+@register_erratum(
     12,
     "extremal, theorem 3.1; 6.2, 6.3",
     "a motion minimizes the action; Extrap is a multi-step method, Runge-Kutta a 4 step one",
     "makes it stationary; both are one-step methods, Runge-Kutta of four stages",
-    "how far below that of the motion the action goes for swings of 0.1 in 10 units; the first "
+    "decrease of the action below that of the motion for swings of 0.1 in 10 units; first "
     "variation",
 )
 def stationary():
@@ -136,7 +139,7 @@ def stationary():
     return max(0.0, -action(0.1, 10.0)), abs(slope)
 
 
-@erratum(
+@register_erratum(
     13,
     "3.4",
     "(right as printed: Kirchhoff's equations and (3.9); here with the other sign of M P x A)",
@@ -146,9 +149,9 @@ def stationary():
 def kirchhoff():
     h = 1e-4
     scene = kr.scenes.asymmetric
-    path = truth(scene, [1 - h, 1, 1 + h]).path
+    path = solve_truth(scene, [1 - h, 1, 1 + h]).path
     moments, lever = np.array(scene.body.moments), np.array(scene.body.principal_com)
-    body = in_body(path) * moments
+    body = body_velocity(path) * moments
     change, up = (body[2] - body[0]) / (2 * h), path.frame[1, :, 2]
     kinetic, weight = (
         np.cross(body[1], body[1] / moments),
@@ -160,7 +163,7 @@ def kirchhoff():
     )
 
 
-@erratum(
+@register_erratum(
     14,
     "(5.1), (5.2)",
     "K, with the centre of mass along T as axis 1: H = .. - p1",
@@ -168,10 +171,10 @@ def kirchhoff():
     "change of K to t = 20, axis 1 = T and axis 1 = -T",
 )
 def integral_k():
-    path = truth(adjusted("kowalewski"), np.linspace(0, 20, 201)).path
+    path = solve_truth(special_scene("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)
     weight = body.mass * path.scene.gravity * np.linalg.norm(body.com) / i1
-    _, m2, m1 = (in_body(path) * body.moments / i1).T  # N is the odd axis, com on T
+    _, m2, m1 = (body_velocity(path) * body.moments / i1).T  # N is the odd axis, com on T
     _, p2, p1 = (weight * path.frame[:, :, 2]).T
     values = [
         (m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)

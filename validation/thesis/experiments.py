@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and what is measured in each."""
+"""The experiments of chapter 6, and their measurements."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -6,41 +6,43 @@ from functools import cached_property
 import kreisel as kr
 import numpy as np
 
-from ..peers import measure
-from .courses import (
+from ..competitors import timing
+from .trajectories import (
     FAILING,
     IMPROVED,
     SCENE,
-    Course,
-    fixed,
-    frame_error,
-    largest,
-    restarted,
-    theorem42,
-    truth,
+    Trajectory,
+    compute_frame_error,
+    largest_until,
+    solve_fixed_step,
+    solve_theorem42,
+    solve_truth,
+    solve_with_restarts,
 )
 
 PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5  # 6.2.1
 RK4_STEPS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # 6.3
 
 
-def grid(step, end):
+def time_grid(step, end):
     return np.arange(round(end / step) + 1) * step
 
 
 @dataclass(frozen=True)
-class Four:
-    """The four tops (6.1.1): Bobenko-Suris red with eps1 and blue with eps2, Extrap yellow and
-    green; and the true one. All are known at multiples of eps2."""
+class FourTops:
+    """The four tops (6.1.1) and the true one, at multiples of eps2.
+
+    Bobenko-Suris is red with eps1 and blue with eps2; Extrap is yellow and green.
+    """
 
     scene: kr.Scene
     eps1: float
     eps2: float
-    red: Course
-    blue: Course
-    yellow: Course
-    green: Course
-    true: Course
+    red: Trajectory
+    blue: Trajectory
+    yellow: Trajectory
+    green: Trajectory
+    true: Trajectory
     improved: dict = field(default_factory=dict)
 
     @property
@@ -49,82 +51,91 @@ class Four:
 
     @cached_property
     def L(self):
-        """Gives the frame errors, against the truth and as the text has them: between two of its
-        own courses."""
+        """The frame errors against the truth and, as in the text, between two trajectories."""
         return {
-            "BS": frame_error(self.blue, self.true),
-            "Ext": frame_error(self.green, self.true),
-            "BS text": frame_error(self.blue, self.red),
-            "Ext text": frame_error(self.green, self.yellow),
+            "BS": compute_frame_error(self.blue, self.true),
+            "Ext": compute_frame_error(self.green, self.true),
+            "BS text": compute_frame_error(self.blue, self.red),
+            "Ext text": compute_frame_error(self.green, self.yellow),
         }
 
     def until(self, name, t):
-        """Gives the largest frame error up to t."""
-        return largest(self.t, self.L[name], t)
+        """Return the largest frame error up to t."""
+        return largest_until(self.t, self.L[name], t)
 
     @cached_property
     def term(self):
-        """Gives what 6.1.4 holds for the energy error of the blue top: -I1 eps2/2 <a x m, p> in
-        scaled units, less its start."""
+        """The energy error of the blue top according to 6.1.4.
+
+        It is -I1 eps2/2 <a x m, p> in scaled units, less its value at the start.
+        """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
         return -(term - term[0])
 
 
-def four(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Makes experiment 6.1, or the failing one."""
+def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
+    """Run experiment 6.1, or the failing one."""
     ratio = round(eps2 / eps1)
-    return Four(
+    return FourTops(
         scene,
         eps1,
         eps2,
-        red=theorem42(scene, eps1, end, ratio),
-        blue=theorem42(scene, eps2, end),
-        yellow=restarted(scene, eps1, end, every=ratio),
-        green=restarted(scene, eps2, end),
-        true=truth(scene, grid(eps2, end)),
-        improved={name: fixed(scene, name, eps2, end) for name in IMPROVED},
+        red=solve_theorem42(scene, eps1, end, ratio),
+        blue=solve_theorem42(scene, eps2, end),
+        yellow=solve_with_restarts(scene, eps1, end, every=ratio),
+        green=solve_with_restarts(scene, eps2, end),
+        true=solve_truth(scene, time_grid(eps2, end)),
+        improved={name: solve_fixed_step(scene, name, eps2, end) for name in IMPROVED},
     )
 
 
-def loose(tolerances=(1e-4, 1e-3), end=600.0):
-    """Gives Extrap's largest frame error of experiment 6.1 with looser tolerances."""
-    true = truth(SCENE, grid(0.2, end))
+def measure_loose_tolerances(tolerances=(1e-4, 1e-3), end=600.0):
+    """Return the largest frame error of Extrap in experiment 6.1 with looser tolerances."""
+    true = solve_truth(SCENE, time_grid(0.2, end))
     return {
-        tol: float(frame_error(restarted(SCENE, 0.2, end, tol), true).max()) for tol in tolerances
+        tol: float(compute_frame_error(solve_with_restarts(SCENE, 0.2, end, tol), true).max())
+        for tol in tolerances
     }
 
 
-def failing():
-    """Makes the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
-    return four(FAILING, 20.0)
+def run_failing():
+    """Run the failing experiment (6.1.5): g = 10, m = (5, 0, 0)."""
+    return run_four_tops(FAILING, 20.0)
 
 
-def growth(end=20.0, eps=0.2):
-    """Measures how the error grows with the term (6.1.5): (gravity, size of m, largest |term|,
-    largest L) over a range of both."""
+def measure_growth(end=20.0, eps=0.2):
+    """Return the growth of the error with the term (6.1.5).
+
+    The rows are (gravity, factor of m, largest |term|, largest L) over a range of both.
+    """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
         for factor in (0.5, 1.0, 2.0, 4.0):
             scene = SCENE.replace(gravity=gravity, momentum=factor * np.array(SCENE.momentum))
-            blue, true = theorem42(scene, eps, end), truth(scene, grid(eps, end))
+            blue, true = solve_theorem42(scene, eps, end), solve_truth(scene, time_grid(eps, end))
             rows.append(
-                (gravity, factor, np.abs(blue.energy_error).max(), frame_error(blue, true).max())
+                (
+                    gravity,
+                    factor,
+                    np.abs(blue.energy_error).max(),
+                    compute_frame_error(blue, true).max(),
+                )
             )
     return np.array(rows)
 
 
 @dataclass(frozen=True)
-class Timed:
-    """Experiment 6.2: states every five units; all against the truth."""
+class EqualTime:
+    """Experiment 6.2: states every five units, all compared with the truth."""
 
-    red: Course
-    blue: Course
-    green: Course
-    equal: Course
-    true: Course
-    seconds: dict  # of five units, by Bobenko-Suris in 166 sub-steps and by Extrap
-    substeps: int  # that Bobenko-Suris makes in the time of Extrap, here and today
+    red: Trajectory
+    blue: Trajectory
+    green: Trajectory
+    equal: Trajectory
+    true: Trajectory
+    seconds: dict  # per five units, for Bobenko-Suris with 166 sub-steps and Extrap
+    substeps: int  # of Bobenko-Suris in the time of Extrap on this machine
     improved: dict = field(default_factory=dict)
 
     @property
@@ -140,27 +151,29 @@ class Timed:
             "BS 0.01": self.red,
             **self.improved,
         }
-        errors = {name: frame_error(course, self.true) for name, course in named.items()}
-        return errors | {"BS text": frame_error(self.blue, self.red)}
+        errors = {name: compute_frame_error(course, self.true) for name, course in named.items()}
+        return errors | {"BS text": compute_frame_error(self.blue, self.red)}
 
     def until(self, name, t):
-        """Gives the largest frame error up to t."""
-        return largest(self.t, self.L[name], t)
+        """Return the largest frame error up to t."""
+        return largest_until(self.t, self.L[name], t)
 
 
-def in_periods(substeps, end, method=None):
-    """Goes by theorem 4.2, or by a method of kreisel."""
+def solve_in_periods(substeps, end, method=None):
+    """Solve with theorem 4.2 or with a method of kreisel."""
     step = PERIOD / substeps
     return (
-        fixed(SCENE, method, step, end, substeps)
+        solve_fixed_step(SCENE, method, step, end, substeps)
         if method
-        else theorem42(SCENE, step, end, substeps)
+        else solve_theorem42(SCENE, step, end, substeps)
     )
 
 
-def seconds_of_a_period(green, rounds=9, some=40):
-    """Gives the seconds of Bobenko-Suris in 166 sub-steps and of Extrap, without what Python takes
-    for a call: the best of the rounds."""
+def time_period(green, rounds=9, some=40):
+    """Return the seconds of Bobenko-Suris with 166 sub-steps and of Extrap.
+
+    They exclude the overhead of a Python call. The best of the rounds counts.
+    """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
     ext = {"method": "extrap", "tol": FINE_TOL, "step": FINE_FIRST}
@@ -169,46 +182,52 @@ def seconds_of_a_period(green, rounds=9, some=40):
         return lambda: [kr.solve(scene, [t], **words) for scene in starts]
 
     calls = [of_all(t, words) for words in (bs, ext) for t in (PERIOD, 0.0)]
-    best = [seconds / some for seconds in measure.best_of(calls, rounds)]
+    best = [seconds / some for seconds in timing.best_times(calls, rounds)]
     return {"BS": best[0] - best[1], "Ext": best[2] - best[3]}
 
 
-def timed(end=3200.0):
-    green = restarted(SCENE, PERIOD, end, FINE_TOL, FINE_FIRST)
-    seconds = seconds_of_a_period(green)
+def run_equal_time(end=3200.0):
+    green = solve_with_restarts(SCENE, PERIOD, end, FINE_TOL, FINE_FIRST)
+    seconds = time_period(green)
     substeps = max(1, round(SUBSTEPS * seconds["Ext"] / seconds["BS"]))
-    return Timed(
-        red=in_periods(round(PERIOD / 0.01), end),
-        blue=in_periods(SUBSTEPS, end),
+    return EqualTime(
+        red=solve_in_periods(round(PERIOD / 0.01), end),
+        blue=solve_in_periods(SUBSTEPS, end),
         green=green,
-        equal=in_periods(substeps, end),
-        true=truth(SCENE, grid(PERIOD, end)),
+        equal=solve_in_periods(substeps, end),
+        true=solve_truth(SCENE, time_grid(PERIOD, end)),
         seconds=seconds,
         substeps=substeps,
-        improved={name: in_periods(SUBSTEPS, end, name) for name in IMPROVED},
+        improved={name: solve_in_periods(SUBSTEPS, end, name) for name in IMPROVED},
     )
 
 
-def crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Says when Extrap's frame error first exceeds that of Bobenko-Suris, by tolerance; None for
-    never; and its last error."""
+def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
+    """Return by tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
+
+    Each row is (tolerance, time or None, last error).
+    """
     end, rows = timed.t[-1], []
     for tol in tolerances:
-        green = timed.green if tol == FINE_TOL else restarted(SCENE, PERIOD, end, tol, FINE_FIRST)
-        error = frame_error(green, timed.true)
+        green = (
+            timed.green
+            if tol == FINE_TOL
+            else solve_with_restarts(SCENE, PERIOD, end, tol, FINE_FIRST)
+        )
+        error = compute_frame_error(green, timed.true)
         above = np.flatnonzero(error > timed.L["BS"])
         rows.append((tol, float(timed.t[above[0]]) if above.size else None, float(error[-1])))
     return rows
 
 
 @dataclass(frozen=True)
-class Equal:
-    """Experiment 6.3: as many evaluations, hence Bobenko-Suris with a quarter of the step."""
+class EqualEvaluations:
+    """Experiment 6.3: equal evaluations, hence Bobenko-Suris with a quarter of the step."""
 
     eps2: float
-    rk4: Course
-    bs: Course
-    true: Course
+    rk4: Trajectory
+    bs: Trajectory
+    true: Trajectory
 
     @property
     def t(self):
@@ -216,27 +235,32 @@ class Equal:
 
     @cached_property
     def L(self):
-        return {"rk4": frame_error(self.rk4, self.true), "BS": frame_error(self.bs, self.true)}
+        return {
+            "rk4": compute_frame_error(self.rk4, self.true),
+            "BS": compute_frame_error(self.bs, self.true),
+        }
 
 
-def equal_evaluations(end=30.0):
-    """Makes experiment 6.3, by eps2."""
+def run_equal_evaluations(end=30.0):
+    """Run experiment 6.3, by eps2."""
     return {
-        h: Equal(
+        h: EqualEvaluations(
             h,
-            fixed(SCENE, "rk4", h, end),
-            theorem42(SCENE, h / 4, end, 4),
-            truth(SCENE, grid(h, end)),
+            solve_fixed_step(SCENE, "rk4", h, end),
+            solve_theorem42(SCENE, h / 4, end, 4),
+            solve_truth(SCENE, time_grid(h, end)),
         )
         for h in RK4_STEPS
     }
 
 
-def other_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Gives Extrap's largest frame error of experiment 6.2 to t = 1000, by the first step in each
-    interval (6.2.1)."""
+def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
+    """Return Extrap's largest frame error of experiment 6.2 to t = 1000, by first step (6.2.1)."""
     times = timed.t[timed.t <= end]
-    true = truth(SCENE, times)
+    true = solve_truth(SCENE, times)
     return {
-        h: float(frame_error(restarted(SCENE, PERIOD, end, FINE_TOL, h), true).max()) for h in first
+        h: float(
+            compute_frame_error(solve_with_restarts(SCENE, PERIOD, end, FINE_TOL, h), true).max()
+        )
+        for h in first
     }

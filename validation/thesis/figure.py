@@ -1,4 +1,4 @@
-"""A numbered figure of the thesis, drawn again."""
+"""A numbered figure of the thesis, redrawn."""
 
 from dataclasses import dataclass
 
@@ -8,5 +8,5 @@ class Figure:
     number: str
     title: str
     pictures: list  # as SVG
-    caption: str  # what is true
+    caption: str  # the computed result
     rows: tuple = ()  # of a table

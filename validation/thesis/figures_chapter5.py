@@ -1,13 +1,13 @@
-"""The figures of chapter 5, drawn again."""
+"""The figures of chapter 5, redrawn."""
 
 import kreisel as kr
 import numpy as np
 
-from . import line_charts, stills
-from .courses import HALF, PIVOT, SCENE, truth
+from . import frames, line_charts
 from .figure import Figure
-from .integrals import STRETCHED, adjusted
+from .integrals import STRETCHED, special_scene
 from .line_charts import BLUE, GREEN, OCHRE, ORANGE, RED
+from .trajectories import HALF, PIVOT, SCENE, solve_truth
 
 NAMES = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
 INTEGRALS = {"kowalewski": ("K", "5.5"), "goryachev_chaplygin": ("G", "5.5, for G")}
@@ -15,104 +15,103 @@ ROD_END, ROD_STATES = 30.0, 300
 TOPS = ("red", "blue", "yellow", "green")
 
 
-def cuboid_of(kind, half=0.8):
-    """Gives the quader coordinates, and the fixed point seen from the centre."""
+def cuboid_dimensions(kind, half=0.8):
+    """Return the half sides, and the fixed point seen from the centre."""
     return (STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2)
 
 
-def rod_of(scene):
-    return kr.rod(truth(scene, np.linspace(0, ROD_END, ROD_STATES)).path)
+def compute_rod(scene):
+    return kr.rod(solve_truth(scene, np.linspace(0, ROD_END, ROD_STATES)).path)
 
 
-def special():
+def draw_special_tops():
     for letter, (kind, name) in zip("ab", NAMES.items(), strict=True):
-        scene = adjusted(kind)
+        scene = special_scene(kind)
         yield Figure(
             f"5.4({letter})",
             f"A {name} top",
-            [stills.one_top(scene, *cuboid_of(kind), ORANGE)],
+            [frames.draw_one_top(scene, *cuboid_dimensions(kind), ORANGE)],
             f"Kind by its moments: {scene.body.kind}. Momentum green, angular velocity blue.",
         )
 
 
-def integral(kind, fourth):
+def draw_integral(kind, fourth):
     letter, number = INTEGRALS[kind]
     series = [("Extrap, tolerance 1e-5", fourth.t, fourth.change, GREEN, "-")]
     return Figure(
         number,
         f"Error of the {NAMES[kind]} integral",
-        [line_charts.lines(series, f"{letter}(t) - {letter}(0)")],
+        [line_charts.draw_lines(series, f"{letter}(t) - {letter}(0)")],
         f"{letter}(0) = {fourth.start:.4g} in units with I1 = 1; it changes by "
         f"{fourth.change.min():.1e} .. {fourth.change.max():.1e}.",
     )
 
 
-def analogies():
-    lagrange = truth(SCENE, np.linspace(0, 60, 1500)).path
-    rod = rod_of(SCENE)
+def draw_analogies():
+    lagrange = solve_truth(SCENE, np.linspace(0, 60, 1500)).path
+    rod = compute_rod(SCENE)
     yield Figure(
         "5.6",
-        "What the tab Rod & Apex Trace offered",
-        [stills.rod(rod, OCHRE), stills.trace(lagrange)],
-        "Here it is typed: kr.rod(path).plot() and path.plot().",
+        "The tab Rod & Apex Trace",
+        [frames.draw_rod(rod, OCHRE), frames.draw_trace(lagrange)],
+        "In kreisel: kr.rod(path).plot() and path.plot().",
     )
     yield Figure(
         "5.7",
         "A Lagrange top with its isotropic elastic rod",
-        [stills.rod(rod, ORANGE), stills.one_top(SCENE, HALF, PIVOT, ORANGE)],
-        f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} towards every "
-        f"side, against twist {rod.stiffness[2]:.4g}.",
+        [frames.draw_rod(rod, ORANGE), frames.draw_one_top(SCENE, HALF, PIVOT, ORANGE)],
+        f"To t = {ROD_END:g}; its stiffness against bending {rod.stiffness[0]:.4g} in every "
+        f"direction, against twist {rod.stiffness[2]:.4g}.",
     )
-    yield from anisotropic_rods()
+    yield from draw_anisotropic_rods()
     nutation = kr.apex(lagrange).nutation()
     yield Figure(
         "5.9",
         "The apex trace of a Lagrange top",
-        [stills.trace(lagrange)],
+        [frames.draw_trace(lagrange)],
         f"From height {np.cos(nutation.least):.4f} to {np.cos(nutation.greatest):.4f} and back in "
-        f"{nutation.period:.4f}. It begins upright, so it comes back through the vertical each "
-        "time.",
+        f"{nutation.period:.4f}. It starts upright, so it passes through the vertical each time.",
     )
 
 
-def anisotropic_rods():
+def draw_anisotropic_rods():
     for letter, (kind, name) in zip("ab", NAMES.items(), strict=True):
-        rod = rod_of(adjusted(kind))
+        rod = compute_rod(special_scene(kind))
         yield Figure(
             f"5.8({letter})",
             f"The anisotropic rod of the {name} top",
-            [stills.rod(rod, ORANGE)],
+            [frames.draw_rod(rod, ORANGE)],
             f"Stiffness {rod.stiffness[0]:.4g} towards N and {rod.stiffness[1]:.4g} towards B, "
             f"hence {rod.section[1]:.3g} times as thick towards B.",
         )
 
 
-def comparing(four, equal_ends):
+def draw_comparison(four, equal_ends):
     yield Figure(
         "5.10",
         "A top with its duplicate",
-        [stills.two_tops(SCENE, HALF, PIVOT, (RED, OCHRE))],
+        [frames.draw_two_tops(SCENE, HALF, PIVOT, (RED, OCHRE))],
         "Left by Bobenko-Suris, right by Extrap; at the start.",
     )
     yield Figure(
         "5.11",
         "The Lagrange top mode with eps2",
-        [picture(four, 120.0)],
+        [draw_picture(four, 120.0)],
         f"At t = 120: frame errors {four.until('BS', 120):.2g} and {four.until('Ext', 120):.1g} "
         "rad so far.",
     )
-    yield Figure("5.12", "The timer", [line_charts.timer()], f"A common end: {equal_ends}.")
+    yield Figure("5.12", "The timer", [line_charts.draw_timer()], f"A common end: {equal_ends}.")
     yield Figure(
         "5.13",
         "The tab Eps2: the integrals of motion",
         [],
-        f"At t = {four.t[-1]:g}; in brackets the change since the start.",
-        tuple(integrals_of(four)),
+        f"At t = {four.t[-1]:g}; the change since the start is in brackets.",
+        tuple(tabulate_integrals(four)),
     )
-    yield diagrams(four)
+    yield draw_diagrams(four)
 
 
-def diagrams(four):
+def draw_diagrams(four):
     shown = four.t <= 50
     t = four.t[shown]
 
@@ -121,19 +120,19 @@ def diagrams(four):
             ("Bobenko-Suris, eps 0.2", t, bs[shown], BLUE, "-"),
             ("Extrap", t, ext[shown], GREEN, "-"),
         ]
-        return line_charts.lines(series, label)
+        return line_charts.draw_lines(series, label)
 
     energy = both(four.blue.energy_error, four.green.energy_error, "E - E0")
     frame = both(four.L["BS text"], four.L["Ext text"], "frame error L [rad]")
     return Figure("5.14", "The tab Diagrams", [energy, frame], "To t = 50.")
 
 
-def picture(four, t):
-    return stills.four_tops({name: getattr(four, name) for name in TOPS}, t, HALF, PIVOT)
+def draw_picture(four, t):
+    return frames.draw_four_tops({name: getattr(four, name) for name in TOPS}, t, HALF, PIVOT)
 
 
-def integrals_of(four):
-    """Gives what the tab showed: the values at the end, and how far they have gone."""
+def tabulate_integrals(four):
+    """Yield the table of the tab: the values at the end, and their changes."""
     yield "top", "<m, p>", "<m, a>", "E"
     for name in TOPS:
         top = getattr(four, name)

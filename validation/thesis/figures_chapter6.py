@@ -1,65 +1,69 @@
-"""The figures of chapter 6, drawn again: left as the thesis has them, right on a logarithmic scale
-with the truth's verdict on more methods, where that tells more."""
+"""The figures of chapter 6, redrawn.
+
+The left panel is as in the thesis. The right one has a logarithmic scale, the truth and more
+methods, where that is informative.
+"""
 
 import numpy as np
 
 from . import line_charts
-from .courses import HALF, PIVOT, frame_error, largest
 from .figure import Figure
-from .figures_chapter5 import picture
+from .figures_chapter5 import draw_picture
+from .frames import draw_four_tops
 from .line_charts import BLUE, GREEN, IMPROVED, INK, OCHRE, ORANGE, RED
-from .stills import four_tops
+from .trajectories import HALF, PIVOT, compute_frame_error, largest_until
 
 HALF_PI = np.pi / 2
 TIMES, PI = "\N{MULTIPLICATION SIGN}", "\N{GREEK SMALL LETTER PI}"
 
 
-def until(t, values, end):
+def cut_at(t, values, end):
     kept = t <= end * (1 + 1e-9)
     return t[kept], values[kept]
 
 
-def geodesic():
-    """Draws the sketch 6.5."""
+def draw_geodesic():
+    """Draw the sketch of figure 6.5."""
     return Figure(
         "6.5",
         "L(E) is the length of the geodesic from E to N",
-        [line_charts.geodesic()],
+        [line_charts.draw_geodesic()],
         f"E and its negative are one attitude: hence |a1|, and L of at most {PI}/2. In kreisel the "
         "attitude error is the angle of the rotation, 2 L.",
     )
 
 
-def stills(four):
+def draw_stills(four):
     for number, t in {"6.1": 300, "6.2": 50, "6.3": 300, "6.4": 600}.items():
         yield Figure(
             number,
             f"Four tops, t = {t}",
-            [picture(four, t)],
+            [draw_picture(four, t)],
             f"Largest frame errors so far: Bobenko-Suris {four.until('BS', t):.2g}, Extrap "
             f"{four.until('Ext', t):.1g} rad.",
         )
 
 
-def frame_chart(t, L, named, end):
-    series = [(label, *until(t, L[name], end), colour, "-") for name, label, colour in named]
-    return line_charts.lines(series, "frame error L [rad]")
+def draw_frame_chart(t, L, named, end):
+    series = [(label, *cut_at(t, L[name], end), colour, "-") for name, label, colour in named]
+    return line_charts.draw_lines(series, "frame error L [rad]")
 
 
-def frame_log(t, L, named, improved, end):
-    """Draws running maxima: as logarithms the moments where an error passes through zero would hide
-    it."""
+def draw_frame_log(t, L, named, improved, end):
+    """Draw running maxima, because zeros of an error would hide it on a logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [
-        (label, *until(t, np.maximum.accumulate(error), end), colour, style)
+        (label, *cut_at(t, np.maximum.accumulate(error), end), colour, style)
         for label, error, colour, style in both
     ]
-    return line_charts.lines(series, "largest L so far [rad]", log=True, floor=HALF_PI)
+    return line_charts.draw_lines(series, "largest L so far [rad]", log=True, floor=HALF_PI)
 
 
-def frames(four):
-    improved = {name: frame_error(course, four.true) for name, course in four.improved.items()}
+def draw_frame_errors(four):
+    improved = {
+        name: compute_frame_error(course, four.true) for name, course in four.improved.items()
+    }
     text = [
         ("BS text", "Bobenko-Suris, eps 0.2 against 0.01", BLUE),
         ("Ext text", "Extrap, 0.2 against 0.01", GREEN),
@@ -67,27 +71,27 @@ def frames(four):
     true = [("BS", "Bobenko-Suris (theorem 4.2)", BLUE), ("Ext", "Extrap", GREEN)]
     for number, end in (("6.6", 50), ("6.7", 300), ("6.8", 600)):
         also = "; ".join(
-            f"{name} {largest(four.t, error, end):.2g}" for name, error in improved.items()
+            f"{name} {largest_until(four.t, error, end):.2g}" for name, error in improved.items()
         )
         yield Figure(
             number,
             f"Errors in the body frame to t = {end}",
             [
-                frame_chart(four.t, four.L, text, end),
-                frame_log(four.t, four.L, true, improved, end),
+                draw_frame_chart(four.t, four.L, text, end),
+                draw_frame_log(four.t, four.L, true, improved, end),
             ],
             f"Against the truth at most: Bobenko-Suris {four.until('BS', end):.3g}, Extrap "
             f"{four.until('Ext', end):.2g} rad. In the same steps: {also}.",
         )
 
 
-def integrals(four):
-    yield axial_momentum(four)
-    yield energy_by_step(four)
-    yield energy_by_method(four)
+def draw_integrals(four):
+    yield draw_axial_momentum(four)
+    yield draw_energy_by_step(four)
+    yield draw_energy_by_method(four)
 
 
-def axial_momentum(four):
+def draw_axial_momentum(four):
     blue, green = four.blue.axial_error, four.green.axial_error
     series = [
         ("Bobenko-Suris", four.t, blue, BLUE, "-"),
@@ -96,26 +100,26 @@ def axial_momentum(four):
     return Figure(
         "6.9",
         "<m,a> - <m,a>(0) for eps = 0.2",
-        [line_charts.lines(series, "<m,a> - <m,a>(0)")],
+        [line_charts.draw_lines(series, "<m,a> - <m,a>(0)")],
         f"At t = 600: Bobenko-Suris {abs(blue).max():.0e} at most, Extrap {green[-1]:.1e}.",
     )
 
 
-def energy_by_step(four):
+def draw_energy_by_step(four):
     blue, red = four.blue.energy_error, four.red.energy_error
     series = [
-        ("eps 0.2", *until(four.t, blue, 50), BLUE, "-"),
-        ("eps 0.01", *until(four.t, red, 50), RED, "-"),
+        ("eps 0.2", *cut_at(four.t, blue, 50), BLUE, "-"),
+        ("eps 0.01", *cut_at(four.t, red, 50), RED, "-"),
     ]
     return Figure(
         "6.10",
         "Error in the energy, Bobenko-Suris",
-        [line_charts.lines(series, "E - E0")],
-        f"The ranges are as {np.ptp(blue) / np.ptp(red):.2f} to 1, the steps as 20.",
+        [line_charts.draw_lines(series, "E - E0")],
+        f"The ratio of the ranges is {np.ptp(blue) / np.ptp(red):.2f}, that of the steps 20.",
     )
 
 
-def energy_by_method(four):
+def draw_energy_by_method(four):
     t, blue, green = four.t, four.blue.energy_error, four.green.energy_error
     both = [("Bobenko-Suris", blue, BLUE, "-"), ("Extrap", green, GREEN, "-")]
     more = [
@@ -129,15 +133,15 @@ def energy_by_method(four):
         "6.11",
         "Error in the energy for eps = 0.2",
         [
-            line_charts.lines([(label, t, *rest) for label, *rest in both], "E - E0"),
-            line_charts.lines(so_far, "largest |E - E0| so far", log=True),
+            line_charts.draw_lines([(label, t, *rest) for label, *rest in both], "E - E0"),
+            line_charts.draw_lines(so_far, "largest |E - E0| so far", log=True),
         ],
         f"Bobenko-Suris {blue.min():.3f} .. {blue.max():.3f}, Extrap at most "
         f"{abs(green).max():.1e}; E0 = {four.blue.path.energy[0]:.3f}.",
     )
 
 
-def cause(four):
+def draw_cause(four):
     kept = four.t <= 60
     t, error = four.t[kept], four.blue.energy_error
     labels, colours = ("E - E0", "L [rad]"), (ORANGE, BLUE)
@@ -145,8 +149,8 @@ def cause(four):
         "6.12",
         "Error in the energy, opposed to the error in the frame",
         [
-            line_charts.two_scales(t, error[kept], four.L["BS"][kept], labels, colours),
-            line_charts.lines(
+            line_charts.draw_two_scales(t, error[kept], four.L["BS"][kept], labels, colours),
+            line_charts.draw_lines(
                 [
                     ("E - E0", t, error[kept], ORANGE, "-"),
                     ("the term", t, four.term[kept], INK, ":"),
@@ -159,12 +163,12 @@ def cause(four):
     )
 
 
-def failing(four, rows):
+def draw_failing(four, rows):
     error, L = four.blue.energy_error, four.L["BS"]
     yield Figure(
         "6.13",
         "g = 10, m = (5, 0, 0): t = 20",
-        [picture(four, 20.0)],
+        [draw_picture(four, 20.0)],
         f"L = {L[-1]:.2f} rad now and {L.max():.2f} at most; Extrap {four.L['Ext'].max():.0e}.",
     )
     series = [
@@ -174,7 +178,7 @@ def failing(four, rows):
     yield Figure(
         "6.14",
         "Error in the energy, g = 10, m = (5, 0, 0)",
-        [line_charts.lines(series, "E - E0")],
+        [line_charts.draw_lines(series, "E - E0")],
         f"{error.min():.1f} .. {error.max():+.1f} on {four.blue.path.energy[0]:.1f}.",
     )
     factors = sorted(set(rows[:, 1]))
@@ -186,18 +190,18 @@ def failing(four, rows):
     yield Figure(
         "6.14, more",
         "How the error grows with the term (6.1.5)",
-        [line_charts.scatter(groups, term, "largest L [rad]")],
+        [line_charts.draw_scatter(groups, term, "largest L [rad]")],
         "Each line: g = 0.5, 1, 2, 5, 10; eps = 0.2.",
     )
 
 
-def timed(experiment):
-    yield from timed_stills(experiment)
-    yield from timed_frames(experiment)
-    yield from timed_energies(experiment)
+def draw_equal_time(experiment):
+    yield from draw_equal_time_stills(experiment)
+    yield from draw_equal_time_frames(experiment)
+    yield from draw_equal_time_energies(experiment)
 
 
-def timed_stills(experiment):
+def draw_equal_time_stills(experiment):
     tops = {
         "red": experiment.red,
         "blue": experiment.blue,
@@ -208,13 +212,13 @@ def timed_stills(experiment):
         yield Figure(
             number,
             f"Four tops in experiment 6.2, t = {t}",
-            [four_tops(tops, float(t), HALF, PIVOT)],
+            [draw_four_tops(tops, float(t), HALF, PIVOT)],
             f"Largest frame errors so far: Bobenko-Suris {experiment.until('BS', t):.2g}, Extrap "
             f"{experiment.until('Ext', t):.1g} rad. Yellow is the truth.",
         )
 
 
-def timed_frames(experiment):
+def draw_equal_time_frames(experiment):
     improved = {name: experiment.L[name] for name in experiment.improved}
     named = [
         ("BS", "Bobenko-Suris, 166 sub-steps", BLUE),
@@ -227,38 +231,38 @@ def timed_frames(experiment):
             number,
             f"Errors in the body frame to t = {end}, experiment 6.2",
             [
-                frame_chart(experiment.t, experiment.L, named[:2], end),
-                frame_log(experiment.t, experiment.L, named, improved, end),
+                draw_frame_chart(experiment.t, experiment.L, named[:2], end),
+                draw_frame_log(experiment.t, experiment.L, named, improved, end),
             ],
             f"Bobenko-Suris {bs:.2g}, with equal time {equal:.2g}; Extrap {ext:.2g} rad.",
         )
 
 
-def timed_energies(experiment):
+def draw_equal_time_energies(experiment):
     t, blue, green = experiment.t, experiment.blue.energy_error, experiment.green.energy_error
     for number, end in (("6.22", 1000), ("6.23", 3200)):
         series = [
-            ("Bobenko-Suris", *until(t, blue, end), BLUE, "-"),
-            ("Extrap", *until(t, green, end), GREEN, "-"),
+            ("Bobenko-Suris", *cut_at(t, blue, end), BLUE, "-"),
+            ("Extrap", *cut_at(t, green, end), GREEN, "-"),
         ]
-        alone = line_charts.lines(series[1:], "E - E0, Extrap alone")
+        alone = line_charts.draw_lines(series[1:], "E - E0, Extrap alone")
         yield Figure(
             number,
             f"Error in the energy to t = {end}, experiment 6.2",
-            [line_charts.lines(series, "E - E0"), alone],
+            [line_charts.draw_lines(series, "E - E0"), alone],
             f"Bobenko-Suris {blue.min():.3f} .. {blue.max():.3f}, Extrap at most "
-            f"{abs(until(t, green, end)[1]).max():.0e}.",
+            f"{abs(cut_at(t, green, end)[1]).max():.0e}.",
         )
 
 
-def equal_evaluations(by_step):
+def draw_equal_evaluations(by_step):
     equal = by_step[0.2]
     t, rk4, bs = equal.t, equal.rk4.energy_error, equal.bs.energy_error
     energies = [("Runge-Kutta", t, rk4, OCHRE, "-"), ("Bobenko-Suris", t, bs, BLUE, "-")]
     yield Figure(
         "6.24",
         "Error in the energy to t = 30, equal evaluations",
-        [line_charts.lines(energies, "E - E0")],
+        [line_charts.draw_lines(energies, "E - E0")],
         f"Runge-Kutta {rk4.min():.3f}, Bobenko-Suris within {np.ptp(bs):.2f}.",
     )
     rk4, bs = equal.L["rk4"], equal.L["BS"]
@@ -272,8 +276,10 @@ def equal_evaluations(by_step):
         "6.25",
         "Errors in the frame to t = 30, equal evaluations",
         [
-            line_charts.lines(frames, "frame error L [rad]"),
-            line_charts.lines(largest_of_all, "largest L to t = 30 [rad]", log=True, xlabel="eps2"),
+            line_charts.draw_lines(frames, "frame error L [rad]"),
+            line_charts.draw_lines(
+                largest_of_all, "largest L to t = 30 [rad]", log=True, xlabel="eps2"
+            ),
         ],
         f"For eps2 = 0.2: Runge-Kutta {rk4.max():.2g}, Bobenko-Suris {bs.max():.2g} rad. "
         "Right: all eps2.",

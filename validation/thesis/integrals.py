@@ -1,5 +1,4 @@
-"""The fourth integrals of chapter 5.6.6; and the claim of chapter 3.4, with both forms of the
-equations in one integrator."""
+"""The fourth integrals of chapter 5.6.6, and both forms of the equations of chapter 3.4."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -7,8 +6,8 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 
-from ..peers import measure
-from .courses import SCENE, restarted, truth
+from ..competitors import timing
+from .trajectories import SCENE, solve_truth, solve_with_restarts
 
 KOWALEWSKI_STEP, KOWALEWSKI_END = 0.1, 300.0
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
@@ -16,36 +15,40 @@ FORMS = ("extrap", "extrap_kirchhoff")
 STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_B (5.6.6)
 
 
-def adjusted(kind, half=0.8):
-    """Gives the cuboid at startup, adjusted to C_B = half by the program's checkbox (5.6.6)."""
+def special_scene(kind, half=0.8):
+    """Return the startup cuboid, adjusted to C_B = half by the program's checkbox (5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
 
 
 @dataclass(frozen=True)
-class Fourth:
-    """An integral, and its change along Extrap's course."""
+class FourthIntegral:
+    """An integral and its change along a path of Extrap."""
 
     t: np.ndarray
     start: float
     change: np.ndarray
 
 
-def fourth(kind):
-    """Gives what figure 5.5 and its like for G show: Extrap, begun anew each 0.1, over 300
-    units."""
-    course = restarted(adjusted(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
+def measure_fourth_integral(kind):
+    """Return the data of figure 5.5 and its counterpart for G.
+
+    Extrap is restarted every 0.1 over 300 units.
+    """
+    course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
-    return Fourth(course.t, float(values[0]), values - values[0])
+    return FourthIntegral(course.t, float(values[0]), values - values[0])
 
 
-def values_of_k():
-    """Gives K at the start by (C_B, units): the text's H has I1 = 1, and a unit of time that it
-    leaves open."""
+def compute_k_values():
+    """Return K at the start by (C_B, units).
+
+    The text's H has I1 = 1, and a unit of time that is left open.
+    """
     found = {}
     for half in (0.8, 1.0):
-        scene = adjusted("kowalewski", half)
+        scene = special_scene("kowalewski", half)
         body = scene.body
         found[half, "I1 = 1"] = k = float(kr.solve(scene, [0.0]).kowalewski[0])
         found[half, "|p| = 1"] = (
@@ -55,8 +58,8 @@ def values_of_k():
 
 
 @dataclass(frozen=True)
-class Form:
-    """One form of the equations at one tolerance."""
+class FormResult:
+    """The result of one form of the equations at one tolerance."""
 
     scene: str
     form: str
@@ -66,41 +69,42 @@ class Form:
     seconds: float
 
 
-def forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compares rest frame and body (chapter 3.4), both with the whole frame, twelve equations
-    each."""
-    return [form for name, end in scenes for form in forms_of(name, end, rounds)]
+def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
+    """Compare rest frame and body (chapter 3.4), both with the whole frame in twelve equations."""
+    return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
-def forms_of(name, end, rounds):
+def compare_forms_on(name, end, rounds):
     scene = getattr(kr.scenes, name)
-    q = truth(scene, [end]).path.q[-1]
+    q = solve_truth(scene, [end]).path.q[-1]
     settings = [(form, tol) for form in FORMS for tol in TOLERANCES]
     calls = [partial(kr.solve, scene, [end], method=form, tol=tol) for form, tol in settings]
-    seconds = measure.best_of(calls, rounds)
+    seconds = timing.best_times(calls, rounds)
     for (form, tol), call, best in zip(settings, calls, seconds, strict=True):
         path = call()
         error = float(kr.attitude_error(path.q[-1], q))
-        yield Form(name, form, tol, error, path.stats.evaluations, best)
+        yield FormResult(name, form, tol, error, path.stats.evaluations, best)
 
 
-def frozen_frame(interval, end=100.0, scene=SCENE):
-    """Gives the attitude error at the end [rad] that comes of the disadvantage that the text sees:
-    M and P are exact, but the frame is turned on by the angular velocity at the begin of each
-    interval."""
-    exact = truth(scene, np.arange(round(end / interval) + 1) * interval).path
+def frozen_frame_error(interval, end=100.0, scene=SCENE):
+    """Return the attitude error of a frame that is advanced once per interval [rad].
+
+    M and P are exact, but the frame rotates with the angular velocity at the start of each
+    interval. This is the drawback that the text describes.
+    """
+    exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
-    for turn in turns(in_body(exact)[:-1] * interval):
+    for turn in rotation_quaternions(body_velocity(exact)[:-1] * interval):
         q = np.array(kr.quaternion.multiply(q, turn))
     return float(kr.attitude_error(q / np.linalg.norm(q), exact.q[-1]))
 
 
-def in_body(path):
-    """Gives the angular velocity along N, B, T."""
+def body_velocity(path):
+    """Return the angular velocity along N, B, T."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 
-def turns(angles):
-    """Gives the quaternions of rotation vectors in rows."""
+def rotation_quaternions(angles):
+    """Return the quaternions of rotation vectors in rows."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     return np.hstack([np.cos(size / 2), 0.5 * np.sinc(size / (2 * np.pi)) * angles])

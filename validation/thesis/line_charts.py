@@ -1,9 +1,9 @@
-"""Lines over time and what else is drawn in two dimensions, in the look of the report."""
+"""Lines over time and other plane figures, in the style of the report."""
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from ..drawing.look import COLOURS, FAINT, INK, STYLE, as_svg
+from ..drawing.style import COLOURS, FAINT, INK, STYLE, figure_to_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
 TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}  # the four of 6.1.1
@@ -11,8 +11,8 @@ IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4":
 POINTS = 500
 
 
-def thinned(t, values, points=POINTS):
-    """Keeps what is seen: of each stretch its least and its largest value, in order."""
+def thin_out(t, values, points=POINTS):
+    """Return the visible points: of each stretch its least and its largest value, in order."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -23,19 +23,19 @@ def thinned(t, values, points=POINTS):
     return t[kept], values[kept]
 
 
-def axes_of(size=(5.4, 3.1), **labels):
+def make_axes(size=(5.4, 3.1), **labels):
     figure, axes = plt.subplots(figsize=size, layout="constrained")
     axes.set(**labels)
     axes.grid(True)
     return figure, axes
 
 
-def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
-    """Draws series, each (label, t, values, colour, style)."""
+def draw_lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1)):
+    """Draw series, each (label, t, values, colour, style)."""
     with plt.rc_context(STYLE):
-        figure, axes = axes_of(size, xlabel=xlabel, ylabel=ylabel)
+        figure, axes = make_axes(size, xlabel=xlabel, ylabel=ylabel)
         for label, t, values, colour, style in series:
-            x, y = thinned(t, np.abs(values) if log else values)
+            x, y = thin_out(t, np.abs(values) if log else values)
             if log:
                 x, y = x[y > 0], y[y > 0]
             axes.plot(x, y, style, color=colour, linewidth=1.1, label=label)
@@ -44,36 +44,35 @@ def lines(series, ylabel, log=False, xlabel="time", floor=None, size=(5.4, 3.1))
         if floor is not None:
             axes.axhline(floor, color=FAINT, linewidth=0.8, linestyle=(0, (4, 2)))
         figure.legend(loc="outside lower center", ncols=2 if len(series) > 3 else 3, fontsize=9)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def scatter(groups, xlabel, ylabel):
-    """Draws groups, each (label, x, y, colour, marker), with both axes logarithmic."""
+def draw_scatter(groups, xlabel, ylabel):
+    """Draw groups, each (label, x, y, colour, marker), with both axes logarithmic."""
     with plt.rc_context(STYLE):
-        figure, axes = axes_of(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
+        figure, axes = make_axes(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
         for label, x, y, colour, marker in groups:
             axes.plot(x, y, marker, color=colour, markersize=5, linewidth=1.2, label=label)
         figure.legend(loc="outside lower center", ncols=3, fontsize=9)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def two_scales(t, left, right, labels, colours):
-    """Draws two quantities over one time, each on its own axis."""
+def draw_two_scales(t, left, right, labels, colours):
+    """Draw two quantities over one time, each on its own axis."""
     with plt.rc_context(STYLE):
-        figure, axes = axes_of(xlabel="time")
+        figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
         other.spines["right"].set_visible(True)
         sides = zip((axes, other), (left, right), labels, colours, strict=True)
         for ax, values, label, colour in sides:
-            x, y = thinned(t, values)
+            x, y = thin_out(t, values)
             ax.plot(x, y, color=colour, linewidth=1.1)
             ax.set_ylabel(label, color=colour)
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def geodesic():
-    """Draws figure 6.5: S3 as a sphere, E and the north pole, and the shorter of the ways from E
-    and -E."""
+def draw_geodesic():
+    """Draw figure 6.5: S3 as a sphere, E, the north pole, and the shorter geodesic."""
     angle, end = np.linspace(0, 2 * np.pi, 200), 1.1
     arc = np.linspace(0, end, 40)
     x, y = 0.8 * np.sin(end), np.cos(end)
@@ -83,23 +82,23 @@ def geodesic():
         axes.plot(np.cos(angle), 0.3 * np.sin(angle), color=FAINT, linewidth=0.6)
         axes.plot(0.8 * np.sin(arc), np.cos(arc), color=BLUE, linewidth=2)
         axes.plot([x, -x], [y, -y], ":", color=FAINT, linewidth=1)
-        mark(axes, (0, 1), "N = Id", (0, 7), "center")
-        mark(axes, (x, y), "E", (9, 0))
-        mark(axes, (-x, -y), "\N{MINUS SIGN}E", (-16, -4))
+        draw_mark(axes, (0, 1), "N = Id", (0, 7), "center")
+        draw_mark(axes, (x, y), "E", (9, 0))
+        draw_mark(axes, (-x, -y), "\N{MINUS SIGN}E", (-16, -4))
         middle = 0.8 * np.sin(end / 2), np.cos(end / 2)
         axes.annotate("L(E)", middle, xytext=(6, 4), textcoords="offset points", color=BLUE)
         axes.set_aspect("equal")
         axes.axis("off")
-        return as_svg(figure)
+        return figure_to_svg(figure)
 
 
-def mark(axes, point, text, offset, ha="left"):
+def draw_mark(axes, point, text, offset, ha="left"):
     axes.plot(*point, "o", color=INK, markersize=4)
     axes.annotate(text, point, xytext=offset, textcoords="offset points", ha=ha, fontsize=10)
 
 
-def timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draws figure 5.12: steps of both at their multiples, and a common end."""
+def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
+    """Draw figure 5.12: the steps of both at their multiples, and a common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (
@@ -113,4 +112,4 @@ def timer(eps1=0.2, eps2=0.5, stop=2.0):
         axes.annotate("stoptime", (stop, 1.45), ha="center", color=FAINT, annotation_clip=False)
         axes.set(yticks=[], xlabel="time", ylim=(-0.5, 1.4), xlim=(-0.5, stop + 0.2))
         axes.spines["left"].set_visible(False)
-        return as_svg(figure)
+        return figure_to_svg(figure)

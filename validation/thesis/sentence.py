@@ -1,4 +1,4 @@
-"""A sentence of the thesis, beside what is true."""
+"""A sentence of the thesis, with the result of its check."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ class Sentence:
     says: str
     found: str
     holds: bool
-    why: str = ""  # it is not reproduced
+    why: str = ""  # reason if it is not reproduced
 
     @property
     def verdict(self):

@@ -1,83 +1,83 @@
-"""The quantitative sentences of chapters 6.1 and 6.2, each beside what is true."""
+"""The quantitative sentences of chapters 6.1 and 6.2, each with its check."""
 
 import numpy as np
 
-from .courses import exponent
 from .sentence import Sentence
+from .trajectories import fit_exponent
 
 EPS, PI = "\N{GREEK SMALL LETTER EPSILON}", "\N{GREEK SMALL LETTER PI}"
 TIMES = "\N{MULTIPLICATION SIGN}"
-SEEN = 0.05  # a frame error that can be seen in the pictures [rad]
+SEEN = 0.05  # smallest frame error visible in the pictures [rad]
 
 
-def pair(experiment, t, names=("BS", "Ext")):
+def largest_errors(experiment, t, names=("BS", "Ext")):
     return [experiment.until(name, t) for name in names]
 
 
-def both(experiment, t):
-    bs, ext = pair(experiment, t)
+def describe_errors(experiment, t):
+    bs, ext = largest_errors(experiment, t)
     return f"Bobenko-Suris {bs:.2g}, Extrap {ext:.1g} rad"
 
 
-def why_first(loose):
-    """Says what a looser tolerance would have shown in 6.1."""
+def explain_experiment1(loose):
+    """Return the effect of a looser tolerance on experiment 6.1."""
     tol, error = max(loose.items())
     return (
-        f"Extrap keeps its tolerance; with {tol:.0e} it would be off by {error:.1g} rad. The "
-        "program's own is not to be had"
+        f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
+        "program's own Extrap is not available"
     )
 
 
-def why_timed(crossed, wanted=900.0):
-    """Says between which tolerances the lines of 6.2 would cross where the text has them."""
+def explain_experiment2(crossed, wanted=900.0):
+    """Return the tolerances between which the lines of 6.2 would cross as in the text."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
-        f"it would be so for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
-        "program's Extrap is not to be had"
+        f"this would hold for a tolerance between {max(late):.0e} and {min(early):.0e}; the "
+        "program's own Extrap is not available"
     )
 
 
-def experiment1(four, loose):
-    yield from seen_errors(four, loose)
-    yield from frame_errors(four, loose)
-    yield from momenta(four)
-    yield from energies(four)
+def check_experiment1(four, loose):
+    yield from check_visible_errors(four, loose)
+    yield from check_frame_errors(four, loose)
+    yield from check_momenta(four)
+    yield from check_energies(four)
 
 
-def seen_errors(four, loose):
-    worse = why_first(loose)
+def check_visible_errors(four, loose):
+    worse = explain_experiment1(loose)
     yield Sentence(
         "6.2",
         "After 50 time units the numerical discretization shows no visible errors",
-        both(four, 50),
+        describe_errors(four, 50),
         four.until("Ext", 50) < SEEN,
     )
-    bs, ext = pair(four, 300)
+    bs, ext = largest_errors(four, 300)
     yield Sentence(
         "6.3",
         "After 300 both discretizations show more or less comparable errors",
-        both(four, 300),
+        describe_errors(four, 300),
         ext > bs / 3,
         worse,
     )
-    bs, ext = pair(four, 600)
+    bs, ext = largest_errors(four, 600)
     yield Sentence(
         "6.4, 6.1.2",
         "After 600 both show big errors, the integrable one is somewhat closer",
-        both(four, 600),
+        describe_errors(four, 600),
         ext > bs > SEEN,
         worse,
     )
 
 
-def frame_errors(four, loose):
-    worse = why_first(loose)
-    bs, ext = pair(four, 50)
+def check_frame_errors(four, loose):
+    worse = explain_experiment1(loose)
+    bs, ext = largest_errors(four, 50)
     yield Sentence(
         "6.6",
         "To 50: the numerical error is negligible compared to the integrable one",
-        both(four, 50),
+        describe_errors(four, 50),
         ext < bs / 100,
     )
     slopes = [slope_from_200_to_300(four, name) for name in ("BS", "Ext")]
@@ -91,11 +91,11 @@ def frame_errors(four, loose):
     yield Sentence(
         "6.8",
         f"By 600 both have reached the maximum {PI}/2",
-        both(four, 600),
-        min(pair(four, 600)) > 1.3,
+        describe_errors(four, 600),
+        min(largest_errors(four, 600)) > 1.3,
         "Bobenko-Suris has, Extrap has not; " + worse,
     )
-    growth = [exponent(four.t, four.L[name], 20) for name in ("BS", "Ext")]
+    growth = [fit_exponent(four.t, four.L[name], 20) for name in ("BS", "Ext")]
     yield Sentence(
         "6.1.3",
         "The trend of Bobenko-Suris is almost linear, of the numerical one more or less quadratic",
@@ -109,14 +109,14 @@ def slope_from_200_to_300(four, name):
     return np.polyfit(four.t[kept], np.maximum.accumulate(four.L[name])[kept], 1)[0]
 
 
-def momenta(four):
+def check_momenta(four):
     bs, ext = (np.ptp(course.vertical_momentum) for course in (four.blue, four.green))
     yield Sentence(
         "6.1.4",
         "<m, p> stays constant in both",
         f"Bobenko-Suris moves by {bs:.0e}, Extrap by {ext:.0e}",
         max(bs, ext) < 1e-10,
-        "Extrap keeps no integral: its own error shows, of the size of its tolerance",
+        "Extrap conserves no integral; its error is of the size of its tolerance",
     )
     exact, drift = abs(four.blue.axial_error).max(), four.green.axial_error
     yield Sentence(
@@ -127,7 +127,7 @@ def momenta(four):
     )
 
 
-def energies(four):
+def check_energies(four):
     blue, red, green = (top.energy_error for top in (four.blue, four.red, four.green))
     ratio, eps = np.ptp(blue) / np.ptp(red), four.eps2 / four.eps1
     yield Sentence(
@@ -143,7 +143,7 @@ def energies(four):
         "stays oscillating",
         f"{small:.0e} against {large:.2f} by 600",
         small > large / 10,
-        "it grows, but by 600 it is nothing beside the oscillation",
+        "it grows, but at 600 it is negligible compared with the oscillation",
     )
     off = abs(four.term - blue).max()
     yield Sentence(
@@ -152,19 +152,22 @@ def energies(four):
         f"it is -I1 times that, less its start, to {off:.0e}",
         off < 1e-11,
     )
-    at_once, best, delay = correlation(four)
+    at_once, best, delay = correlate_errors(four)
     yield Sentence(
         "6.12",
         "The oscillating energy error is correlated to the oscillating part of the frame error",
-        f"they have one period; coefficient {at_once:.2f} at the same time, {best:.2f} with the "
-        f"energy taken {delay:.1f} later",
+        f"both have one period; coefficient {at_once:.2f} at equal times, {best:.2f} with the "
+        f"energy delayed by {delay:.1f}",
         best > 0.7,
     )
 
 
-def correlation(four, end=200.0):
-    """Correlates the energy error with the oscillating part of the frame error, L / t: at one time;
-    and the largest for delays of the energy by less than half a nutation, with that delay."""
+def correlate_errors(four, end=200.0):
+    """Return the correlation of the energy error with the oscillating part of the frame error.
+
+    The result is (coefficient at equal times, largest coefficient, its delay). The oscillating part
+    is L / t. Delays are less than half a nutation.
+    """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]
     first = int(np.argmax(kept))
@@ -174,8 +177,8 @@ def correlation(four, end=200.0):
     return float(found[0]), float(found[best]), best * four.eps2
 
 
-def strong(four, rows):
-    yield settings_that_matter(rows)
+def check_failing(four, rows):
+    yield check_strong_settings(rows)
     bs, ext = four.L["BS"][-1], four.L["Ext"][-1]
     yield Sentence(
         "6.13",
@@ -192,7 +195,7 @@ def strong(four, rows):
     )
 
 
-def settings_that_matter(rows):
+def check_strong_settings(rows):
     by_g = {g: rows[rows[:, 0] == g] for g in sorted(set(rows[:, 0]))}
     weak, usual, heavy = (by_g[g][:, 3] for g in (0.5, 1.0, 10.0))
     term = by_g[1.0][:, 2]
@@ -209,7 +212,7 @@ def settings_that_matter(rows):
     )
 
 
-def settings(timed, tested):
+def check_settings(timed, tested):
     yield Sentence(
         "6.2.1",
         "The step 0.01 resembles the continuous motion",
@@ -223,18 +226,18 @@ def settings(timed, tested):
         False,
         "erratum 12",
     )
-    yield from execution(timed)
+    yield from check_execution(timed)
     low, high = min(tested.values()), max(tested.values())
     yield Sentence(
         "6.2.1",
         "Changing h = 1.5 within its order of magnitude shows practically no change",
         f"L at 1000 for h = {', '.join(f'{h:g}' for h in tested)}: {low:.1e} .. {high:.1e} rad",
         high < 3 * low,
-        "the errors stay of one size, but h decides where the steps lie",
+        "the errors keep their size, but h determines the positions of the steps",
     )
 
 
-def execution(timed):
+def check_execution(timed):
     yield Sentence(
         "6.2.1",
         "m = 166 yields an effective step of 0.03",
@@ -248,8 +251,8 @@ def execution(timed):
         f"here {1e6 * bs:.1f} and {1e6 * ext:.1f} \N{MICRO SIGN}s: equal for {timed.substeps} "
         "sub-steps",
         abs(ext / bs - 1) < 0.25,
-        "in Java they were equal; here Extrap costs more, so at equal time Bobenko-Suris may have "
-        "finer steps",
+        "in Java they were equal; here Extrap costs more, so Bobenko-Suris can have finer steps at "
+        "equal time",
     )
     intervals = len(timed.t) - 1
     steps, lost = timed.green.steps / intervals, timed.green.rejected / intervals
@@ -261,36 +264,36 @@ def execution(timed):
     )
 
 
-def experiment2(timed, crossed):
-    yield from seen_in_time(timed, crossed)
-    yield from crossing(timed, crossed)
-    yield from timed_energies(timed, crossed)
+def check_experiment2(timed, crossed):
+    yield from check_visible_growth(timed, crossed)
+    yield from check_crossing(timed, crossed)
+    yield from check_energy_growth(timed, crossed)
 
 
-def seen_in_time(timed, crossed):
-    worse = why_timed(crossed)
+def check_visible_growth(timed, crossed):
+    worse = explain_experiment2(crossed)
     yield Sentence(
         "6.15",
         "At 200 there are almost no errors recognizable",
-        both(timed, 200),
-        max(pair(timed, 200)) < SEEN,
+        describe_errors(timed, 200),
+        max(largest_errors(timed, 200)) < SEEN,
     )
-    bs, ext = pair(timed, 600)
+    bs, ext = largest_errors(timed, 600)
     yield Sentence(
         "6.16",
         "At 600 both start to show errors, Bobenko-Suris a little higher",
-        both(timed, 600),
+        describe_errors(timed, 600),
         bs > ext > bs / 5,
         worse,
     )
-    growth = [exponent(timed.t, timed.L[name], 100) for name in ("BS", "Ext")]
+    growth = [fit_exponent(timed.t, timed.L[name], 100) for name in ("BS", "Ext")]
     yield Sentence(
         "6.17",
         "At 1000 the errors in the numerical discretization increase faster",
         f"powers of t: {growth[0]:.2f} and {growth[1]:.2f}",
         growth[1] > growth[0] + 0.4,
     )
-    bs, ext = pair(timed, 3200)
+    bs, ext = largest_errors(timed, 3200)
     yield Sentence(
         "6.18",
         "At 3200 the integrable errors are still somewhat acceptable",
@@ -302,13 +305,13 @@ def seen_in_time(timed, crossed):
     )
 
 
-def crossing(timed, crossed):
-    worse = why_timed(crossed)
-    bs, ext = pair(timed, 400)
+def check_crossing(timed, crossed):
+    worse = explain_experiment2(crossed)
+    bs, ext = largest_errors(timed, 400)
     yield Sentence(
         "6.19",
         "To 400 Bobenko-Suris is higher, the numerical error low",
-        both(timed, 400),
+        describe_errors(timed, 400),
         ext < bs / 10,
     )
     met = "; ".join(
@@ -331,7 +334,7 @@ def crossing(timed, crossed):
     )
 
 
-def timed_energies(timed, crossed):
+def check_energy_growth(timed, crossed):
     energy, half = abs(timed.green.energy_error), len(timed.t) // 2
     later = energy[half:].max() / energy[:half].max()
     yield Sentence(
@@ -346,5 +349,5 @@ def timed_energies(timed, crossed):
         "By 3200 it reaches the magnitude of the integrable error",
         f"{energy.max():.0e} against {oscillation:.2f}",
         energy.max() > oscillation / 3,
-        why_timed(crossed),
+        explain_experiment2(crossed),
     )

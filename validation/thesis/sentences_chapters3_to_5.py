@@ -1,18 +1,18 @@
-"""The quantitative sentences of chapters 3.4 to 5, each beside what is true."""
+"""The quantitative sentences of chapters 3.4 to 5, each with its check."""
 
 import kreisel as kr
 import numpy as np
 
 from . import su2
-from .courses import HALF, SCENE, fixed, theorem42, truth
-from .experiments import grid
-from .figures_chapter5 import rod_of
-from .integrals import FORMS, adjusted
+from .experiments import time_grid
+from .figures_chapter5 import compute_rod
+from .integrals import FORMS, special_scene
 from .sentence import Sentence
+from .trajectories import HALF, SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
 SQUARE, INVERSE = "\N{SUPERSCRIPT TWO}", "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}"
-SPECIAL = {  # how the text makes them, and how large their equal moments are beside the odd one
+SPECIAL = {  # construction in the text; ratio of the equal moments to the third
     "kowalewski": (f"Kowalewski: C_T = C_B / 2, C_N = {ROOT}3 C_B gives moments 1 : 2 : 2", 2),
     "goryachev_chaplygin": (
         f"Goryachev-Chaplygin: C_T = C_B / 2, C_N = {ROOT}7 C_B gives 1 : 4 : 4",
@@ -21,9 +21,11 @@ SPECIAL = {  # how the text makes them, and how large their equal moments are be
 }
 
 
-def chapter3(forms, frozen):
-    """Judges the sentences of 3.4 on the form of the equations. `frozen`: {interval: attitude
-    error}."""
+def check_chapter3(forms, frozen):
+    """Yield the sentences of 3.4 on the form of the equations.
+
+    `frozen` is {interval: attitude error}.
+    """
 
     def at_tolerance(form, tol=1e-8):
         return next(r for r in forms if (r.scene, r.form, r.tol) == ("thesis", form, tol))
@@ -34,7 +36,7 @@ def chapter3(forms, frozen):
         "3.4",
         f"In body frame formulation, the frame is integrated just using {OMEGA}(t): knowledge "
         "within the interval is lost",
-        f"frame turned on so each {min(frozen):g} .. {max(frozen):g}, with exact M and P: "
+        f"frame advanced once per {min(frozen):g} .. {max(frozen):g}, with exact M and P: "
         f"{least:.0e} .. {most:.0e} rad at t = 100; rest frame, tolerance 1e-8: {rest.error:.0e}",
         least > 10 * rest.error,
     )
@@ -45,12 +47,12 @@ def chapter3(forms, frozen):
         f"evaluations; body {body.error:.0e} in {body.evaluations}, "
         f"{rest.seconds / body.seconds:.1f} times as fast",
         rest.error < 0.5 * body.error,
-        "only against a frame that is not integrated with the rest; nothing forbids to integrate "
-        "what the body sees of the rest frame, and then the body's form is the better one",
+        "only for a frame that is not integrated with the other variables; if the rest frame as "
+        "seen from the body is integrated too, the body form is more accurate",
     )
 
 
-def chapter4(four):
+def check_chapter4(four):
     per = four.green.evaluations / (len(four.t) - 1)
     yield Sentence(
         "4.1",
@@ -66,7 +68,7 @@ def chapter4(four):
         f"I3 = 2 C_N{SQUARE} / (C_N{SQUARE} + C_T{SQUARE}) in units with I1 = 1: 0.780",
         f"{alpha:.4f}",
         abs(alpha - 2 * n * n / (n * n + t * t)) < 1e-3,
-        "erratum 4: Steiner's share is left out",
+        "erratum 4: the parallel-axis term is missing",
     )
     lever = body.mass * body.com[2] / body.moments[0]
     yield Sentence(
@@ -76,7 +78,7 @@ def chapter4(four):
         abs(lever - 1) < 1e-3,
         "erratum 5: the unit of mass is not the mass",
     )
-    residual = map_residual()
+    residual = compute_map_residual()
     yield Sentence(
         "4.2.3",
         f"Theorem 4.1: m' = m + eps [p, a], a' = (1 + eps m') a (1 + eps m'){INVERSE}",
@@ -85,22 +87,22 @@ def chapter4(four):
     )
 
 
-def map_residual(eps=0.2):
-    """Measures how far a path of bobenko_suris is from theorem 4.1 as printed, in scaled units."""
+def compute_map_residual(eps=0.2):
+    """Return the deviation of bobenko_suris from theorem 4.1 as printed, in scaled units."""
     scaled = kr.scaled_units(SCENE.body).into(SCENE)
-    path = fixed(scaled, "bobenko_suris", eps, 20.0).path
+    path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     before = zip(path.m[:-1], path.apex[:-1], strict=True)
-    made = [su2.step_of(m, a, eps, g) for m, a in before]
+    made = [su2.make_step(m, a, eps, g) for m, a in before]
     return max(
         np.abs(np.array([m for m, _ in made]) - path.m[1:]).max(),
         np.abs(np.array([a for _, a in made]) - path.apex[1:]).max(),
     )
 
 
-def special_tops():
+def check_special_tops():
     for kind, (says, ratio) in SPECIAL.items():
-        i1, i2, i3 = adjusted(kind).body.moments
+        i1, i2, i3 = special_scene(kind).body.moments
         yield Sentence(
             "5.6.6",
             says,
@@ -109,13 +111,13 @@ def special_tops():
         )
 
 
-def chapter5(k, g, values):
-    yield from counts()
-    yield from special_tops()
-    yield from fourth_integrals(k, g, values)
-    yield from rods()
-    yield from traces()
-    rk4, extrap = better_than_rk4()
+def check_chapter5(k, g, values):
+    yield from check_counts()
+    yield from check_special_tops()
+    yield from check_fourth_integrals(k, g, values)
+    yield from check_rods()
+    yield from check_traces()
+    rk4, extrap = compare_with_rk4()
     yield Sentence(
         "6.1.1",
         "Extrap showed a better performance than Runge-Kutta",
@@ -124,7 +126,7 @@ def chapter5(k, g, values):
     )
 
 
-def counts():
+def check_counts():
     c_n, c_b, c_t = HALF
     moment = 8 * c_n * c_b * c_t / 3 * (c_b**2 + 4 * c_t**2)
     yield Sentence(
@@ -133,13 +135,13 @@ def counts():
         f"{moment:.6f} and {SCENE.body.moments[0]:.6f}",
         abs(moment / SCENE.body.moments[0] - 1) < 1e-12,
     )
-    points = len(theorem42(SCENE, 0.02, 1.0).t)
+    points = len(solve_theorem42(SCENE, 0.02, 1.0).t)
     yield Sentence(
         "5.6.5", "[0, 1] with eps = 0.02: N = 50 time points", f"{points - 1} steps", points == 51
     )
 
 
-def fourth_integrals(k, g, values):
+def check_fourth_integrals(k, g, values):
     said = "; ".join(
         f"{value:.3g} (C_B = {half:g}, {units})" for (half, units), value in values.items()
     )
@@ -148,7 +150,7 @@ def fourth_integrals(k, g, values):
         "The total value of K was approximately 0.5",
         said,
         abs(k.start - 0.5) < 0.1,
-        "not with the size at startup; the nearest is C_B = 1",
+        "not with the startup size; C_B = 1 is closest",
     )
     worst = abs(k.change).max() / k.start
     yield Sentence(
@@ -163,25 +165,27 @@ def fourth_integrals(k, g, values):
     )
 
 
-def discrete_rod(eps=0.05, end=20.0):
-    """Measures how far the program's rod, frames moved by eps along T, is from the centre line at
-    its end; and with half of eps."""
+def measure_discrete_rod(eps=0.05, end=20.0):
+    """Return the distance of the program's rod from the centre line, for eps and eps / 2.
+
+    It is taken at the end. The rod of the program moves each frame by eps along T.
+    """
     errors = []
     for h in (eps, eps / 2):
-        rod = kr.rod(truth(SCENE, grid(h, end)).path)
+        rod = kr.rod(solve_truth(SCENE, time_grid(h, end)).path)
         errors.append(np.linalg.norm(h * rod.frame[:-1, 2].sum(axis=0) - rod.centre[-1]))
     return errors
 
 
-def rods():
-    coarse, fine = discrete_rod()
+def check_rods():
+    coarse, fine = measure_discrete_rod()
     yield Sentence(
         "5.7.1",
         "Moving the frame by eps to the direction of T gives a discrete elastic rod",
-        f"its end is off by {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
+        f"error at its end {coarse:.2g} for eps = 0.05 and {fine:.2g} for half of it",
         1.5 < coarse / fine < 3,
     )
-    special = [rod_of(adjusted(kind)) for kind in SPECIAL]
+    special = [compute_rod(special_scene(kind)) for kind in SPECIAL]
     half, quarter = (rod.stiffness[1] / rod.stiffness[0] for rod in special)
     yield Sentence(
         "5.7.2",
@@ -199,8 +203,8 @@ def rods():
     )
 
 
-def traces():
-    apex = kr.apex(truth(SCENE, np.linspace(0, 60, 6001)).path)
+def check_traces():
+    apex = kr.apex(solve_truth(SCENE, np.linspace(0, 60, 6001)).path)
     period, height = apex.nutation().period, apex.height
     is_low = (height[1:-1] < height[:-2]) & (height[1:-1] < height[2:])
     between = np.diff(apex.t[1:-1][is_low])
@@ -213,9 +217,9 @@ def traces():
     )
 
 
-def better_than_rk4(target=1e-3, end=100.0):
-    """Gives the evaluations of each to a frame error below the target."""
-    true = truth(SCENE, [end]).path.q[-1]
+def compare_with_rk4(target=1e-3, end=100.0):
+    """Return the evaluations of rk4 and of extrap for a frame error below the target."""
+    true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):
         for setting in settings:

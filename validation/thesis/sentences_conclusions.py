@@ -1,16 +1,15 @@
-"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each beside what is
-true."""
+"""The quantitative sentences of chapters 6.3 and 6.4 and of Appendix A, each with its check."""
 
 import numpy as np
 
 from .sentence import Sentence
-from .sentences_chapter6 import both, pair
+from .sentences_chapter6 import describe_errors, largest_errors
 
 UE = "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
 
 
-def runge_kutta(by_step):
-    yield from at_one_step(by_step[0.2])
+def check_runge_kutta(by_step):
+    yield from check_one_step(by_step[0.2])
     ratios = [each.L["rk4"].max() / each.L["BS"].max() for each in by_step.values()]
     yield Sentence(
         "6.3",
@@ -19,7 +18,7 @@ def runge_kutta(by_step):
         + ", ".join(f"{ratio:.0f}" for ratio in ratios),
         min(ratios) > 1,
     )
-    wrong = {h: wrong_from(each) for h, each in by_step.items()}
+    wrong = {h: find_divergence(each) for h, each in by_step.items()}
     said = ", ".join(f"{h:g}: {'not' if t is None else f'{t:.3g}'}" for h, t in wrong.items())
     yield Sentence(
         "6.3",
@@ -29,13 +28,13 @@ def runge_kutta(by_step):
     )
 
 
-def wrong_from(equal):
-    """Says from when on the frame error of Runge-Kutta exceeds 0.5; None for never."""
+def find_divergence(equal):
+    """Return the time from which the frame error of Runge-Kutta exceeds 0.5, or None."""
     errors = zip(equal.t, equal.L["rk4"], strict=True)
     return next((t for t, error in errors if error > 0.5), None)
 
 
-def at_one_step(equal):
+def check_one_step(equal):
     each = equal.rk4.evaluations / equal.rk4.steps
     yield Sentence(
         "6.3",
@@ -49,7 +48,7 @@ def at_one_step(equal):
         "Energy, 0.2: Runge-Kutta small at first, then increases strongly, gets very bad",
         f"at most {abs(rk4).max():.3f}; Bobenko-Suris within {np.ptp(bs):.2f}",
         abs(rk4).max() > abs(bs).max(),
-        "it increases, but stays below the other's oscillation to t = 30",
+        "it increases, but stays below the oscillation of the other until t = 30",
     )
     rk4, bs = equal.L["rk4"], equal.L["BS"].max()
     early, late = rk4[equal.t <= 8].max(), rk4.max()
@@ -61,12 +60,12 @@ def at_one_step(equal):
     )
 
 
-def conclusions(four, timed):
+def check_conclusions(four, timed):
     error = four.blue.energy_error
     yield Sentence(
         "6.4",
         "The error in the energy oscillates and does not increase",
-        f"range to 300 and from 300 to 600: {halves(four)}",
+        f"range to 300 and from 300 to 600: {describe_halves(four)}",
         abs(np.ptp(error[four.t > 300]) / np.ptp(error) - 1) < 0.02,
     )
     yield Sentence(
@@ -75,47 +74,49 @@ def conclusions(four, timed):
         f"{four.until('BS', 20):.2g} rad by t = 20 (eps = 0.2)",
         four.until("BS", 20) > 10 * four.until("Ext", 20),
     )
-    bs, ext = pair(timed, 3200)
+    bs, ext = largest_errors(timed, 3200)
     yield Sentence(
         "6.4, A",
         "For long intervals Bobenko-Suris clearly dominates (A: dominiert klar), with the settings "
         "of the text",
-        f"6.1, to 600: {both(four, 600)}; 6.2, to 3200: {both(timed, 3200)}",
+        f"6.1, to 600: {describe_errors(four, 600)}; 6.2, to 3200: {describe_errors(timed, 3200)}",
         bs < ext and four.until("BS", 600) < four.until("Ext", 600),
-        "its error is the larger one to the end of both",
+        "its error is larger until the end of both",
     )
-    yield from at_equal_time(timed)
+    yield from check_equal_time(timed)
 
 
-def at_equal_time(timed):
-    same, ext = pair(timed, 3200, ("equal", "Ext"))
-    meet = overtaken(timed)
-    since = f"; Extrap the worse from t = {meet:g} on" if meet else ""
+def check_equal_time(timed):
+    same, ext = largest_errors(timed, 3200, ("equal", "Ext"))
+    meet = find_overtaking(timed)
+    since = f"; Extrap is less accurate from t = {meet:g} on" if meet else ""
     yield Sentence(
         "6.4, A",
         "The same, with equal execution time here and today",
         f"{timed.substeps} sub-steps: {same:.2g} against {ext:.2g} rad at 3200{since}",
         same < ext,
-        "the machine was too busy, or steps of Bobenko-Suris cost more beside those of Extrap",
+        "the machine was busy, or steps of Bobenko-Suris are more expensive relative to Extrap",
     )
-    same, ext = pair(timed, 200, ("equal", "Ext"))
+    same, ext = largest_errors(timed, 200, ("equal", "Ext"))
     yield Sentence(
         "A",
         f"For short intervals it is unsuitable (f{UE}r kurze Zeitperioden ungeeignet)",
         f"at equal time, at t = 200: {same:.1g} against {ext:.1g} rad",
         same > ext,
-        "its steps may be so short",
+        "because its steps can be that short",
     )
 
 
-def overtaken(timed):
-    """Says from when on Extrap's largest error so far exceeds that of Bobenko-Suris with equal
-    time; None for never."""
+def find_overtaking(timed):
+    """Return the time from which Extrap's largest error exceeds that of Bobenko-Suris, or None.
+
+    Bobenko-Suris has equal time.
+    """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])
     return None if last == len(ahead) - 1 else float(timed.t[last + 1])
 
 
-def halves(four):
+def describe_halves(four):
     error, is_early = four.blue.energy_error, four.t <= 300
     return " and ".join(f"{np.ptp(error[part]):.3f}" for part in (is_early, ~is_early))

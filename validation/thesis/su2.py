@@ -1,8 +1,8 @@
-"""The thesis' su(2) and SU(2) (3.2), and theorem 4.2 word by word, with its errata to be chosen."""
+"""The su(2) and SU(2) of the thesis (3.2), and theorem 4.2 as printed with optional errata."""
 
 import numpy as np
 
-from .courses import truth
+from .trajectories import solve_truth
 
 ID = np.eye(2, dtype=complex)
 E1 = 0.5 * np.array([[0, -1j], [-1j, 0]])
@@ -11,39 +11,43 @@ E3 = 0.5 * np.array([[-1j, 0], [0, 1j]])
 BASIS = (E1, E2, E3)
 
 
-def hat(x):
-    """Writes a vector as a matrix."""
+def to_matrix(x):
+    """Return a vector as a matrix of su(2)."""
     return x[0] * E1 + x[1] * E2 + x[2] * E3
 
 
-def vec(X):
-    """Writes a matrix as a vector: <X, e_i> = -2 tr(X e_i)."""
+def to_vector(X):
+    """Return a matrix of su(2) as a vector: <X, e_i> = -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 
-def turned(Phi, x):
-    """Turns x: Phi^-1 x Phi."""
-    return vec(np.linalg.inv(Phi) @ hat(x) @ Phi)
+def rotate(Phi, x):
+    """Return the vector of Phi^-1 x Phi."""
+    return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 
-def rotation(axis, angle):
-    """Gives the Phi of theorem 3.4 with the 2 that the text leaves out, for which Phi^-1 X Phi
-    turns by -angle."""
-    return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * hat(axis)
+def rotation_matrix(axis, angle):
+    """Return the Phi of theorem 3.4 with the factor 2 that the text omits.
+
+    Phi^-1 X Phi then rotates by -angle.
+    """
+    return np.cos(angle / 2) * ID + 2 * np.sin(angle / 2) * to_matrix(axis)
 
 
-def quaternion(G):
-    """Gives (w, x, y, z) of w Id + 2 hat(x, y, z)."""
-    return np.array([np.trace(G).real / 2, *(vec(G) / 2)])
+def to_quaternion(G):
+    """Return (w, x, y, z) of w Id + 2 hat(x, y, z)."""
+    return np.array([np.trace(G).real / 2, *(to_vector(G) / 2)])
 
 
-def matrix(q):
-    return q[0] * ID + 2 * hat(q[1:])
+def from_quaternion(q):
+    return q[0] * ID + 2 * to_matrix(q[1:])
 
 
-def xi(form, m, a, b, c, alpha, eps, second=None):
-    """Gives xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b; in the second form the text has
-    2/c for 2/eps."""
+def compute_xi(form, m, a, b, c, alpha, eps, second=None):
+    """Return xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b.
+
+    In the second form the text has 2/c for 2/eps.
+    """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
     return (2 / eps if second is None else second) * np.cross(a, b) / (1 + a @ b) + c / alpha * (
@@ -51,33 +55,37 @@ def xi(form, m, a, b, c, alpha, eps, second=None):
     ) / (1 + a @ b)
 
 
-def step_of(m, a, eps, g):
-    """Makes a step by theorem 4.1, where p = g e3."""
+def make_step(m, a, eps, g):
+    """Return the step of theorem 4.1, where p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
-    X = ID + eps * hat(m)
-    return m, vec(X @ hat(a) @ np.linalg.inv(X))
+    X = ID + eps * to_matrix(m)
+    return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
-def theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Gives the attitude at the end, by the theorem. c_of: 'a' or the text's 'p'; side: that of w_k
-    on the quaternion, 'inverse' for g the rotation from rest to body frame; text: 2/c in the second
-    form."""
+def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
+    """Return the attitude at the end by the theorem.
+
+    `c_of` is 'a', or 'p' as in the text. `side` is that of w_k on the quaternion, or 'inverse' if g
+    is the rotation from rest to body frame. `text` selects 2/c in the second form.
+    """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity
-    G, m = matrix(np.array(scaled.attitude)), np.array(scaled.momentum)
-    a = vec(G @ E3 @ np.linalg.inv(G))
+    G, m = from_quaternion(np.array(scaled.attitude)), np.array(scaled.momentum)
+    a = to_vector(G @ E3 @ np.linalg.inv(G))
     if side == "inverse":
         G = np.linalg.inv(G)
     for _ in range(round(end / eps)):
         before = a
-        m, a = step_of(m, a, eps, g)
+        m, a = make_step(m, a, eps, g)
         c = m @ before if c_of == "a" else g * m[2]
-        w = ID + eps * hat(xi(form, m, before, a, c, alpha, eps, 2 / c if text else None))
+        w = ID + eps * to_matrix(
+            compute_xi(form, m, before, a, c, alpha, eps, 2 / c if text else None)
+        )
         w = w / np.sqrt(np.linalg.det(w).real)
         G = G @ w if side == "right" else w @ G
-    return quaternion(np.linalg.inv(G) if side == "inverse" else G)
+    return to_quaternion(np.linalg.inv(G) if side == "inverse" else G)
 
 
-def exact(scene, end):
-    """Gives the true attitude at the end, (w, x, y, z)."""
-    return truth(scene, [end]).path.q[-1]
+def exact_attitude(scene, end):
+    """Return the true attitude at the end, (w, x, y, z)."""
+    return solve_truth(scene, [end]).path.q[-1]

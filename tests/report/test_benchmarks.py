@@ -1,0 +1,50 @@
+"""Tests of the programs of validation/benchmarks and mutation."""
+
+import importlib
+import re
+
+import pytest
+from toolbox import ROOT, core_sources
+
+from validation.benchmarks import compiling
+
+FILES = sorted(
+    file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
+)
+PROGRAMS = [f"{file.parent.name}.{file.stem}" for file in FILES if "__main__" in file.read_text()]
+
+
+def test_programs_are_found():
+    assert {
+        "benchmarks.closed_form_speed",
+        "benchmarks.step_costs",
+        "mutation.mutate",
+        "mutation.coverage",
+    } <= set(PROGRAMS)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_a_program_says_what_it_measures(name, capsys):
+    if name == "benchmarks.viewer_speed":
+        pytest.importorskip("playwright")
+    program = importlib.import_module(f"validation.{name}")
+    with pytest.raises(SystemExit) as done:
+        program.main(["--help"])
+    said = capsys.readouterr().out
+    assert done.value.code == 0 and f"python -m validation.{name}" in said
+    assert program.__doc__.split()[0] in said
+
+
+def test_the_core_is_compiled_as_the_library_is():
+    """CMakeLists.txt defines the files, the instruction sets and the options."""
+    said = (ROOT / "CMakeLists.txt").read_text()
+    assert compiling.core_files() == core_sources()
+    globs = re.search(r"file\(GLOB kernels CONFIGURE_DEPENDS (.*)\)", said)[1].split()
+    more = re.search(r"set\(more_avx2 (.*)\)", said)[1].split()
+    again = {file for name in globs + more for file in ROOT.glob(name)}
+    assert set(compiling.isa_files()) == again and len(again) >= 5
+    avx2 = re.search(r"set\(avx2 (.*)\)", said)[1].split()
+    avx512 = re.search(r"set\(avx512 \$\{avx2\} (.*)\)", said)[1].split()
+    assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS
+    flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", said)[1].split()
+    assert set(flags) <= set(compiling.FLAGS)

@@ -1,0 +1,150 @@
+"""Tests of the part on chaos: theory and sections describe the same tops."""
+
+import csv
+import io
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.drawing import section_plots as drawing
+from validation.parts import chaos as part
+from validation.parts import frequency_data, lyapunov_exponents, section_data
+from validation.references import kowalewski, melnikov
+
+SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
+
+
+def test_the_ten_regions_differ():
+    """The order of the critical values differs, except for two regions separated by g = 1."""
+    kinds = [
+        tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
+    ]
+    assert len(set(kinds)) == 9 and kinds[3] == kinds[6]
+    assert kowalewski.REGIONS[3][0] < 1.0 < kowalewski.REGIONS[6][0]
+
+
+def test_the_borders_are_where_critical_values_change_places():
+    for g, h in kowalewski.region_borders(1.3):
+        changes = 0
+        inside = (g > 0.05) & np.isfinite(h) & (h < 4.0)
+        for at, high in zip(g[inside][::20], h[inside][::20], strict=True):
+            below, above = (
+                [kind for _, kind in kowalewski.critical_values(at, high + step)]
+                for step in (-1e-4, 1e-4)
+            )
+            changes += below != above
+        assert changes > 0.9 * len(g[inside][::20])
+
+
+@pytest.mark.parametrize("region", range(10))
+def test_the_least_and_greatest_K_are_critical(region):
+    g, h = kowalewski.REGIONS[region]
+    words = {"energy": h, "vertical": kowalewski.vertical_momentum(g)}
+    tops = kr.starts(kowalewski.BODY, n=20000, **words)
+    K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0]
+    values = [value for value, _ in kowalewski.critical_values(g, h)]
+    assert values[0] <= K.min() < values[0] + 0.01 * values[-1]
+    assert 0.98 * values[-1] < K.max() <= values[-1]
+
+
+def test_swings_change_the_momentum_as_melnikov_says():
+    assert melnikov.lowest_scene().body.kind == "lagrange"
+    assert kr.exact(melnikov.lowest_scene()).period > 30.0 / melnikov.ESCAPE
+    for row in part.measure_layer(60):
+        assert row["kick"] == pytest.approx(
+            melnikov.melnikov_amplitude(), rel=2.0 * row["e"] + 2e-5
+        )
+        assert 0.2 < row["half_width"] / row["predicted"] < 4.0
+
+
+def test_the_integral_is_that_of_finer_points(monkeypatch):
+    coarse = melnikov.melnikov_amplitude()
+    melnikov.melnikov_amplitude.cache_clear()
+    monkeypatch.setattr(melnikov, "POINTS", 12001)
+    assert melnikov.melnikov_amplitude() == pytest.approx(coarse, rel=1e-9)
+    melnikov.melnikov_amplitude.cache_clear()
+
+
+def test_a_section_of_kowalewskis_top_has_every_K():
+    section = section_data.compute_kowalewski_section(4, 30, 5)
+    K = section.kowalewski.reshape(30, 5)
+    assert np.ptp(K, axis=1).max() < 1e-11 * K.max()
+    assert np.diff(K[:, 0] ** 0.25).max() < 0.15 * K.max() ** 0.25
+
+
+def test_frequencies_tell_regular_motions():
+    """Most motions at 2 % are regular, and a chain of islands has one rotation number."""
+    axial, turns, change = frequency_data.measure_rotation(16, "moments 2 % apart")
+    assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16
+    assert frequency_data.largest_frequency_error(4) < 1e-12
+
+
+def test_exponents_part_order_from_chaos():
+    regular, chaotic = (
+        lyapunov_exponents.summarize_exponents(name, 12) for name in ("a Lagrange top", "40 %")
+    )
+    assert regular["chaotic"] == 0 and regular["exponent"] is None is regular["error"]
+    assert chaotic["chaotic"] > 6 and 0.1 < chaotic["exponent"] < 0.25
+    assert 0.0 < chaotic["error"] < 0.05 and chaotic["certificate"] < 1e-12
+
+
+def test_the_map_is_empty_where_nothing_moves():
+    values = lyapunov_exponents.map_exponents(5)
+    energies = np.linspace(*lyapunov_exponents.ENERGIES, 5)
+    verticals = np.linspace(*lyapunov_exponents.VERTICALS, 5)
+    body = section_data.make_body(lyapunov_exponents.MAPPED)
+    for (row, column), value in np.ndenumerate(values):
+        words = {"energy": energies[row], "vertical": verticals[column], "n": 1}
+        if np.isnan(value):
+            with pytest.raises(ValueError, match="no start has"):
+                kr.starts(body, **words)
+        else:
+            assert len(kr.starts(body, **words)) == 1 and value < 0.5
+    assert 0 < np.isnan(values).sum() < 20
+
+
+@pytest.fixture(scope="module")
+def findings():
+    return {
+        "order": part.measure_energy_drift(SIZE),
+        "kowalewski": list(part.measure_kowalewski(SIZE)),
+        "layer": list(part.measure_layer(SIZE["swings"])),
+        "frequencies": part.measure_frequencies(SIZE["turning"]),
+        "exponents": part.measure_exponents(SIZE),
+    }
+
+
+def test_what_is_shown_and_concluded(findings):
+    shown = part.build_context(findings)
+    pictures = [
+        shown["order"],
+        shown["regions"],
+        shown["plane"],
+        shown["map"],
+        *shown["layer"],
+        shown["rotation"],
+    ]
+    assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
+    said = part.conclude(findings)
+    for word in (
+        "keep their energy to",
+        "on 10 of 10",
+        "Melnikov's integral",
+        "Lagrange tops are",
+        "the Lagrange top none are called chaotic",
+    ):
+        assert word in said
+    assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12
+    files = dict(part.list_files(findings, None))
+    assert [row["region"] for row in csv.DictReader(io.StringIO(files["kowalewski.csv"]))][
+        -1
+    ] == "10"
+    assert len(list(csv.DictReader(io.StringIO(files["layer.csv"])))) == len(part.SMALL)
+
+
+def test_what_is_not_found_yet_is_left_out(findings):
+    few = {"order": findings["order"]}
+    shown = part.build_context(few)
+    assert shown["regions"] is None and shown["layer"] is None and shown["rotation"] is None
+    assert part.list_files(few, None) == [] and "Melnikov" not in part.conclude(few)

@@ -1,0 +1,170 @@
+"""Tests of the comparison of ensembles: equal motions at equal errors."""
+
+import csv
+import re
+from math import isnan
+
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+import pytest
+
+from validation.benchmarks import ensemble_speed as bench
+from validation.competitors import ensemble_runs, equal_error
+from validation.competitors.equal_error import Run
+from validation.competitors.single_runs import Setting
+from validation.parts import ensembles as part
+from validation.references import equations, reference
+from validation.references import random_ensembles as tops_of
+from validation.references.problems import attitude_error, attitude_errors
+from validation.report import main as report
+
+KINDS = list(tops_of.SCENES)
+TIGHT = Setting(tol=1e-13)
+
+
+def problem_of(tops, k):
+    return tops_of.replace(tops.problem, momentum=tuple(tops.momenta[k]))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_more_tops_begin_with_the_same(kind):
+    few, more = tops_of.draw_tops(kind, 3), tops_of.draw_tops(kind, 20)
+    assert np.array_equal(few.momenta, more.momenta[:3])
+    assert np.array_equal(few.starts, more.first(3).starts)
+    assert len(set(map(tuple, more.momenta))) == 20
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_truths_are_those_of_heyoka_in_128_bit(kind):
+    tops = tops_of.draw_tops(kind, 2, end=10.0)
+    for k, q in enumerate(tops_of.compute_truths(tops)):
+        (true,) = reference.integrate_states(problem_of(tops, k), [tops.end])
+        assert attitude_error(q, [mp.nstr(x, 25) for x in true[:4]]) < 1e-18
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_peers_start_where_the_tops_do(kind):
+    tops = tops_of.draw_tops(kind, 2)
+    for k in range(2):
+        start = [float(x) for x in equations.start_state(problem_of(tops, k))]
+        np.testing.assert_allclose(tops.starts[k], start, rtol=3e-16, atol=1e-17)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_conditioning_is_that_of_the_references(kind):
+    """The references also perturb the body, so their conditioning is somewhat larger."""
+    tops = tops_of.draw_tops(kind, 2, end=10.0)
+    for k, own in enumerate(tops_of.compute_conditioning(tops)):
+        (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
+        assert 0.05 * other < own < 2 * other
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
+    """Eleven tops do not fill the lanes, and keep their order."""
+    tops = tops_of.draw_tops(kind, 11, end=10.0)
+    true = tops_of.compute_truths(tops)
+    for who in ensemble_runs.select_movers(tops):
+        setting = TIGHT if who.settings[0].tol else who.settings[0]
+        call = who.make(tops.first(4) if who.is_serial else tops, setting, 2)
+        for q in (call(), call()):
+            assert len(q) == (4 if who.is_serial else 11)
+            assert attitude_errors(q, true[: len(q)]).max() < 1e-10, who.name
+
+
+def runs(errors, seconds):
+    return [
+        Run("it", str(i), 1, error, error, error, took)
+        for i, (error, took) in enumerate(zip(errors, seconds, strict=True))
+    ]
+
+
+STRAIGHT = runs([1e-2, 1e-6, 1e-10], [[1.0, 10.0], [2.0, 20.0], [4.0, 40.0]])
+
+
+def test_times_are_read_off_between_settings():
+    assert equal_error.seconds_at(1e-6, STRAIGHT) == pytest.approx([2.0, 20.0])
+    assert equal_error.seconds_at(1e-4, STRAIGHT) == pytest.approx([2**0.5, 10 * 2**0.5])
+    assert equal_error.seconds_at(1.0, STRAIGHT) == pytest.approx([1.0, 10.0])
+    assert all(isnan(s) for s in equal_error.seconds_at(0.9e-10, STRAIGHT))
+
+
+def test_a_lucky_error_and_a_dear_one_do_not_count():
+    lucky = runs([1e-7, 1e-6, 1e-10, 1e-10], [[1.0], [2.0], [4.0], [9.0]])
+    assert equal_error.seconds_at(1e-7, lucky) == pytest.approx([4**0.25]), "1e-6 is its error"
+    assert equal_error.seconds_at(1e-10, lucky) == pytest.approx([4.0])
+
+
+def test_ratios_are_medians_of_rounds():
+    other = runs([1e-6], [[6.0, 40.0]])
+    value, theirs, ours = equal_error.time_ratio(other, STRAIGHT, 1e-6)
+    assert (value, theirs, ours) == pytest.approx((2.5, 23.0, 11.0))
+    assert isnan(equal_error.time_ratio(other, STRAIGHT, 1e-9)[0])
+    assert equal_error.tightest_common_error(STRAIGHT, other) == pytest.approx(
+        equal_error.NEAR * 1e-6
+    )
+
+
+def test_the_tightest_error_is_reached_by_both():
+    """The smallest error is not always the one at the tightest setting."""
+    scattered = runs([1e-3, 4e-10, 6e-10], [[1.0], [2.0], [3.0]])
+    straight = runs([1e-2, 1e-10], [[1.0], [4.0]])
+    target = equal_error.tightest_common_error(straight, scattered)
+    assert not isnan(equal_error.time_ratio(scattered, straight, target)[0])
+    assert target == pytest.approx(equal_error.NEAR * 6e-10)
+
+
+def test_the_map_shows_where_a_top_sleeps():
+    found = part.compute_sleeping_map(9)
+    spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)
+    top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
+    for i, j in ((0, 0), (3, 5), (8, 8)):
+        one = kr.exact(kr.Scene.spinning(top, spin=spins[i], tilt=tilts[j]))
+        assert found[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)
+    assert (found[spins > 4, 0] < 0.01).all() and (found[spins < 4, 0] > 1.0).all()
+
+
+def test_the_program_holds_members_against_their_single_runs(capsys):
+    assert bench.main(["threads", "large", "single", "--quick"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    singles = [line for line in lines if "single" in line]
+    assert len(singles) == 18
+    assert all(line.endswith(": must") for line in singles)
+    assert sum("peak memory" in line for line in lines) == 1
+
+
+def test_a_figure_is_graded_by_its_bounds(capsys):
+    bench.print_grade("more", 2.5, 2.2, 3)
+    bench.print_grade("most", 3.5, 2.2, 3)
+    bench.print_grade("too few", 2.1, 2.2, 3)
+    bench.print_grade("small", 0.4, 0.5, at_most=True)
+    bench.print_grade("large", 0.6, 0.5, at_most=True)
+    grades = [line.split()[-1] for line in capsys.readouterr().out.splitlines()]
+    assert grades == ["must", "stretch", "MISSED", "must", "MISSED"]
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    out = tmp_path_factory.mktemp("many")
+    assert report.main(["--quick", "--only", "ensembles", "--out", str(out)]) == 0
+    return out
+
+
+def test_the_report_writes_who_moved_tops(quick):
+    with (quick / "ensembles.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == part.COLUMNS
+    for kind in KINDS:
+        ran = {row["mover"] for row in rows if row["kind"] == kind}
+        assert {"taylor", ensemble_runs.HEYOKA, ensemble_runs.OWN_CALL, "scipy_dop853"} <= ran
+        assert ("exact" in ran) == (kind == "Lagrange")
+    assert all(float(row["microseconds"]) > 0 for row in rows)
+
+
+def test_the_report_shows_who_moved_tops_and_the_map(quick):
+    page = (quick / "index.html").read_text()
+    section = page.split('id="ensembles"')[1]
+    assert section.count("<svg") == len(KINDS) + 1
+    assert not re.search(r"{{|{%|\bNone\b|\bnan\b|Undefined", section)
+    assert "a second to a median error of" in re.sub(r"\s+", " ", page)

@@ -1,0 +1,218 @@
+"""Tests of faults planted into every method: the atlas must call them wrong in silence.
+
+An error that both runs share has no sign.
+"""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.parts import atlas_cells, verdicts
+from validation.parts.atlas_cases import Case, general, lagrange, list_cases, scene_factory
+
+SPUN = {"body_velocity": (0.5, 0.2, 3.0)}
+REST = {"momentum": (0.0, 0.0, 0.0)}
+
+
+def nearly():
+    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), made_up=True)
+
+
+FAMILIES = {
+    "at rest": Case("planted", "at rest", scene_factory(lagrange, 2.5, **REST), turns=4),
+    "nearly of a kind": Case("planted", "nearly", scene_factory(nearly, **SPUN), turns=6),
+    "8 steps a turn": Case("planted", "8", scene_factory(general, **SPUN), 4, 8),
+    "2 steps a turn": Case("planted", "2", scene_factory(general, **SPUN), 4, 2),
+}
+ALL = [*FAMILIES, "led on by reset"]
+
+
+# Where an ulp of the time turns the top by 2^-19 rad: closed forms alone get there.
+LATE = Case(
+    "planted", "late", scene_factory(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True
+)
+(BEYOND,) = (case for case in list_cases() if case.name == "Lagrange, 2^54 rad")
+
+
+def offset(angle):
+    """Return a fault that rotates all states but the first by an angle about e3."""
+    turn = np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2)
+
+    def plant(q, true):
+        return np.array([q[0], *(kr.quaternion.multiply(turn, p) for p in q[1:])])
+
+    return plant
+
+
+def reverse_heading(q, true):
+    return np.array(q) * np.where(np.arange(len(q))[:, None], (1.0, 1.0, -1.0, -1.0), 1.0)
+
+
+def tenfold(q, true):
+    """Multiply a small error by ten."""
+    sign = np.sign(np.sum(q * true, axis=1))[:, None]
+    far = sign * true + 10.0 * (q - sign * true)
+    return far / np.linalg.norm(far, axis=1)[:, None]
+
+
+FAULTS = {
+    "sound": lambda q, true: q,
+    "1e-9": offset(1e-9),
+    "1e-3": offset(1e-3),
+    "1": offset(1.0),
+    "reversed": reverse_heading,
+    "tenfold": tenfold,
+}
+SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
+
+
+def with_faults(led_on):
+    """Return a function that lists every method of kreisel with each fault, for one truth."""
+
+    def run_of(who):
+        def run(problem, scene, times, setting):
+            half = len(times) // 2
+            if not led_on:
+                return who.run(problem, scene, times, setting)
+            q, m, *counts = who.run(problem, scene, times[: half + 1], setting)
+            rest = kr.solve(scene, times[half], who.name, **setting).end
+            more, on, *_ = who.run(problem, rest, times[half:] - times[half], setting)
+            return np.array([*q, *more[1:]]), np.array([*m, *on[1:]]), *counts
+
+        return run
+
+    def planting(who, fault):
+        def run(problem, scene, times, setting):
+            q, *rest = run_of(who)(problem, scene, times, setting)
+            true = problem.to_principal_axes(kr.solve(scene, times, "taylor", digits=20).q)
+            return fault(np.array(q), np.array(true)), *rest
+
+        return run
+
+    def everybody(scene, radians):
+        return [
+            replace(who, name=f"{name}/{who.name}", run=planting(who, fault))
+            for who in atlas_cells.list_candidates(scene, radians)
+            if who.name in kr.methods
+            for name, fault in FAULTS.items()
+        ]
+
+    return everybody
+
+
+@cache
+def find_cells(family):
+    """Return the cells of a family that ran to the end, as {fault: {method: cell}}."""
+    led_on = family not in FAMILIES
+    case = (
+        Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
+    )
+    by_fault = {name: {} for name in FAULTS}
+    for cell in atlas_cells.make_cells(case, with_faults(led_on)):
+        fault, method = cell["method"].split("/")
+        if "attitude_error" in cell:
+            by_fault[fault][method] = cell
+    assert len(by_fault["sound"]) >= (5 if family == "2 steps a turn" else 10)
+    return by_fault
+
+
+def silent(cell):
+    return cell["verdict"] == verdicts.SILENT
+
+
+@pytest.mark.parametrize("family", ALL)
+def test_sound_runs_are_not_silent(family):
+    assert not [name for name, cell in find_cells(family)["sound"].items() if silent(cell)]
+
+
+@pytest.mark.parametrize("fault", SIZES)
+@pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
+def test_what_both_runs_are_off_by_is_silent(family, fault):
+    """Methods whose own errors are far below the fault must be silent.
+
+    The exception is a fault within the tolerance requested.
+    """
+    sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
+    clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
+    assert clean or (family, fault) == ("8 steps a turn", "1e-9")
+    for name in clean:
+        cell = faulty[name]
+        if cell["attitude_error"] < SIZES[fault] / 3:  # a turned top may look like itself
+            continue
+        within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
+        is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
+        assert silent(cell) or (within and is_excused), name
+
+
+@pytest.mark.parametrize("family", ALL)
+def test_what_grows_with_the_error_is_never_silent(family):
+    sound, faulty = find_cells(family)["sound"], find_cells(family)["tenfold"]
+    for name, cell in sound.items():
+        if cell["shown"] < 0.01 and cell["verdict"] not in verdicts.MET:
+            assert not silent(faulty[name]), name
+
+
+def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
+    """Only there a fault may remain hidden."""
+    by_fault = find_cells("2 steps a turn")
+    for fault in ("1e-3", "1"):
+        for cell in by_fault[fault].values():
+            assert silent(cell) == (cell["shown_by"] is None)
+            if cell["step"]:
+                assert cell["shown_by"] in ("second run", "large step")
+
+
+def earlier(scene, times, share):
+    return kr.exact(scene)(times * share).q
+
+
+def jumping(name, fault):
+    """Return a closed form with a fault, a function of (scene, times, attitudes)."""
+
+    def run(problem, scene, times, setting):
+        q = fault(scene, times, kr.exact(scene)(times).q)
+        return problem.to_principal_axes(np.array(q)), np.tile(scene.momentum, (len(q), 1)), 0, 0
+
+    return atlas_cells.Candidate(name, "", 0, run)
+
+
+@cache
+def late():
+    """Return the cells of closed forms with each fault, {fault: cell}.
+
+    An additional fault is a relative error of the time.
+    """
+    faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
+    faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
+    found = atlas_cells.make_cells(LATE, lambda *_: [jumping(*one) for one in faults.items()])
+    assert all(1e-7 < cell["conditioning"] < 1e-4 for cell in found)
+    return {cell["method"]: cell for cell in found}
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, "time"])
+def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
+    """The closed form must be as accurate as the data allow at a late time."""
+    told_by_data = fault in ("sound", "1e-9", "tenfold")
+    assert silent(late()[fault]) != told_by_data
+
+
+def test_nobody_is_right_at_times_that_no_double_tells():
+    """Every method refuses such times, and a run to a part of the time is lost."""
+    goes_on = atlas_cells.Candidate(
+        "goes on",
+        "",
+        0,
+        lambda problem, scene, t, _: (earlier(scene, t, 0.25), np.ones((len(t), 3)), 0, 0),
+    )
+    found = atlas_cells.make_cells(
+        BEYOND, lambda *words: [*atlas_cells.list_candidates(*words), goes_on]
+    )
+    *ours, lost = found
+    assert lost["verdict"] == "lost" and lost["conditioning"] > 1.0
+    assert {"exact", "taylor", "strang", "rk4"} <= {cell["method"] for cell in ours}
+    for cell in ours:
+        assert cell["verdict"] == "refused" and re.search("turns|count", cell["message"]), cell

@@ -1,0 +1,156 @@
+"""Tests of the reference solutions, recomputed in several ways, and of heyoka and kreisel."""
+
+import kreisel as kr
+import mpmath as mp
+import pytest
+
+from validation.competitors import single_runs
+from validation.references import multiprecision, reference
+from validation.references.problems import (
+    HORIZONS,
+    SHORT,
+    attitude_error,
+    load_problem,
+    problem_of_scene,
+)
+from validation.studies import error_estimates
+
+TIMES = [(name, t) for name, end in HORIZONS.items() for t in (SHORT, end)]
+
+
+def numbers(texts):
+    with mp.workdps(reference.DIGITS):
+        return [mp.mpf(x) for x in texts]
+
+
+def test_a_truth_computed_anew_is_the_one_kept():
+    problem = load_problem("thesis")
+    kept = reference.load_truth("thesis", SHORT)
+    (state,) = reference.integrate_states(problem, [SHORT])
+    assert reference.rotation_angle(state, numbers(kept["attitude"])) < 1e-31
+    with mp.workdps(reference.DIGITS):
+        assert (
+            max(abs(a - b) for a, b in zip(state[4:], numbers(kept["body_momentum"]), strict=True))
+            < 1e-30
+        )
+
+
+@pytest.mark.parametrize("name, t", TIMES)
+def test_truths_keep_what_a_top_keeps(name, t):
+    problem, kept = load_problem(name), reference.load_truth(name, t)
+    state = numbers(kept["attitude"] + kept["body_momentum"])
+    with mp.workdps(reference.DIGITS):
+        w, x, y, z = state[:4]
+        up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
+        assert abs(sum(c * c for c in state[:4]) - 1) < 1e-32, "unit quaternion"
+        assert (
+            abs(
+                sum(m * u for m, u in zip(state[4:], up, strict=True)) - mp.mpf(problem.momentum[2])
+            )
+            < 1e-30
+        ), "<m, e3>"
+    assert reference.energy_error(problem, state) < 1e-31
+    assert 0 < kept["agreement"] < 1e-28
+    assert 1e-15 < kept["conditioning"] < 1e-10
+
+
+def test_a_truth_of_60_digits_is_that_of_all_others():
+    exactly = multiprecision.MultiprecisionIntegrator()
+    for name in HORIZONS:
+        (told,) = exactly(load_problem(name).to_scene(), [SHORT])
+        kept = reference.load_truth(name, SHORT)
+        apart = reference.rotation_angle(numbers(map(str, told)), numbers(kept["attitude"]))
+        assert apart < 1e-31, name
+    described_anyhow = kr.scenes.kowalewski.replace(
+        body=kr.scenes.kowalewski.body.turned((0.1, 0.7, -0.5, 0.5)), gravity=9.81
+    )
+    path = kr.solve(described_anyhow, [-1.0, -2.0], digits=30)
+    truth = exactly(described_anyhow, path.t)
+    assert (
+        0.0
+        < multiprecision.rotation_angles(multiprecision.path_attitudes(path), truth).max()
+        < 3e-31
+    )
+
+
+@pytest.mark.parametrize("way", error_estimates.WAYS)
+def test_a_path_says_what_its_error_is(way):
+    scene, times = kr.scenes.asymmetric, [2.0, 5.0, 10.0]
+    truth = multiprecision.MultiprecisionIntegrator()(scene, times)
+    assert 1 / 3 < error_estimates.estimate_ratio(scene, times, truth, way) < 3
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_truths_by_all_ways_agree_within_the_conditioning(name):
+    kept = reference.load_truth(name, SHORT)
+    apart = dict(reference.compare_computations(load_problem(name), SHORT, kept))
+    assert apart.pop("heyoka, 128 bit, momentum") < 1e-28
+    assert apart.pop("heyoka, 128 bit, spin apart", 0.0) < 1e-28
+    assert apart.pop("heyoka, 80 bit") < kept["conditioning"] / 10
+    for way, angle in apart.items():
+        assert angle < 10 * kept["conditioning"], way
+
+
+def test_the_conditioning_is_what_a_moved_scene_shows():
+    problem, size = load_problem("asymmetric"), 1e-8
+    moved = kr.Scene(
+        problem.to_scene().body, [m * (1 + size) for m in problem.momentum], problem.attitude
+    )
+    ends = [
+        kr.solve(scene, 30.0, method="extrap", tol=1e-13).q[-1]
+        for scene in (problem.to_scene(), moved)
+    ]
+    expected = reference.load_truth("asymmetric", 30.0)["conditioning"] * size / reference.ROUNDING
+    assert 0.01 * expected < attitude_error(*ends) < expected, (
+        "the momentum is only part of the data"
+    )
+
+
+def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
+    scene = kr.scenes.thesis
+    here = reference.compute_truth(problem_of_scene("here", scene), SHORT)
+    assert (
+        attitude_error(here["attitude"], reference.load_truth("thesis", SHORT)["attitude"]) < 1e-18
+    )
+    far = kr.Scene(
+        kr.Body(
+            2.0**-60,
+            [x * 2.0**-100 for x in scene.body.inertia],
+            [z * 2.0**-20 for z in scene.body.com],
+            made_up=True,
+        ),
+        [m * 2.0**-90 for m in scene.momentum],
+        gravity=1.0,
+    )
+    with_rate = reference.compute_truth(problem_of_scene("far", far), SHORT * 2.0**-10)
+    assert attitude_error(here["attitude"], with_rate["attitude"]) < 1e-18
+
+
+@pytest.mark.parametrize("name, t", TIMES)
+def test_heyoka_in_double_agrees_with_the_truth(name, t):
+    kept = reference.load_truth(name, t)
+    run = single_runs.HeyokaRun(load_problem(name), t, single_runs.Setting(tol=single_runs.EPS))
+    assert attitude_error(run.solve(), kept["attitude"]) < 100 * kept["conditioning"]
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_extrap_agrees_with_the_truth(name):
+    problem = load_problem(name)
+    path = kr.solve(problem.to_scene(), t=SHORT, method="extrap", tol=1e-12)
+    assert attitude_error(path.q[-1], reference.load_truth(name, SHORT)["attitude"]) < 1e-8
+
+
+@pytest.mark.parametrize("name", HORIZONS)
+def test_energies_are_those_of_kreisel(name):
+    problem = load_problem(name)
+    path = kr.solve(problem.to_scene(), t=[0, 1, 2, 3])
+    kinetic, potential = problem.energies(path.q, path.m)
+    assert (kinetic + potential).astype(float) == pytest.approx(path.energy, rel=1e-14)
+    assert problem.energy_error(path.q, path.m) < 1e-8
+
+
+def test_attitude_error_is_an_angle_to_the_last_digit():
+    for angle in (1e-15, 1e-9, 1e-3, 3.0):
+        q = [mp.cos(angle / 2), 0, mp.sin(angle / 2), 0]
+        assert attitude_error(list(map(float, q)), [1, 0, 0, 0]) == pytest.approx(angle, rel=1e-14)
+    assert attitude_error([-1, 0, 0, 0], [1, 0, 0, 0]) == 0

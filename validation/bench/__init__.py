@@ -1,1 +1,0 @@
-"""Programs that measure: python -m validation.bench.NAME."""

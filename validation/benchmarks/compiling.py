@@ -1,0 +1,58 @@
+"""The core compiled as CMakeLists.txt does, with functions that users cannot call.
+
+Programs here add sources, choose instruction sets, or set other numbers of terms.
+"""
+
+import ctypes
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+CSRC = Path(__file__).parents[2] / "csrc"
+FLAGS = (
+    *("-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-math-errno"),
+    *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
+)
+OF_LOOPS = "states.c"  # compiled with automatic vectorization
+AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
+SMALL = dict.fromkeys(("closed_form.c", "plans.c", "map.c"), ("-Os", "-fno-inline-functions"))
+SMALL |= dict.fromkeys(
+    ("kernel_dd.c", "kernel_bundles_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
+)
+ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
+
+
+def core_files():
+    """Return the files of the library, without the adapters to GSL and the viewer's own file."""
+    files = sorted(CSRC.rglob("*.c"))
+    return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
+
+
+def isa_files():
+    """Return the files that are compiled once more for each instruction set."""
+    exact = (CSRC / "exact" / name for name in ("states.c", "plans.c", "closed_form.c", "map.c"))
+    return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
+
+
+def size_options(file, options):
+    """Return the options of baseline files, which are small if other instruction sets exist."""
+    return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
+
+
+def find_compiler():
+    return shutil.which(os.environ.get("CC", "gcc")) or exit("needs gcc, or another compiler as CC")
+
+
+def compile_core(folder, source, isas=ISAS, options=("-DKR_X86",)):
+    """Compile the core and one more source into a library in the folder, and load it."""
+    jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
+    jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
+    objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]
+    for (file, more), to in zip(jobs, objects, strict=True):
+        loops = ["-ftree-vectorize"] if file.name == OF_LOOPS else []
+        command = [find_compiler(), *FLAGS, *loops, *more, f"-I{CSRC}", "-c", file, "-o", to]
+        subprocess.run(command, check=True)
+    library = Path(folder) / "core.so"
+    subprocess.run([find_compiler(), "-shared", *objects, "-lm", "-o", library], check=True)
+    return ctypes.CDLL(str(library))

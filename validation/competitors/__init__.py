@@ -1,0 +1,1 @@
+"""Programs that kreisel is compared with, timing, and the machine."""

@@ -1,0 +1,28 @@
+"""The compiled core without its Python layer, so that it can be timed as a peer's own loop.
+
+No other file of validation uses private names of kreisel for runs of single tops.
+"""
+
+from functools import partial
+from pathlib import Path
+
+from kreisel import _core
+
+FILE = Path(_core.__file__)
+
+
+def scene_bytes(scene):
+    """Return the bytes of the `kr_scene` of a scene."""
+    return scene._block
+
+
+def make_recording_call(
+    block, method, times, *, step=0.0, tol=0.0, digits=0, most=0, leave_heading=False
+):
+    """Return a call ready to be timed.
+
+    The call returns a status, the states at the times (n, 8), their low words (n, 8) or None, and
+    the costs of the run.
+    """
+    words = block, method, step, tol, digits, most, leave_heading, times
+    return partial(_core.record, *words)

@@ -1,0 +1,171 @@
+"""Calls that move many tops of one body: ensembles of kreisel and well-used peers.
+
+A mover makes a call for tops, a setting and a number of threads, compiles what it needs, and is
+then called repeatedly. The call returns the attitudes at the end, (n, 4). heyoka integrates the
+seven equations with the constants of the body, not in compact mode, with a batch of eight tops in
+the SIMD lanes of an integrator. It runs with one integrator per thread, or by its own ensemble
+function.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import heyoka as hy
+import kreisel as kr
+import numpy as np
+
+from ..references import equations
+from .single_runs import EPS, ScipyRun, Setting
+
+BATCH = 8
+
+
+def make_kreisel_call(method, tops, setting, threads):
+    ensemble, times = tops.ensemble(), [tops.end]
+    words = {"method": method, "threads": threads} | setting.keywords
+
+    def move():
+        paths = kr.solve(ensemble, times, **words)
+        paths.check()
+        return paths.q[:, 0]
+
+    return move
+
+
+def make_integrator(tops, setting):
+    system, _ = equations.build_system(tops.problem)
+    hy.llvm_state.set_diskcache_enabled(False)
+    return hy.taylor_adaptive_batch(system, np.zeros((7, BATCH)), tol=setting.tol)
+
+
+def pad_to_batches(tops):
+    """Return the starts with the tops in columns, the last repeated until the batches are full."""
+    missing = -len(tops) % BATCH
+    return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
+
+
+def check_end_time(results):
+    if any(outcome != hy.taylor_outcome.time_limit for outcome, *_ in results):
+        raise ArithmeticError("heyoka stopped before the end")
+
+
+def make_batch_call(tops, setting, threads):
+    """Return a call that integrates batches of eight, each on the next free thread."""
+    starts, end = pad_to_batches(tops), tops.end
+    own = [make_integrator(tops, setting) for _ in range(threads)]
+    pool = ThreadPoolExecutor(threads)
+
+    def work(top, batches, found):
+        for i in batches:
+            top.set_time(0.0)
+            top.state[:] = starts[:, i : i + BATCH]
+            top.propagate_until(end)
+            check_end_time(top.propagate_res)
+            found[:, i : i + BATCH] = top.state[:4]
+
+    def move():
+        found = np.empty((4, starts.shape[1]))
+        batches = iter(range(0, starts.shape[1], BATCH))
+        list(pool.map(lambda top: work(top, batches, found), own))
+        return found[:, : len(tops)].T
+
+    return move
+
+
+def make_ensemble_call(tops, setting, threads):
+    starts, top = pad_to_batches(tops), make_integrator(tops, setting)
+
+    def begin(copy, i):
+        copy.state[:] = starts[:, BATCH * i : BATCH * (i + 1)]
+        return copy
+
+    def move():
+        iterations = starts.shape[1] // BATCH
+        done = hy.ensemble_propagate_until_batch(
+            top, tops.end, iterations, begin, max_workers=threads
+        )
+        for led, *_ in done:
+            check_end_time(led.propagate_res)
+        return np.concatenate([led.state[:4] for led, *_ in done], axis=1)[:, : len(tops)].T
+
+    return move
+
+
+def make_scipy_call(tops, setting, threads):
+    """Return a call that integrates one top after the other.
+
+    Python uses one thread. Its time may be divided by the number of threads, because processes
+    would share the tops.
+    """
+    runs = [
+        ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
+        for momentum in tops.momenta
+    ]
+    return lambda: np.array([run.solve() for run in runs])
+
+
+@dataclass(frozen=True)
+class Mover:
+    """A program that moves tops, its settings from loose to tight, and its number of tops.
+
+    Slow movers get fewer tops, because their time is reported per top.
+    """
+
+    name: str
+    make: Callable  # (tops, setting, threads) -> call
+    settings: tuple
+    part: float = 1.0  # fraction of the tops
+    least: int = 0  # minimum number of tops
+    is_timed_once: bool = False
+    is_serial: bool = False  # uses one thread in any case
+
+    def tops(self, tops):
+        return tops.first(max(self.least, round(self.part * len(tops))))
+
+
+def make_settings(decades, tightest=None):
+    more = (Setting(tol=tightest),) if tightest else ()
+    return (*(Setting(tol=10.0**-k) for k in decades), *more)
+
+
+HEYOKA, OWN_CALL = "heyoka, batches", "heyoka, ensemble"
+CLOSED = Mover("exact", partial(make_kreisel_call, "exact"), (Setting(),))
+SERIES = Mover(
+    "taylor", partial(make_kreisel_call, "taylor"), make_settings(range(4, 16), 2.0**-53)
+)
+OWN = CLOSED.name, SERIES.name
+PEERS = (
+    Mover(HEYOKA, make_batch_call, make_settings(range(4, 16), EPS)),
+    Mover(OWN_CALL, make_ensemble_call, make_settings(range(4, 15, 5), EPS), 0.1, 64),
+    Mover(
+        "gsl_rk8pd",
+        partial(make_kreisel_call, "gsl_rk8pd"),
+        make_settings(range(5, 15, 3)),
+        0.05,
+        64,
+    ),
+    Mover(
+        "scipy_dop853",
+        make_scipy_call,
+        make_settings(range(5, 14, 4)),
+        0.0,
+        8,
+        is_timed_once=True,
+        is_serial=True,
+    ),
+)
+
+
+def select_movers(tops, each=1):
+    """Return the movers that suit these tops, kreisel first.
+
+    They run at each setting, or at each `each`-th setting counted from the tightest.
+    """
+    closed = (CLOSED,) if tops.problem.symmetric else ()
+    return [
+        replace(who, settings=who.settings[::-each][::-1])
+        for who in (*closed, SERIES, *PEERS)
+        if who.name in kr.methods or not who.name.startswith("gsl_")
+    ]

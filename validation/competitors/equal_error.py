@@ -1,0 +1,110 @@
+"""The cost of many tops at equal error.
+
+Movers run in turn, round by round. The time of each is interpolated between its settings, on
+straight lines in logarithms, at the same median error.
+"""
+
+from dataclasses import dataclass
+from math import nan
+from statistics import median
+
+import numpy as np
+
+from ..references.problems import attitude_errors
+from . import timing
+
+NEAR = 1.2  # safety factor above the larger of two smallest errors, which scatter
+
+
+@dataclass(frozen=True)
+class Run:
+    """One mover at one setting."""
+
+    mover: str
+    setting: str
+    tops: int
+    middle: float  # median of the attitude errors of a sample [rad]
+    bad: float  # 90 % are below [rad]
+    worst: float
+    seconds: list  # per top, one for each round
+
+    @property
+    def microseconds(self):
+        return 1e6 * median(self.seconds)
+
+
+def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
+    """Return the runs of all movers at all settings, with errors and times.
+
+    All calls are timed in turn, from loose to tight settings, so that compared calls run within a
+    short time. Errors are those of the tops with known truths.
+    """
+    asked = [
+        (place / len(who.settings), who, setting, who.tops(tops))
+        for who in movers
+        for place, setting in enumerate(who.settings)
+    ]
+    calls = [who.make(own, setting, threads) for _, who, setting, own in asked]
+    errors = [sample_errors(call(), truths) for call in calls]
+    seconds = [[] for _ in calls]
+    in_turn = sorted(range(len(calls)), key=lambda i: asked[i][0])
+    for _ in range(rounds):
+        for i in in_turn:
+            (_, who, _, own), took = asked[i], seconds[i]
+            is_known = took and who.is_timed_once
+            took.append(took[0] if is_known else time_per_top(calls[i], who, own, threads))
+            tick()
+    return [
+        Run(who.name, str(setting), len(own), *spread, took)
+        for (_, who, setting, own), spread, took in zip(asked, errors, seconds, strict=True)
+    ]
+
+
+def sample_errors(q, truths):
+    """Return the median, 90 % quantile and maximum of the errors of tops with known truths."""
+    known = min(len(q), len(truths))
+    sizes = attitude_errors(q[:known], truths[:known])
+    return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
+
+
+def time_per_top(call, who, tops, threads):
+    """Return the seconds per top; a serial mover is assumed to share the tops perfectly."""
+    with timing.pause_gc():
+        return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
+
+
+def group_by_mover(found):
+    groups = {}
+    for run in found:
+        groups.setdefault(run.mover, []).append(run)
+    return groups
+
+
+def tightest_common_error(own, other):
+    """Return the smallest error that both reach and keep at tighter settings."""
+    return NEAR * max(own[-1].middle, other[-1].middle)
+
+
+def seconds_at(target, own):
+    """Return the cost of a top at a median error for each round, or nan if it is not reached.
+
+    The error of a setting is the largest of all tighter settings. Errors above that of the loosest
+    setting cost as much as that setting.
+    """
+    errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
+    kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
+    if target < errors[-1]:
+        return [nan] * len(own[0].seconds)
+    x = np.log(np.maximum(errors[kept], 1e-17))[::-1]
+    y = np.log([own[i].seconds for i in kept])[::-1]
+    return [float(np.exp(np.interp(np.log(target), x, row))) for row in y.T]
+
+
+def time_ratio(other, own, target):
+    """Return the median over the rounds of other over own time, and both times [s].
+
+    All are nan if one of them does not reach the error.
+    """
+    theirs, ours = seconds_at(target, other), seconds_at(target, own)
+    rounds = [b / a for a, b in zip(ours, theirs, strict=True)]
+    return median(rounds), median(theirs), median(ours)

@@ -1,0 +1,86 @@
+"""The conditions of a measurement: machine, compiler, commit and versions."""
+
+import hashlib
+import os
+import platform
+import re
+import subprocess
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+
+import kreisel as kr
+
+from . import compiled_core
+
+GSL_MISSING = "not included in this build; gsl_rk8pd and gsl_bsimp are missing"
+
+
+def processor_name():
+    try:
+        info = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        info = ""
+    name = re.search(r"^model name\s*:\s*(.+)$", info, re.M)
+    return name[1].strip() if name else platform.processor() or platform.machine()
+
+
+def describe_cores():
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return f"{usable} core{'s' if usable != 1 else ''}"
+
+
+def compiler_version():
+    """Return the compilers of the extension, as recorded in its file."""
+    made = re.findall(
+        rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
+    )
+    names = {f"{name.split()[0].decode().lower()} {number.decode()}" for name, number in made}
+    return ", ".join(sorted(names)) or "not known"
+
+
+def commit_name():
+    git = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
+    try:
+        return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "not known"
+
+
+def fingerprint(*more):
+    """Return all that findings depend on.
+
+    These are the compiled core, the Python code, the references, the machine, the versions, and
+    `more`.
+    """
+    here = Path(__file__).parents[1]
+    files = [
+        compiled_core.FILE,
+        *sorted(Path(kr.__file__).parent.rglob("*.py")),
+        *sorted(here.rglob("*.py")),
+        *sorted(here.rglob("*.json")),
+    ]
+    code = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+    about = describe_machine()
+    return [code, *(about[key] for key in ("machine", "commit", "versions")), *map(str, more)]
+
+
+def describe_machine():
+    packages = ", ".join(f"{name} {version(name)}" for name in ("heyoka", "numpy", "scipy"))
+    return {
+        "date": date.today().isoformat(),
+        "machine": f"{processor_name()}, {describe_cores()}, {platform.system()}",
+        "compiler": compiler_version(),
+        "commit": commit_name(),
+        "versions": f"Python {platform.python_version()}, {packages}",
+        "GSL": "included" if has_gsl() else GSL_MISSING,
+    }
+
+
+def is_of_gsl(name):
+    """Return whether kreisel offers the method for comparison only."""
+    return name.startswith("gsl_")
+
+
+def has_gsl():
+    return any(map(is_of_gsl, kr.methods))

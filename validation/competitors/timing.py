@@ -1,0 +1,70 @@
+"""Timing on a noisy machine: each call runs once per round, in turn.
+
+A disturbance then affects all calls alike.
+"""
+
+import gc
+import math
+import statistics
+from contextlib import contextmanager
+from time import perf_counter
+
+SAMPLE = 2e-3  # shorter calls are repeated for this long [s]
+
+
+@contextmanager
+def pause_gc():
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+
+
+def time_once(call):
+    begin = perf_counter()
+    call()
+    return perf_counter() - begin
+
+
+def time_sample(call, seconds):
+    """Return the seconds of one call that takes about `seconds`."""
+    number = max(1, math.ceil(SAMPLE / seconds))
+    with pause_gc():
+        begin = perf_counter()
+        for _ in range(number):
+            call()
+        return (perf_counter() - begin) / number
+
+
+def time_in_turn(calls, seconds, rounds, tick=lambda: None):
+    """Return samples of each call, one per round, and whether Ctrl-C ended the rounds early.
+
+    `seconds` is about how long each call takes.
+    """
+    samples = [[] for _ in calls]
+    try:
+        for _ in range(rounds):
+            for call, about, got in zip(calls, seconds, samples, strict=True):
+                got.append(time_sample(call, about))
+                tick()
+    except KeyboardInterrupt:
+        return samples, True
+    return samples, False
+
+
+def best_times(calls, rounds, trials=1):
+    """Return the least seconds of each call over the rounds, because disturbances only add time."""
+    about = [min(time_once(call) for _ in range(trials)) for call in calls]
+    samples, interrupted = time_in_turn(calls, about, rounds)
+    if interrupted:
+        raise KeyboardInterrupt
+    return [min(got) for got in samples]
+
+
+def relative_spread(samples):
+    """Return the distance of the quartiles relative to the median."""
+    if len(samples) < 2:
+        return 0.0
+    low, middle, high = statistics.quantiles(samples, n=4, method="inclusive")
+    return (high - low) / middle

@@ -1,0 +1,118 @@
+"""Sections with a dot for each crossing, and curves beside measured points.
+
+Dots are embedded as an image, because there are many.
+"""
+
+import numpy as np
+
+from .style import COLOURS, FAINT, INK, STYLE, figure_to_svg, plt
+
+FRAMED = STYLE | {"axes.spines.top": True, "axes.spines.right": True, "savefig.dpi": 140}
+TURN = (
+    [-np.pi, 0.0, np.pi],
+    ["\N{MINUS SIGN}\N{GREEK SMALL LETTER PI}", "0", "\N{GREEK SMALL LETTER PI}"],
+)
+
+
+def make_panels(rows, columns, height, **more):
+    """Return a figure as wide as the page, and its axes."""
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(10.2, height * rows), layout="constrained", squeeze=False, **more
+    )
+    return figure, axes.flat
+
+
+def draw_dots(axes, across, up, colour, title, size=0.45):
+    axes.scatter(
+        across, up, c=colour, s=size, cmap="viridis", linewidths=0, rasterized=True, alpha=0.9
+    )
+    axes.set_title(title, fontsize=9)
+    axes.set_xticks(*TURN)
+    axes.set_xlim(-np.pi, np.pi)
+    axes.tick_params(labelsize=8, color=FAINT)
+
+
+def draw_sections(panels, columns, height):
+    """Draw panels by title: spin angle, axial momentum and colour of each dot."""
+    with plt.rc_context(FRAMED):
+        rows = -(-len(panels) // columns)
+        figure, all_axes = make_panels(rows, columns, height)
+        for axes, (title, panel) in zip(all_axes, panels.items(), strict=True):
+            draw_dots(axes, *panel, title)
+        figure.supxlabel("spin angle", fontsize=9)
+        figure.supylabel("axial momentum", fontsize=9)
+        return figure_to_svg(figure)
+
+
+def draw_section_and_rotation(panel, title, rotation):
+    """Draw a section, and at the same height the rotation between two crossings."""
+    axial, turns, change = rotation
+    with plt.rc_context(FRAMED):
+        figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
+        draw_dots(left, *panel, title)
+        left.set(xlabel="spin angle", ylabel="axial momentum")
+        points = right.scatter(
+            turns, axial, c=np.log10(np.maximum(change, 1e-12)), s=9, cmap="viridis", linewidths=0
+        )
+        right.set(xlabel="turns about the vertical between lowest points, less whole turns")
+        bar = figure.colorbar(
+            points, ax=right, label="change between both halves of the time, log10"
+        )
+        bar.outline.set_edgecolor(INK)
+        return figure_to_svg(figure)
+
+
+def draw_regions(borders, points, greatest, highest, close):
+    """Draw the position of each numbered section in the plane of vertical momentum and energy.
+
+    An inset enlarges the part `close`, given as two corners (g, h).
+    """
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
+        near = axes.inset_axes((0.5, 0.03, 0.48, 0.44))
+        for g, h in borders:
+            axes.plot(g, h, color=INK, linewidth=0.8)
+            near.plot(g, h, color=INK, linewidth=0.8)
+        (left, low), (right, high) = close
+        for number, (g, h) in enumerate(points, 1):
+            where = near if left < g < right and low < h < high else axes
+            where.plot(g, h, ".", color=COLOURS[1], markersize=4)
+            where.annotate(f"{number}", (g, h), xytext=(3, 2), textcoords="offset points", size=8)
+        near.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[])
+        axes.indicate_inset_zoom(near, edgecolor=FAINT)
+        axes.set(xlim=(0.0, greatest), ylim=(-1.1, highest))
+        axes.set(xlabel="vertical momentum g", ylabel="energy h")
+        return figure_to_svg(figure)
+
+
+def draw_kicks(angles, changes, amplitude):
+    """Draw the change of axial momentum per swing against theory.
+
+    `changes` is by name, per unit of the perturbation.
+    """
+    turn = np.linspace(-np.pi, np.pi, 400)
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
+        for colour, (name, change) in zip(COLOURS[:2], changes.items(), strict=True):
+            axes.plot(
+                angles[name], change, ".", color=colour, markersize=1.5, rasterized=True, label=name
+            )
+        axes.plot(turn, amplitude * np.sin(2.0 * turn), color=INK, linewidth=1, label="Melnikov")
+        axes.set_xticks(*TURN)
+        axes.set(xlabel="spin angle at the lowest point", ylabel="change per swing, over e")
+        axes.legend(fontsize=8, markerscale=4, loc="upper right")
+        return figure_to_svg(figure)
+
+
+def draw_widths(e, measured, predicted):
+    """Draw the width of the layer."""
+    with plt.rc_context(FRAMED):
+        figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
+        axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")
+        axes.loglog(e, measured, "o", color=COLOURS[0], label="measured")
+        axes.set(
+            xlabel="e, relative difference of the equal moments", ylabel="half width of the layer"
+        )
+        axes.legend(fontsize=8, loc="upper left")
+        axes.grid(True)
+        return figure_to_svg(figure)

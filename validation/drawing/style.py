@@ -1,0 +1,146 @@
+"""The style of all figures: SVG whose ink follows the page, light or dark."""
+
+import io
+
+import matplotlib
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+INK = "#010203"  # replaced by the text colour of the page
+FAINT = "#8c8c8c"
+# Eight hues that differ under normal vision, protanopia and deuteranopia, on white and on black.
+COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
+MARKERS = "os^vDPX<>"  # one more than colours, so that no pair of both repeats before 72 lines
+STROKES = (
+    ((0, (4, 2)), "o"),
+    ((0, (1, 1.5)), "s"),
+    ((0, (5, 1.5, 1, 1.5)), "D"),
+    ((0, (2, 1)), "^"),
+)
+STYLE = {
+    "svg.fonttype": "none",
+    "font.size": 10,
+    "font.family": "sans-serif",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "grid.color": FAINT,
+    "grid.alpha": 0.25,
+    "savefig.transparent": True,
+    "legend.frameon": False,
+}
+
+
+def figure_to_svg(figure, **options):
+    page = io.StringIO()
+    figure.savefig(page, format="svg", metadata={"Date": None}, **options)
+    plt.close(figure)
+    svg = page.getvalue()
+    return svg[svg.index("<svg") :].replace(INK, "currentColor")
+
+
+def make_panel(height=3.1, width=4.9):
+    """Return a figure and axes with room for labels at their right [inch]."""
+    left, right, top, below = 0.72, 1.5, 0.1, 0.5
+    figure = plt.figure(figsize=(width, height))
+    return figure, figure.add_axes(
+        (left / width, below / height, 1 - (left + right) / width, 1 - (top + below) / height)
+    )
+
+
+def format_tick(x, _=None):
+    """Return a tick label in the form of the tables: 1e-9."""
+    if 0.001 < x < 1e4:
+        return f"{x:g}"
+    return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
+
+
+def set_power_ticks(axis, ticks=12):
+    """Set ticks at powers of ten, which are fast to draw."""
+    axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
+    axis.set_major_formatter(format_tick)
+    axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+
+
+def axes_height(axes, y):
+    """Return the height of a value within the axes, 0 .. 1."""
+    low, high = axes.get_ylim()
+    is_log = axes.get_yscale() == "log"
+    return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
+
+
+def spread_labels(heights, gap):
+    """Return label heights, ascending, moved so that none overlaps or leaves the axes."""
+    heights = list(heights)
+    for i in range(1, len(heights)):
+        heights[i] = max(heights[i], heights[i - 1] + gap)
+    over = max(0.0, heights[-1] - 1) if heights else 0.0
+    for i in reversed(range(len(heights))):
+        is_last = i == len(heights) - 1
+        most = 1 if is_last else heights[i + 1] - gap
+        heights[i] = min(heights[i] - (over if is_last else 0.0), most)
+    return heights
+
+
+def label_ends(axes, ends):
+    """Write names at the right of the axes, each joined to the end of its line.
+
+    `ends` lists (name, end of the line, style). The label repeats the marker of the style, if any.
+    """
+    gap = 11.5 / (72 * axes.get_position().height * axes.figure.get_figheight())
+    placed = sorted(
+        ((axes_height(axes, y), x, y, name, style) for name, (x, y), style in ends),
+        key=lambda label: label[:4],
+    )
+    heights = spread_labels((place[0] for place in placed), gap)
+    for height, (_, x, y, name, style) in zip(heights, placed, strict=True):
+        colour, marker = style["color"], style.get("marker")
+        if marker:
+            key = {"color": colour, "marker": marker, "markersize": 4, "clip_on": False}
+            fill = {"markerfacecolor": style.get("markerfacecolor", colour)}
+            axes.plot(1.045, height, transform=axes.transAxes, linestyle="", **key, **fill)
+        axes.annotate(
+            name,
+            (x, np.clip(y, *axes.get_ylim())),
+            xytext=(1.07 if marker else 1.03, height),
+            textcoords="axes fraction",
+            color=INK if marker else colour,
+            fontsize=9,
+            va="center",
+            annotation_clip=False,
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "linewidth": 0.5,
+                "alpha": 0.5,
+                "relpos": (0, 0.5),
+                "shrinkB": 2,
+            },
+        )
+
+
+def choose_line_styles(family, peers):
+    """Return colour and marker of each line of a panel.
+
+    Lines of peers are dashed, in ink and with hollow markers.
+    """
+    own = [name for name in family if name not in peers]
+    found = {
+        name: {
+            "color": COLOURS[i % len(COLOURS)],
+            "marker": MARKERS[i % len(MARKERS)],
+            "linestyle": "-",
+        }
+        for i, name in enumerate(own)
+    }
+    hollow = {"color": INK, "markerfacecolor": "none"}
+    return found | {
+        name: {**hollow, "linestyle": stroke, "marker": marker}
+        for name, (stroke, marker) in zip(peers, STROKES, strict=False)
+    }

@@ -1,0 +1,42 @@
+"""Errors over time in one run, with a colour for each kind of method."""
+
+import numpy as np
+
+from .style import COLOURS, STYLE, figure_to_svg, label_ends, make_panel, plt, set_power_ticks
+
+LEAST = 1e-17  # drawn for zero errors
+
+
+def choose_colours(kinds):
+    """Return a colour for each kind, in order of appearance."""
+    return dict(zip(dict.fromkeys(kinds), COLOURS, strict=False))
+
+
+def draw_time_series(lines, quantity, label, colours):
+    """Draw a quantity of each line over its times.
+
+    A line has `method`, `kind`, `t` and the quantity, each a list.
+    """
+    with plt.rc_context(STYLE):
+        figure, axes = make_panel(4.2)
+        known = [line for line in lines if len(line["t"]) > 1]
+        for line in known:
+            axes.semilogy(
+                line["t"][1:],
+                np.maximum(line[quantity][1:], LEAST),
+                color=colours[line["kind"]],
+                linewidth=1.2,
+            )
+        axes.set(xlabel="time; one turn of the precession is 2 pi", ylabel=label)
+        axes.set_ylim(LEAST, 10)
+        set_power_ticks(axes.yaxis, 9)
+        axes.grid(True)
+        ends = [(line["t"][-1], max(line[quantity][-1], LEAST)) for line in known]
+        label_ends(
+            axes,
+            [
+                (line["method"], end, {"color": colours[line["kind"]]})
+                for line, end in zip(known, ends, strict=True)
+            ],
+        )
+        return figure_to_svg(figure)

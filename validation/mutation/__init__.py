@@ -1,0 +1,1 @@
+"""Programs that measure how well the tests detect faults: python -m validation.mutation.NAME."""

@@ -1,0 +1,199 @@
+"""Trials of mutants of the core, built for the baseline instruction set.
+
+The C tests run first, fastest first, then again under sanitizers, and then the tests in Python.
+Only files that include the changed file are recompiled.
+"""
+
+import os
+import subprocess
+import sys
+import sysconfig
+from dataclasses import replace
+from time import monotonic
+
+from . import mutate_c
+from .sandbox import MEMORY, TrialError, Verdict, copy_tree, run_pytest, run_with_limits
+
+FLAGS = (
+    *("-std=c99", "-O1", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-Icsrc"),
+    *("-Werror=incompatible-pointer-types", "-Werror=int-conversion"),
+)
+SANITIZERS = (
+    *("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"),
+    "-fno-omit-frame-pointer",
+)
+FUZZ = ("1", "20000")  # the seed, and how many rounds
+GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is in a file
+LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
+SLACK = 10  # factor over the processor time without a mutation
+# Tests that depend on time or signals may fail on a busy machine.
+UNSURE = ("tests/python/test_interruption.py",)
+
+
+def list_sources(root):
+    files = sorted((root / "csrc").rglob("*.c"))
+    kept = (file for file in files if file.parent.name != "gsl" and file.name != "wasm.c")
+    return [file.relative_to(root).as_posix() for file in kept]
+
+
+def list_mutants(root, only=""):
+    """Return the mutants of all compiled files; the public header only declares and is left out."""
+    folder = root / "csrc"
+    files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
+    names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]
+    kept = [name for name in names if name.startswith(only) and not name.endswith("wasm.c")]
+    return [
+        mutant for name in kept for mutant in mutate_c.list_mutants(name, (root / name).read_text())
+    ]
+
+
+class Trial:
+    """A copy of the tree with the compiled core and its tests."""
+
+    def __init__(self, root, to):
+        self.root = copy_tree(root, to)
+        self.core = list_sources(self.root)
+        self.programs = list_programs(self.root)
+        files = sorted({*self.core, *(f for files in self.programs.values() for f in files)})
+        self.uses = {file: self.compile_file(file, "base") for file in files}
+        for file in files:
+            self.compile_file(file, "base", SANITIZERS)
+        self.limits = {how: self.time_baseline(how) for how in ((), SANITIZERS)}
+        self.binding = compile_binding(self.root)
+        word, test = self.run_python_tests(set()) if self.binding else ("survived", "")
+        if word == "killed":
+            raise TrialError(f"{test} fails with nothing changed")
+
+    def time_baseline(self, how):
+        """Return the time of each test without a mutation [s], fastest first."""
+        seconds = {}
+        for name in self.programs:
+            done = self.run_program(name, {}, 600, how)
+            if done.status:
+                raise TrialError(f"{name} fails with nothing changed: {done.said[-500:]}")
+            seconds[name] = done.seconds
+        return dict(sorted(seconds.items(), key=lambda item: item[1]))
+
+    def object_path(self, file, folder, how=()):
+        kind = "checked" if how else "plain"
+        return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
+
+    def compile_file(self, file, folder, how=()):
+        """Compile a source; return the files that it uses, or None if it does not compile."""
+        to = self.object_path(file, folder, how)
+        to.parent.mkdir(parents=True, exist_ok=True)
+        command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
+        if run_with_limits(command, self.root, 300, 900).status:
+            return None
+        names = to.with_suffix(".d").read_text().replace("\\\n", " ").split()[1:]
+        return {os.path.normpath(name) for name in names}
+
+    def link(self, files, changed, to, *command, how=()):
+        objects = [self.object_path(f, "changed" if f in changed else "base", how) for f in files]
+        done = run_with_limits([*command, *how, *objects, "-lm", "-o", to], self.root, 300, 900)
+        if done.status:
+            raise TrialError(done.said)
+
+    def run_program(self, name, changed, seconds, how=()):
+        """Link a test with the core, and run it."""
+        program = self.root / "objects" / name
+        command = ("gcc", *LINKED.get(name, ()))
+        self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)
+        words = [program, *(FUZZ if name == "fuzz" else ())]
+        memory = None if how else MEMORY  # sanitizers reserve more than any machine has
+        done = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
+        is_wrong = (
+            name in GOLDEN and not done.status and not self.has_expected_output(name, done.said)
+        )
+        return replace(done, status=1) if is_wrong else done
+
+    def has_expected_output(self, name, said):
+        golden = (self.root / f"tests/c/{name}.txt").read_text().splitlines()
+        if name == "kernels":  # each line begins with the instruction set and its rounding
+            lines = [line.split(maxsplit=1)[1] for line in said.splitlines()]
+            return lines == [line for line in golden if line.split()[0] == lines[0].split()[0]]
+        return said.splitlines() == golden
+
+    def try_mutant(self, mutant):
+        """Return the verdict of the tests on a mutant."""
+        begin = monotonic()
+        mutant.write(self.root)
+        try:
+            word, by = self.run_tests(mutant)
+        except TrialError:
+            word, by = "unbuilt", "it does not link"
+        finally:
+            mutant.undo(self.root)
+        return Verdict(word, by, monotonic() - begin)
+
+    def run_tests(self, mutant):
+        touched = [file for file, uses in self.uses.items() if mutant.file in uses]
+        if not touched:
+            return "same", "nothing is compiled of it"
+        if not all(self.compile_file(file, "changed") for file in touched):
+            return "unbuilt", ""
+        changed = {file for file in touched if self.has_new_object(file)}
+        if not changed:
+            return "same", ""
+        if test := self.find_failing_c_test(changed, ()):
+            return "killed", test
+        for file in changed:
+            self.compile_file(file, "changed", SANITIZERS)
+        if test := self.find_failing_c_test(changed, SANITIZERS):
+            return "killed", f"{test}, sanitized"
+        return self.run_python_tests(changed) if self.binding else ("survived", "")
+
+    def find_failing_c_test(self, changed, how):
+        """Return the name of a C test that fails, or an empty string."""
+        for name, seconds in self.limits[how].items():
+            feels = changed & {*self.core, *self.programs[name]}
+            if feels and self.run_program(name, changed, int(SLACK * seconds) + 5, how).status:
+                return name
+        return ""
+
+    def has_new_object(self, file):
+        objects = (self.object_path(file, folder).read_bytes() for folder in ("base", "changed"))
+        return len(set(objects)) == 2
+
+    def run_python_tests(self, changed):
+        to = self.root / "python/kreisel" / ("_core" + sysconfig.get_config_var("EXT_SUFFIX"))
+        self.link(self.core, changed, to, "g++", "-shared", *self.binding)
+        done, test = run_pytest(
+            self.root, ["tests/python", *(f"--ignore={name}" for name in UNSURE)]
+        )
+        return ("killed", test) if done.status else ("survived", "")
+
+
+def list_programs(root):
+    """Return the sources of each C test program."""
+    tests = {file.stem: [file] for file in sorted((root / "tests/c").glob("test_*.c"))}
+    for name in GOLDEN:
+        if (root / f"tests/c/{name}.txt").exists():
+            tests[name] = [root / f"tests/c/{name}.c"]
+    if fuzz := sorted((root / "tests/fuzz").glob("*.c")):
+        tests["fuzz"] = fuzz
+    return {
+        name: [file.relative_to(root).as_posix() for file in files] for name, files in tests.items()
+    }
+
+
+def compile_binding(root):
+    """Compile the binding once and return its objects.
+
+    It includes the public header alone. The result is empty if there is no binding.
+    """
+    files = sorted((root / "python").glob("*.cpp"))
+    if not files:
+        return []
+    told = subprocess.run(
+        [sys.executable, "-m", "pybind11", "--includes"], capture_output=True, text=True, check=True
+    )
+    flags = ["-std=c++17", "-O1", "-fPIC", "-fvisibility=hidden", "-w", "-Icsrc"]
+    objects = []
+    for file in files:
+        objects.append(root / "objects" / f"{file.stem}.o")
+        command = ["g++", *flags, *told.stdout.split(), "-c", file, "-o", objects[-1]]
+        done = run_with_limits(command, root, 600, 1800)
+        if done.status:
+            raise TrialError(done.said)
+    return objects

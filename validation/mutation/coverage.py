@@ -1,0 +1,118 @@
+"""Branches that no test takes: python -m validation.mutation.coverage core|package.
+
+core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
+         orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
+         count
+package  python/kreisel, by all tests in Python and in a browser
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from .sandbox import copy_tree, make_environment
+
+ROOT = Path(__file__).parents[2]
+WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/report/test_errata.py")
+
+C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
+UNTAKEN = r".*/\* untaken: \w.*"
+FUZZ = ("1", "10000")  # the seed, and how many rounds
+
+
+def make_parser():
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.mutation.coverage", description=__doc__
+    )
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("side", choices=SIDES)
+    parser.add_argument("tests", nargs="*", help="Python tests to run (default: all)")
+    return parser
+
+
+def main(argv=None):
+    asked = make_parser().parse_args(argv)
+    return SIDES[asked.side](asked.tests)
+
+
+def run_command(*command, **how):
+    """Run a program with its output shown, and return its status."""
+    return subprocess.run([str(word) for word in command], **how).returncode
+
+
+def measure_core(tests):
+    tree = copy_tree(ROOT, ROOT / "build/coverage")
+    objects = tree / "objects"
+    build_with_counters(tree, objects)
+    (extension,) = objects.glob("_core*.so")
+    shutil.copy(extension, tree / "python/kreisel")
+    quiet = {"stdout": subprocess.DEVNULL}
+    run_command("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
+    run_command(objects / "fuzz", *FUZZ, **quiet)  # about a minute of its rounds
+    how = {"cwd": tree, "env": make_environment(tree)}
+    words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
+    return report_branches(tree, objects)
+
+
+def build_with_counters(tree, objects):
+    """Compile with branch counters and without optimization, which would merge branches.
+
+    Code generated per order or inlined elsewhere is one function here. Counters are atomic, for
+    threads.
+    """
+    cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
+    pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()
+    gsl = run_command("pkg-config", "--exists", "gsl") == 0
+    options = [
+        *("-DKREISEL_PYTHON=ON", "-DCMAKE_BUILD_TYPE=Debug", f"-DCMAKE_C_FLAGS={C_FLAGS}"),
+        *("-DCMAKE_MODULE_LINKER_FLAGS=--coverage", f"-Dpybind11_DIR={pybind11}"),
+        *(f"-DPython_EXECUTABLE={sys.executable}", f"-DKREISEL_GSL={'ON' if gsl else 'OFF'}"),
+        # the race detector adds branches, and reports the counters as races
+        "-DKREISEL_FINDS_RACES=OFF",
+    ]
+    quiet = {"check": True, "stdout": subprocess.DEVNULL}
+    subprocess.run(["cmake", "-S", tree, "-B", objects, *options], **quiet)
+    jobs = str(max(1, len(os.sched_getaffinity(0)) // 2))
+    subprocess.run(["cmake", "--build", objects, "--parallel", jobs], **quiet)
+
+
+def report_branches(tree, objects):
+    where = ("--root", tree, "--object-directory", objects, "--filter", f"{tree}/csrc/")
+    once = (
+        "--exclude-directories",
+        ".*CompilerId.*",
+        "--merge-mode-functions",
+        "merge-use-line-min",
+        "--gcov-ignore-parse-errors",
+        "all",
+    )
+    once += ("--exclude-branches-by-pattern", UNTAKEN)
+    show = ("--txt-metric", "branch", "--txt", "-", "--json", objects / "coverage.json")
+    return run_command(sys.executable, "-m", "gcovr", *where, *once, *show, objects)
+
+
+def measure_package(tests):
+    data = ROOT / "build/coverage-package"
+    shutil.rmtree(data, ignore_errors=True)
+    data.mkdir(parents=True)
+    how = {"cwd": ROOT, "env": os.environ | {"COVERAGE_FILE": str(data / "data")}}
+    run = [sys.executable, "-m", "coverage"]
+    words = (
+        "pytest",
+        "-q",
+        "--tb=short",
+        *(tests or ("tests/python", "tests/report", "tests/viewer")),
+    )
+    run_command(*run, "run", "-m", *words, **how)
+    run_command(*run, "combine", "-q", **how)
+    return run_command(*run, "report", "--show-missing", "--skip-covered", **how)
+
+
+SIDES = {"core": measure_core, "package": measure_package}
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,115 @@
+"""The lines of the package that each test uses, and the duration of each test.
+
+Each test module is measured by itself, with the running test as coverage context. The results are
+stored beside the copies, and are valid until the module or a file that it may use changes.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from coverage import CoverageData
+
+from .sandbox import TrialError, run_with_limits
+
+PLUGIN = Path(__file__).with_name("pytest_contexts.py")
+SET_UP = ""  # context of code outside tests: import, fixtures, other processes
+
+
+@dataclass(frozen=True)
+class ModuleUsage:
+    """The lines that a test module uses."""
+
+    module: str
+    text: str  # a digest
+    seconds: float
+    tests: dict  # name -> duration [s]
+    lines: dict  # source -> context -> lines
+
+    @cached_property
+    def line_counts(self):
+        """The number of lines that each test uses."""
+        files = self.lines.values()
+        return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
+
+    def rank_tests(self, file, lines):
+        """Return the tests that use one of the lines, each with its cost.
+
+        The cost grows with the duration and the number of lines, because a test of few lines checks
+        them more closely.
+        """
+        of = self.lines.get(file, {})
+        asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]
+        return [
+            (self.tests[test] * self.line_counts[test], self.tests[test], test) for test in asked
+        ]
+
+    def is_used_in_setup(self, file, lines):
+        return not lines.isdisjoint(self.lines.get(file, {}).get(SET_UP, ()))
+
+
+def measure_usage(root, modules, folder):
+    """Return the usage of each test module, measured in parallel on all processors."""
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(PLUGIN, root / "site")
+    texts = compute_digests(root, modules)
+
+    def load_or_measure(module):
+        file = folder / f"{module.replace('/', '-')}.json"
+        found = json.loads(file.read_text()) if file.exists() else {}
+        if found.get("text") != texts[module]:
+            found = measure_module(root, module) | {"text": texts[module]}
+            file.write_text(json.dumps(found))
+        return ModuleUsage(**found)
+
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        return list(pool.map(load_or_measure, modules))
+
+
+def compute_digests(root, modules):
+    """Return a digest for each test module of its text and all files that it may use."""
+    files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
+    shared = [file for file in files if not file.name.startswith("test_")]
+    common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
+    return {
+        module: hashlib.sha256(common + (root / module).read_bytes()).hexdigest()
+        for module in modules
+    }
+
+
+def measure_module(root, module):
+    data = root / "used" / module.replace("/", "-")
+    data.mkdir(parents=True)
+    where = f"--data-file={data / 'data'}"
+    coverage = [sys.executable, "-m", "coverage"]
+    how = ("-x", "-q", "-p", "no:cacheprovider", "-p", PLUGIN.stem)
+    tests = ["-m", "pytest", *how, "--times-of-tests", data / "times.json", module]
+    done = run_with_limits([*coverage, "run", "--source=python", where, *tests], root, 900, 3600)
+    if done.status:
+        raise TrialError(f"{module} fails with nothing changed: {done.said[-500:]}")
+    run_with_limits([*coverage, "combine", "-q", where, data], root, 300, 900)
+    return {
+        "module": module,
+        "seconds": done.seconds,
+        "tests": json.loads((data / "times.json").read_text()),
+        "lines": read_lines(data / "data", root),
+    }
+
+
+def read_lines(file, root):
+    """Return for each source and context the lines used."""
+    data = CoverageData(str(file))
+    data.read()
+    found = {}
+    for source in data.measured_files():
+        of = found.setdefault(Path(source).relative_to(root).as_posix(), {})
+        for line, contexts in data.contexts_by_lineno(source).items():
+            for context in contexts:
+                of.setdefault(context, []).append(line)
+    return found

@@ -1,0 +1,170 @@
+"""Memory growth of repeated calls of the package.
+
+python -m validation.mutation.memory_leaks [--calls 1000000]
+"""
+
+import argparse
+import contextlib
+import copy
+import gc
+import io
+import pickle
+import resource
+import sys
+import tempfile
+from functools import partial
+from itertools import count, islice
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+
+TOP, SYMMETRIC = kr.scenes.asymmetric, kr.scenes.thesis
+TIMES = [0.0, 0.5, 1.0]
+
+
+def list_calls(folder):
+    """Return all calls by name: successful, refused, and failing half-way."""
+    return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
+
+
+def constructor_calls():
+    body = SYMMETRIC.body
+    tensor = [[3.0, 0.1, 0.0], [0.1, 2.5, 0.0], [0.0, 0.0, 2.0]]
+    return {
+        "Body": partial(kr.Body, 1.0, tensor, (0.1, 0.2, 0.3)),
+        "Body.cuboid": partial(kr.Body.cuboid, half=(0.8, 0.8, 1.0), pivot=(0, 0, -1)),
+        "Scene": partial(kr.Scene, body, momentum=(1, 2, 3)),
+        "Scene.replace": partial(TOP.replace, gravity=0.5),
+        "exact": partial(kr.exact, SYMMETRIC),
+        "exact, states": lambda: kr.exact(SYMMETRIC)(TIMES),
+        "exact of many": lambda: kr.exact([SYMMETRIC, SYMMETRIC])(1.0),
+        "plan": partial(kr.plan, TOP, want=("energy",)),
+        "events": partial(kr.events.plane, (1, 2, 3), 0.1),
+        "pickle": lambda: pickle.loads(pickle.dumps(TOP)),
+        "copy": partial(copy.deepcopy, SYMMETRIC),
+        "scaled_units": partial(kr.scaled_units, body),
+    }
+
+
+def run_calls(folder):
+    run = kr.start(TOP, "strang", step=0.01)
+    run.to(1.0)
+    saved = run.checkpoint
+    methods = {
+        f"solve, {name}": partial(kr.solve, SYMMETRIC, TIMES, name, step=default_step(method))
+        for name, method in kr.methods.items()
+        if method.suits(SYMMETRIC)
+    }
+    return methods | {
+        "solve, digits": partial(kr.solve, TOP, TIMES, digits=30),
+        "solve, want": partial(kr.solve, TOP, TIMES, want=("energy", "nutation")),
+        "solve, events": partial(kr.solve, TOP, 3.0, events=[kr.events.nutation()]),
+        "solve, progress": partial(kr.solve, TOP, TIMES, progress=lambda t: None),
+        "start": partial(kr.start, TOP, "strang", step=0.01),
+        "resume": partial(kr.resume, saved),
+        "copy of a run": partial(copy.copy, run),
+        "checkpoint": lambda: run.checkpoint,
+        "save": partial(run.save, folder / "run"),
+        "to_toml": partial(TOP.to_toml, folder / "top.toml"),
+        "from_toml": lambda: (
+            TOP.to_toml(folder / "own.toml"),
+            kr.Scene.from_toml(folder / "own.toml"),
+        ),
+        "stream": lambda: list(islice(kr.stream(TOP, (0.01 * k for k in count()), chunk=5), 3)),
+        "view": lambda: kr.view(SYMMETRIC, open=False),
+    }
+
+
+def default_step(method):
+    return None if method.adaptive or method.name == "exact" else 0.01
+
+
+def solve_for(name):
+    """Return a path that has the attribute `name`."""
+    if name.startswith(("tangents", "conditioning")):
+        columns = ("start", "moments", "com", "gravity", "mass")
+        return kr.solve(SYMMETRIC, TIMES, "taylor", tangents=columns)
+    return kr.solve(SYMMETRIC, TIMES)
+
+
+def attribute_calls():
+    path = kr.solve(SYMMETRIC, np.linspace(0, 5, 200))
+    names = [name for name in dir(kr.Path) if not name.startswith("_")]
+    return {
+        f"path.{name}": lambda name=name: getattr(solve_for(name), name)
+        for name in names
+        if name not in ("plot", "error")
+    } | {
+        "apex": lambda: kr.apex(path),
+        "rod": lambda: kr.rod(path),
+        "copy of a path": partial(copy.deepcopy, path),
+        "pickle of a path": lambda: pickle.loads(pickle.dumps(path)),
+        "path.only": partial(path.only, ("energy",)),
+        "attitude_error": partial(kr.attitude_error, path.q, path.q),
+    }
+
+
+def suppress_errors(call):
+    """Return a function that makes a failing call and discards the exception."""
+
+    def call_quietly():
+        with contextlib.suppress(Exception, KeyboardInterrupt):
+            call()
+
+    return call_quietly
+
+
+def error_calls():
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    return {
+        name: suppress_errors(call)
+        for name, call in {
+            "unknown method": partial(kr.solve, TOP, 1.0, "none"),
+            "unphysical body": partial(kr.Body, 1.0, (1.0, 1.0, 3.0), (0, 0, 1)),
+            "diverging step": partial(kr.solve, SYMMETRIC, [9.0], "rk4", step=4.0),
+            "step limit": partial(kr.solve, TOP, 1e6, max_steps=10),
+            "unknown quantity": partial(kr.solve, TOP, 1.0, want=("none",)),
+            "progress that raises": partial(kr.solve, TOP, 1e4, progress=interrupt),
+            "no checkpoint": partial(kr.resume, b"none"),
+            "missing file": partial(kr.Scene.from_toml, "/nowhere"),
+        }.items()
+    }
+
+
+def measure_growth(call, number):
+    """Repeat a call and return the growth of Python's blocks and of the process in bytes."""
+    for _ in range(20):
+        call()
+    gc.collect()
+    blocks, size = sys.getallocatedblocks(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(number):
+        call()
+    gc.collect()
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - size
+    return sys.getallocatedblocks() - blocks, 1024 * grown
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.mutation.memory_leaks", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--calls", type=int, default=1_000_000, help="total number of calls")
+    parser.add_argument("--only", default="", help="prefix of the calls' names")
+    asked = parser.parse_args(argv)
+    with tempfile.TemporaryDirectory() as folder:
+        found = list_calls(Path(folder))
+        chosen = {name: call for name, call in found.items() if name.startswith(asked.only)}
+        each = max(1, asked.calls // len(chosen))
+        print(f"{each} calls each: growth in Python blocks and in kB of the process")
+        for name, call in chosen.items():
+            with contextlib.redirect_stdout(io.StringIO()):
+                blocks, size = measure_growth(call, each)
+            print(f"{name:32} {blocks:8} {size / 1024:8.0f}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

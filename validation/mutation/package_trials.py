@@ -1,0 +1,134 @@
+"""Trials of mutants of the package, by the tests that use the changed line.
+
+Fast tests with little usage run first. Tests in a browser do not run.
+"""
+
+import marshal
+import shutil
+from time import monotonic
+
+from . import mutate_python
+from .line_usage import measure_usage
+from .sandbox import Verdict, copy_tree, run_pytest
+
+FOLDERS = ("python", "report", "repo")  # of tests; those of the page need a browser
+SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
+ELSEWHERE = (
+    "test_style.py",
+    "test_floors.py",
+    "test_golden.py",
+    "test_mutate.py",
+    "test_recipes.py",
+    "test_parts.py",
+    "test_readme_pictures.py",
+)
+SLACK = 5  # factor over the time without a mutation, measured with line tracing
+MOST_FIRST, FIRST_SECONDS = 40, 20.0  # number and total duration of the tests that run first
+
+
+def list_sources(root, only=""):
+    files = sorted((root / "python").rglob("*.py"))
+    names = [file.relative_to(root).as_posix() for file in files]
+    return [name for name in names if name.startswith(only) and "viewer" not in name]
+
+
+def list_mutants(root, only=""):
+    return [
+        mutant
+        for name in list_sources(root, only)
+        for mutant in mutate_python.list_mutants(name, (root / name).read_text())
+    ]
+
+
+def list_test_modules(root):
+    """Return the test modules that may kill mutants.
+
+    Tests of style are left out: they detect a change, and not its effect.
+    """
+    files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
+    kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
+    return [file.relative_to(root).as_posix() for file in kept]
+
+
+class Trial:
+    """A copy of the tree, with the lines that each test uses."""
+
+    def __init__(self, root, to):
+        self.root = copy_tree(root, to)
+        for file in (root / "python").glob("*/_core*.so"):
+            shutil.copy(file, self.root / file.relative_to(root))
+        self.copy_core()
+        self.uses = measure_usage(self.root, list_test_modules(self.root), to.with_name("uses"))
+
+    def copy_core(self):
+        """Copy the extension of the package that runs this program, if there is one."""
+        try:
+            from kreisel import _core
+        except ImportError:
+            return
+        folder = self.root / "python/kreisel"
+        if folder.is_dir():
+            shutil.copy(_core.__file__, folder)
+
+    def try_mutant(self, mutant):
+        """Return the verdict of the tests on a mutant."""
+        begin = monotonic()
+        if compile_code(mutant.text) == compile_code(self.apply_mutant(mutant)):
+            return Verdict("same")
+        asked = self.select_tests(mutant)
+        mutant.write(self.root)
+        try:
+            word, by = self.run_tests(asked)
+        finally:
+            mutant.undo(self.root)
+        return Verdict(word, by, monotonic() - begin)
+
+    def apply_mutant(self, mutant):
+        return mutant.text[: mutant.begin] + mutant.new + mutant.text[mutant.end :]
+
+    def select_tests(self, mutant):
+        """Return the tests that may kill a mutant, with their times [s].
+
+        A few good tests come first, then all others.
+        """
+        lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
+        if is_general := mutant.line in at_import:  # every test that uses the file is affected
+            lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
+        tests = sorted(t for uses in self.uses for t in uses.rank_tests(mutant.file, lines))
+        first, seconds = [], 0.0
+        for _, took, test in tests[:MOST_FIRST]:
+            seconds += took
+            if first and seconds > FIRST_SECONDS:
+                break
+            first.append((took, test))
+        later = [(took, test) for _, took, test in tests[len(first) :]]
+        of_module = {uses.module: uses.seconds for uses in self.uses}
+        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])  # set up each module once
+        around = sorted(
+            (uses.seconds, uses.module)
+            for uses in self.uses
+            if is_general or uses.is_used_in_setup(mutant.file, lines)
+        )
+        return first, later + around
+
+    def run_tests(self, asked):
+        for rows in filter(None, asked):
+            seconds = int(SLACK * sum(took for took, _ in rows)) + 60
+            done, test = run_pytest(self.root, [name for _, name in rows], seconds, seconds)
+            if done.status:
+                return "killed", test
+        return "survived", ""
+
+
+def compile_code(text):
+    """Return the bytecode of a source without positions."""
+    try:
+        made = compile(text, "source", "exec")
+    except SyntaxError:
+        return text.encode()
+    return marshal.dumps(strip_positions(made))
+
+
+def strip_positions(made):
+    parts = tuple(strip_positions(c) if hasattr(c, "co_code") else c for c in made.co_consts)
+    return made.replace(co_linetable=b"", co_consts=parts, co_exceptiontable=b"")

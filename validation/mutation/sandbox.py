@@ -1,0 +1,111 @@
+"""A copy of the tree, and programs that run in it within limits."""
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from time import monotonic
+
+LEFT_OUT = ("build", ".*", "node_modules", "__pycache__", "report", "dist", "*.so", "*.egg-info")
+MEMORY = 8 << 30  # memory limit of a program [bytes]
+# Import the package of the copy, and not the editable install of the environment.
+SITE = """import sys
+sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(finder).__name__]
+"""
+
+
+class TrialError(Exception):
+    """The tests do not work even without a mutation."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a mutant (killed, survived, unbuilt or same), the test, and its seconds."""
+
+    word: str
+    by: str = ""
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class ProgramResult:
+    """The result of a program: its status (0 for success), output and time [s]."""
+
+    status: int | str
+    said: str
+    seconds: float
+
+
+def copy_tree(root, to):
+    """Copy the sources, tests and programs of a tree."""
+    shutil.rmtree(to, ignore_errors=True)
+    shutil.copytree(root, to, ignore=make_ignore(root))
+    (to / "site").mkdir()
+    (to / "site/sitecustomize.py").write_text(SITE)
+    return to
+
+
+def make_ignore(root):
+    """Return a filter for build products; some names are filtered at the top level only."""
+    anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
+    at_the_top = shutil.ignore_patterns(*LEFT_OUT)
+
+    def list_exclusions(folder, names):
+        left_out = (at_the_top if folder == str(root) else anywhere)(folder, names)
+        return left_out - {".clang-format", ".ci"}
+
+    return list_exclusions
+
+
+def run_with_limits(command, cwd, cpu, wall, memory=MEMORY):
+    """Run a program with limits on processor time, wall time [s] and memory [bytes] or None."""
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu + 1))
+        if memory is not None:
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    begin = monotonic()
+    how = {
+        "stdout": subprocess.PIPE,
+        "stderr": subprocess.STDOUT,
+        "text": True,
+        "errors": "replace",
+    }
+    words = [str(word) for word in command]
+    process = subprocess.Popen(
+        words, cwd=cwd, env=make_environment(cwd), preexec_fn=limit, start_new_session=True, **how
+    )
+    try:
+        said, _ = process.communicate(timeout=wall)
+        status = process.returncode
+    except subprocess.TimeoutExpired:
+        said, status = "", "no end"
+    finally:
+        kill_group(process)
+    return ProgramResult(status, said, monotonic() - begin)
+
+
+def kill_group(process):
+    """Kill a program and all its children."""
+    if process.poll() is None:
+        os.killpg(process.pid, 9)
+        process.communicate()
+
+
+def make_environment(root):
+    paths = {"PYTHONPATH": f"{root / 'site'}:{root / 'python'}", "PYTHONDONTWRITEBYTECODE": "1"}
+    return os.environ | paths | {"MPLBACKEND": "agg"}
+
+
+def run_pytest(root, words, cpu=600, wall=1800):
+    """Run tests of the copy until one fails; return the result and that test."""
+    how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
+    done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
+    failed = [
+        line.split()[1] for line in done.said.splitlines() if line.startswith(("FAILED", "ERROR"))
+    ]
+    return done, failed[0] if failed else str(done.status)

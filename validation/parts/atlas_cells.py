@@ -1,0 +1,140 @@
+"""The cells of the stability atlas: every method and every peer on every case.
+
+Each cell is run twice, as requested and finer, and judged by both runs and the truth.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import single_runs
+from ..competitors.single_runs import control_of
+from ..references import reference
+from ..references.problems import attitude_error, problem_of_scene
+from . import verdicts
+
+TOL, FINER_TOL = 1e-9, 1e-11
+LOOKS = 16
+# Beyond these angles a peer takes more than about a second [rad].
+LONGEST = {"heyoka": 1e5, "scipy_dop853": 600.0}
+MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CONVERGED}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A method or peer that runs a cell.
+
+    `run` takes problem, scene, times and a setting. It returns attitudes in the principal axes,
+    momenta in space, and the numbers of steps and evaluations.
+    """
+
+    name: str
+    steered: str  # control: "step", "tol" or ""
+    order: int
+    run: Callable
+    longest: float = float("inf")  # it does not run beyond this angle [rad]
+
+
+def make_method_candidate(method):
+    def run(problem, scene, times, setting):
+        path = kr.solve(scene, times, method.name, **setting)
+        return problem.to_principal_axes(path.q), path.m, path.stats.steps, path.stats.evaluations
+
+    return Candidate(method.name, control_of(method), method.order, run)
+
+
+def make_peer_candidate(name):
+    def run(problem, scene, times, setting):
+        return single_runs.RECORDERS[name](problem, times, setting["tol"])
+
+    return Candidate(name, "tol", 0, run, LONGEST[name])
+
+
+def list_candidates(scene, radians):
+    """Return every method that suits the scene, and the peers."""
+    found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
+    return found + [
+        who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
+    ]
+
+
+def choose_settings(case, who, step):
+    """Return two settings: as requested, and finer."""
+    if who.steered == "tol":
+        more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
+        return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
+    return [{"step": step}, {"step": step / 2}] if who.steered else [{}, {}]
+
+
+def has_drift(energies):
+    """Return whether the energy drifts in one direction instead of oscillating."""
+    half = len(energies) // 2
+    apart = abs(energies[half:].mean() - energies[:half].mean())
+    return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
+
+
+def measure_run(problem, scene, who, times, setting, true):
+    q, m, steps, evaluations = who.run(problem, scene, times, setting)
+    energies = problem.energy_errors(q, m)
+    return {
+        "attitude_error": attitude_error(q[-1], true["attitude"]),
+        "energy_error": float(energies.max()),
+        "fastest": problem.highest_rate(np.asarray(q), np.asarray(m)),
+        "drift": len(times) > LOOKS and has_drift(energies),
+        "steps": steps,
+        "evaluations": evaluations,
+        "q": q[-1],
+    }
+
+
+def describe_failure(error):
+    """Return the verdict, mark and message of a run that raised an exception."""
+    if isinstance(error, ValueError):
+        return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
+    status = getattr(error, "status", None)  # errors of peers have no status
+    mark = MARKS.get(status, verdicts.STOPPED)
+    return {"verdict": "stopped", "mark": mark, "message": str(error)}
+
+
+def make_cell(case, problem, scene, who, true, end, step):
+    """Return one cell."""
+    asked, finer = choose_settings(case, who, step)
+    cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
+    times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
+    try:
+        cell |= measure_run(problem, scene, who, times, asked, true)
+        again = measure_run(problem, scene, who, times, finer, true)
+    except (kr.Error, ArithmeticError, ValueError) as error:
+        return drop_attitude(cell) | describe_failure(error)
+    cell["second_run"] = attitude_error(again["q"], cell["q"])
+    return drop_attitude(verdicts.judge_cell(cell, again["attitude_error"], problem, true, who))
+
+
+def drop_attitude(cell):
+    return {key: value for key, value in cell.items() if key != "q"}
+
+
+def make_cells(case, who=list_candidates):
+    """Return the cells of a case, one per method; if the scene is refused, all say so."""
+    about = {"family": case.family, "case": case.name, "turns": case.turns}
+    try:
+        scene = case.scene()
+    except ValueError as error:
+        return [{**about, "method": name, **describe_failure(error)} for name in kr.methods]
+    problem = problem_of_scene(case.key, scene)
+    step = 2 * pi / (case.rate or problem.rate) / case.steps
+    end = step * round(case.turns * case.steps)
+    trusted = reference.truth_by_quadrature if case.closed else reference.compute_truth
+    true = trusted(problem, end)
+    about |= {
+        "conditioning": true["worst"],
+        "truth_bits": true["bits"],
+        "agreement": true["agreement"],
+    }
+    return [
+        about | make_cell(case, problem, scene, candidate, true, end, step)
+        for candidate in who(scene, problem.rate * end)
+    ]

@@ -1,0 +1,166 @@
+"""Many tops at once: cost at equal error, and a map of released symmetric tops.
+
+The peers are heyoka in batches, GSL and SciPy.
+"""
+
+from dataclasses import asdict
+from functools import partial
+from math import isnan
+from statistics import median
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import ensemble_runs, equal_error, timing
+from ..competitors.equal_error import Run
+from ..drawing.field import draw_field
+from ..drawing.throughput import draw_throughput
+from ..references.random_ensembles import SCENES, compute_truths, draw_tops
+from .budget import Task
+from .formatting import format_brief, format_digits, format_power, join_sentences
+from .part import Part, write_csv
+
+TARGETS = 1e-6, 1e-9  # targets for the median attitude error [rad]
+SAMPLE, SIDE = 200, 500
+FASTEST, LEAST, LARGEST = 8.0, 1e-3, 1.0  # spin [T^-1], tilts [rad]
+COLUMNS = ("kind", "mover", "setting", "tops", "middle", "bad", "worst", "microseconds")
+ABOUT = {
+    "asymmetric": "a cuboid with three different sides; the motion is chaotic, so that a rounding "
+    "grows to a visible angle for some tops",
+    "Lagrange": "the top of the thesis, which has a closed form",
+}
+
+
+def compute_sleeping_map(side):
+    """Return the greatest nutation of released symmetric tops, (spin, tilt) [rad].
+
+    An upright top with a spin above 4 [T^-1] sleeps.
+    """
+    top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
+    spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
+    tops = kr.Scene.spinning(top, spin=0.0).vary(spin=spin[:, None], tilt=tilt)
+    return kr.exact(tops).greatest_nutation
+
+
+def measure_ensemble(kind, n, rounds, each):
+    tops = draw_tops(kind, n)
+    who = ensemble_runs.select_movers(tops, each)
+    runs = equal_error.measure_runs(tops, who, compute_truths(tops.first(min(n, SAMPLE))), rounds)
+    return {"kind": kind, "tops": n, "end": tops.end, "runs": [asdict(run) for run in runs]}
+
+
+def time_sleeping_map():
+    return min(timing.time_once(partial(compute_sleeping_map, SIDE)) for _ in range(3))
+
+
+def list_tasks(problems, budget, store):
+    n, each = 10 * budget.members, {"quick": 6, "default": 2}.get(budget.name, 1)
+    for kind in SCENES:
+        make = partial(measure_ensemble, kind, n, budget.rounds, each)
+        yield Task(f"many/{kind}/{n}", make, 5.0 + 0.002 * n, until=0.9)
+    yield Task("many tops mapped", time_sleeping_map, 2.0)
+
+
+def load_findings(problems, store):
+    kinds = [
+        each | {"groups": equal_error.group_by_mover([Run(**run) for run in each["runs"]])}
+        for each in store.under("many/")
+    ]
+    return {"kinds": kinds, "map": store.known.get("many tops mapped")} if kinds else None
+
+
+def compare_at_equal_error(groups):
+    """Yield for each target the cost of a top in kreisel [us] and the ratios of the peers."""
+    own = groups[ensemble_runs.SERIES.name]
+    peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
+    for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
+        told = [equal_error.time_ratio(runs, own, target) for runs in peers.values()]
+        yield {
+            "target": format_digits(target, ".1e"),
+            "own": format_brief(1e6 * median(equal_error.seconds_at(target, own))),
+            "others": [
+                format_digits(None) if isnan(value) else format_brief(value) for value, *_ in told
+            ],
+        }
+
+
+def table_row(run):
+    return asdict(run) | {"microseconds": 1e6 * median(run.seconds)}
+
+
+def kind_context(each):
+    groups = each["groups"]
+    return {
+        "kind": each["kind"],
+        "about": ABOUT[each["kind"]],
+        "tops": each["tops"],
+        "end": f"{each['end']:g}",
+        "svg": draw_throughput(groups, ensemble_runs.OWN),
+        "peers": [name for name in groups if name not in ensemble_runs.OWN],
+        "equal": list(compare_at_equal_error(groups)),
+        "lines": [table_row(run) for own in groups.values() for run in own],
+    }
+
+
+def build_context(findings):
+    picture = draw_field(
+        np.degrees(compute_sleeping_map(SIDE)).T,
+        (0.0, FASTEST, LEAST, LARGEST),
+        ("spin", "initial tilt [rad]", "greatest nutation [degrees]"),
+    )
+    return {
+        "kinds": [kind_context(each) for each in findings["kinds"]],
+        "map": picture,
+        "side": SIDE,
+        "map_seconds": findings["map"],
+    }
+
+
+def conclude(findings):
+    return join_sentences(
+        *(describe_kind(each["kind"], each["groups"]) for each in findings["kinds"])
+    )
+
+
+def describe_kind(kind, groups):
+    """Return a sentence on the throughput and its ratio to heyoka's."""
+    peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
+    target = max(1e-9, equal_error.tightest_common_error(own, peer))
+    value, _, seconds = equal_error.time_ratio(peer, own, target)
+    said = (
+        f"{ensemble_runs.SERIES.name} moves {1 / seconds:.0f} {kind} tops per second with a median "
+        f"error of {format_power(target)} rad, {format_brief(value)} times as many as heyoka in "
+        "batches of eight"
+    )
+    if ensemble_runs.CLOSED.name not in groups:
+        return f"{said}."
+    closed = groups[ensemble_runs.CLOSED.name]
+    value, _, seconds = equal_error.time_ratio(peer, closed, 1e-6)
+    return (
+        f"{said}; the closed form moves {1 / seconds:.0f} with {format_power(closed[0].middle)} "
+        f"rad, {format_brief(value)} times as many as heyoka with 1e-6."
+    )
+
+
+def table_rows(findings):
+    for each in findings["kinds"]:
+        for runs in each["groups"].values():
+            yield from ({"kind": each["kind"]} | table_row(run) for run in runs)
+
+
+PART = Part(
+    "ensembles",
+    "Many tops",
+    "Many tops at once",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Many tops",
+    list_files=lambda findings, about: [
+        ("ensembles.csv", write_csv(COLUMNS, table_rows(findings)))
+    ],
+    list_methods=lambda findings: {
+        name for each in findings["kinds"] for name in (*each["groups"], "heyoka")
+    },
+)

@@ -1,0 +1,127 @@
+"""The fastest run that reaches an error: targets, winners and tables."""
+
+from rich.table import Table
+
+from .formatting import format_digits, format_milliseconds, format_power
+from .scene_runs import group_by_method
+
+# Peers in the tables, with their titles.
+REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
+TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # targets for the attitude error [rad]
+# A method reaches a target if attitude and energy error meet it and the next tighter run
+# is not much worse. Errors at one time change sign with the setting, and an accidental zero
+# must not win.
+LUCK = 3.0
+TIE = 4 / 3  # up to this ratio two run times count as equal: settings differ by factors of 2 and 10
+
+
+def fastest_reaching(rows, target):
+    """Return the fastest row of one method that reaches the target, or None.
+
+    `rows` is ordered from loose to tight.
+    """
+    tighter = rows[1:] if rows[0].step or rows[0].tol else rows  # a closed form has a single run
+    good = [
+        row
+        for row, following in zip(rows, tighter, strict=False)
+        if not row.failure
+        and row.seconds
+        and not following.failure
+        and max(row.attitude_error, row.energy_error) <= target
+        and following.attitude_error <= LUCK * target
+    ]
+    return min(good, key=lambda row: row.seconds, default=None)
+
+
+def fastest_row(rows, scene, target, wanted):
+    """Return the fastest row that reaches the target, among methods for which `wanted` is true."""
+    hits = [
+        hit
+        for own in group_by_method(rows, scene).values()
+        if wanted(own[0]) and (hit := fastest_reaching(own, target))
+    ]
+    return min(hits, key=lambda row: row.seconds, default=None)
+
+
+def run_races(rows, scenes):
+    """Yield (scene, target, fastest row of kreisel, fastest row of a peer)."""
+    for scene in scenes:
+        for target in TARGETS:
+            own = fastest_row(rows, scene, target, lambda row: not row.peer)
+            yield scene, target, own, fastest_row(rows, scene, target, lambda row: row.peer)
+
+
+def times_to_targets(rows, scene):
+    """Yield for each method its times to the targets and its smallest error.
+
+    The fastest time of each target is marked.
+    """
+    groups = group_by_method(rows, scene)
+    seconds = {
+        name: [hit and hit.seconds for hit in (fastest_reaching(own, target) for target in TARGETS)]
+        for name, own in groups.items()
+    }
+    columns = zip(*seconds.values(), strict=True)
+    fastest = [min((s for s in column if s), default=None) for column in columns]
+    for name, own in groups.items():
+        errors = [row.attitude_error for row in own if not row.failure]
+        yield {
+            "method": name,
+            "smallest": format_digits(min(errors, default=None)),
+            "cells": [
+                {"text": format_milliseconds(s), "fastest": s is not None and s == least}
+                for s, least in zip(seconds[name], fastest, strict=True)
+            ],
+        }
+
+
+def list_references(methods):
+    """Return {name: title} of the peers in the tables that ran."""
+    return {name: title for name, title in REFERENCES.items() if name in methods}
+
+
+def summarize_races(rows, scenes):
+    """Yield for each scene and target the fastest method of kreisel, with the peers' times."""
+    known = list_references({row.method for row in rows})
+
+    def seconds(scene, target, name):
+        hit = fastest_row(rows, scene, target, lambda row: row.method == name)
+        return format_milliseconds(hit and hit.seconds)
+
+    for scene, target, own, _ in run_races(rows, scenes):
+        yield {
+            "scene": scene,
+            "target": format_power(target),
+            "own": format_milliseconds(own and own.seconds),
+            "method": own.method if own else "",
+            "others": [seconds(scene, target, name) for name in known],
+        }
+
+
+def make_terminal_table(rows, scene, end):
+    table = Table(
+        title=f"{scene} to t = {end:g}: run time \\[ms] for an attitude error of",
+        title_justify="left",
+    )
+    table.add_column("method")
+    for target in TARGETS:
+        table.add_column(f"{format_power(target)} rad", justify="right")
+    table.add_column("smallest", justify="right")
+    for line in times_to_targets(rows, scene):
+        cells = [
+            f"[bold]{cell['text']}[/]" if cell["fastest"] else cell["text"]
+            for cell in line["cells"]
+        ]
+        table.add_row(line["method"], *cells, line["smallest"])
+    return table
+
+
+def write_markdown(rows, scenes):
+    """Return the table of README.md."""
+    titles = list_references({row.method for row in rows}).values()
+    head = ["scene", "attitude error [rad]", "kreisel [ms]", *(f"{title} [ms]" for title in titles)]
+    lines = [head, ["---"] + ["---:"] * (len(head) - 1)]
+    for line in summarize_races(rows, scenes):
+        own = f"{line['own']} ({line['method']})" if line["method"] else line["own"]
+        lines.append([line["scene"], line["target"], own, *line["others"]])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -1,0 +1,63 @@
+"""Numbers and lists as words, for the page and its tables."""
+
+from collections import Counter
+
+NUMBERS = (
+    *("no", "one", "two", "three", "four", "five", "six"),
+    *("seven", "eight", "nine", "ten", "eleven", "twelve"),
+)
+
+
+def number_word(n):
+    return NUMBERS[n] if n < len(NUMBERS) else str(n)
+
+
+def count_word(n):
+    """Return a number as a word that can begin a sentence: none, one, two."""
+    return number_word(n) if n else "none"
+
+
+def verb_be(n):
+    return "are" if n > 1 else "is"
+
+
+def format_brief(x):
+    """Return two digits without an exponent."""
+    return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
+
+
+def format_power(x):
+    """Return a power of ten as 1e-9."""
+    return f"{x:.0e}".replace("e-0", "e-")
+
+
+def format_digits(value, form=".0e"):
+    """Return a formatted number, or a dash for None."""
+    return "\N{EN DASH}" if value is None else format(value, form)
+
+
+def format_milliseconds(seconds):
+    """Return three digits of a time in milliseconds, or a dash for None."""
+    if seconds is None:
+        return format_digits(None)
+    ms = 1e3 * seconds
+    places = 0 if ms >= 100 else 1 if ms >= 10 else 2 if ms >= 1 else 3
+    return f"{ms:.{places}f}"
+
+
+def join_words(words):
+    """Return 'a, b and c'."""
+    words = list(words)
+    if not words:
+        return "none"
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def join_counts(names):
+    """Return names with their frequencies: 'exact (12) and taylor (8)'."""
+    return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
+
+
+def join_sentences(*sentences):
+    """Return the nonempty sentences, joined by spaces."""
+    return " ".join(filter(None, sentences))

@@ -1,0 +1,65 @@
+"""Frequencies for the part on chaos: rotation of orbits, and errors against the closed form."""
+
+import kreisel as kr
+import numpy as np
+
+from . import section_data
+
+LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
+
+
+def measure_rotation(orbits, name):
+    """Return axial momentum, rotation per nutation and its change, for each motion.
+
+    The axial momentum is that of the section at spin angle 0. The rotation of the apex is in turns
+    from lowest to lowest point, less whole turns. The change compares both halves of the time.
+    """
+    tops = kr.starts(
+        section_data.make_body(name),
+        energy=section_data.ENERGY,
+        vertical=section_data.VERTICAL,
+        n=orbits,
+        seed=2,
+    )
+    section = kr.section(tops, n=400).check()
+    spin, axial = (
+        values.reshape(orbits, -1) for values in (section.spin_angle, section.axial_momentum)
+    )
+    at = np.abs(spin).argmin(axis=1)
+    paths = kr.solve(tops, np.linspace(0.0, LONG, STATES))
+    half = STATES // 2
+    first, second = (
+        np.array([turns_per_nutation(paths[i][some]) for i in range(orbits)])
+        for some in (slice(half), slice(half, None))
+    )
+    away = first - second
+    return axial[np.arange(orbits), at], first - np.round(first), np.abs(away - np.round(away))
+
+
+def turns_per_nutation(path):
+    """Return the rotation of the apex per nutation, up to whole turns."""
+    found = kr.frequencies(path, 1)
+    return found.lines[0] / found.nutation
+
+
+def largest_frequency_error(n):
+    """Return the largest relative frequency error of n random Lagrange tops.
+
+    The reference is the closed form.
+    """
+    worst, rng = 0.0, np.random.default_rng(11)
+    for _ in range(n):
+        i1 = rng.uniform(0.5, 2.0)
+        made = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, made_up=True)
+        q = rng.normal(size=4)
+        scene = kr.Scene(made, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
+        exact = kr.exact(scene)
+        path = kr.solve(scene, np.linspace(0.0, 40.0 * min(exact.period, 10.0), 4096), "taylor")
+        found, nutation = kr.frequencies(path), 2.0 * np.pi / exact.period
+        pairs = (
+            (found.precession, exact.precession),
+            (found.nutation, nutation),
+            (found.spin, exact.spin),
+        )
+        worst = max(worst, *(abs(one / other - 1.0) for one, other in pairs))
+    return worst

@@ -1,0 +1,68 @@
+"""Lyapunov exponents for the section on chaos: a map over energy and vertical momentum.
+
+A table lists the exponents with their standard errors.
+"""
+
+import kreisel as kr
+import numpy as np
+
+from . import section_data
+
+MAPPED = "20 %"
+ENERGIES, VERTICALS = (-0.9, 3.5), (0.0, 2.2)
+STARTS = 8  # per energy and vertical momentum
+LONG, MAPPED_LONG = 3000.0, 300.0  # integration times [T]
+TIMES = 5.0  # growth rate of chaotic motions, in multiples of ln(t)/t
+
+
+def draw_starts(body, energy, vertical, seed):
+    """Return random starts, or None where no motion has this energy and vertical momentum."""
+    try:
+        return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
+    except ValueError:  # no motion has so little energy
+        return None
+
+
+def map_exponents(side):
+    """Return the largest exponent over vertical momentum and energy, (side, side).
+
+    It is NaN where no motion exists.
+    """
+    body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
+    energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
+    grid = [(energy, vertical) for energy in energies for vertical in verticals]
+    found = [draw_starts(body, *at, seed) for seed, at in enumerate(grid)]
+    there = [k for k, tops in enumerate(found) if tops is not None]
+    together = kr.Ensemble(
+        body,
+        momentum=np.concatenate([found[k].momentum for k in there]),
+        attitude=np.concatenate([found[k].attitude for k in there]),
+    )
+    exponents = kr.lyapunov(together, [MAPPED_LONG]).value.reshape(-1, STARTS)
+    values[there] = exponents.max(axis=1)
+    return values.reshape(side, side)
+
+
+def summarize_exponents(name, n):
+    """Return the number of chaotic starts among n, their mean exponent and the certificate.
+
+    The certificate is the largest drift of the tangents' integrals.
+    """
+    tops = kr.starts(
+        section_data.make_body(name),
+        energy=section_data.ENERGY,
+        vertical=section_data.VERTICAL,
+        n=n,
+        seed=2,
+    )
+    found = kr.lyapunov(tops, [LONG])
+    chaotic = found.value[found.value > TIMES * np.log(LONG) / LONG]
+    count = len(chaotic)
+    return {
+        "top": name,
+        "starts": n,
+        "chaotic": count,
+        "exponent": float(chaotic.mean()) if count else None,
+        "error": float(chaotic.std(ddof=1) / np.sqrt(count)) if count > 1 else None,
+        "certificate": float(np.max(found.certificate)),
+    }

@@ -1,0 +1,224 @@
+"""Savings from what a run leaves out, in time and memory.
+
+Gravity and the general form of a body are left out for each method. Everything that the plan of a
+scene leaves out is measured against a run with it, one omission at a time.
+"""
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import timing
+from ..competitors.single_runs import choose_setting
+from ..references.problems import load_problem
+from .budget import Task
+from .formatting import format_brief, join_sentences
+from .part import Part, write_csv
+
+STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
+LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
+COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
+STATES = 1000
+WANT = ("nutation", "energy")  # invariant under rotations about the vertical
+QUANTITIES = (
+    "velocity",
+    "torque",
+    "frame",
+    "apex",
+    "kinetic",
+    "potential",
+    "energy",
+    "vertical_momentum",
+    "axial_momentum",
+)
+UNEQUAL = 1 + 1e-9
+SPLIT = "suzuki4"  # a fixed-step method with a special form for symmetric bodies
+GRAVITY, GENERAL_FORM = "gravity", "the general form of the body"
+FORMS = ("general form", "symmetric form", "no gravity")
+SAVINGS = {
+    "the general form of a symmetric body": ("general form", "symmetric form"),
+    "gravity": ("symmetric form", "no gravity"),
+}
+
+
+@dataclass(frozen=True)
+class OmissionFindings:
+    """The findings: times of methods by form, and plans and times of each scene."""
+
+    forms: list
+    scenes: list
+
+    @property
+    def rows(self):
+        return [*self.forms, *(row for scene in self.scenes for row in scene["rows"])]
+
+
+def make_asymmetric(problem):
+    """Return the top with slightly different equal moments, so that no symmetry is used."""
+    i1, i2, i3 = problem.inertia
+    return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
+
+
+def scene_forms(problem):
+    """Return one top as a general body, as a symmetric one, and without gravity."""
+    scene = problem.to_scene()
+    return dict(
+        zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
+    )
+
+
+def measure_forms(rounds):
+    """Return the time of each method on each form of the thesis' top, to one end."""
+    calls, keys = [], []
+    for form, scene in scene_forms(load_problem("thesis")).items():
+        for method in kr.methods.values():
+            if method.suits(scene):
+                words = choose_setting(method, STEP, TOL).keywords
+                keys.append({"kind": "form", "name": method.name, "case": form})
+                calls.append(partial(kr.solve, scene, STEPS * STEP, method.name, **words))
+    seconds = timing.best_times(calls, rounds, trials=2)
+    return [key | {"seconds": each} for key, each in zip(keys, seconds, strict=True)]
+
+
+def path_bytes(path):
+    """Return the bytes that a path keeps: per state the quantities wanted, or eight numbers."""
+    return len(path) * path.plan.bytes
+
+
+def bytes_with_quantities(path):
+    return path_bytes(path) + sum(getattr(path, name).nbytes for name in QUANTITIES)
+
+
+def list_omissions(problem, end):
+    """Yield (omission, run with it, run without it); a run returns its bytes."""
+    scene = problem.to_scene()
+    times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
+
+    def make_run(scene, t=times, count=path_bytes, **words):
+        return lambda: count(kr.solve(scene, t, **words))
+
+    series = {"method": "taylor", "tol": TOL}
+    whole = make_run(scene, **series)
+    level, turned = (
+        make_run(scene, want=WANT, **series),
+        make_run(scene, want=(*WANT, "q"), **series),
+    )
+    yield GRAVITY, make_run(scene), make_run(scene.replace(gravity=0.0))
+    if problem.symmetric:
+        general, own = (
+            make_run(top, end, method=SPLIT, step=step) for top in (make_asymmetric(problem), scene)
+        )
+        yield GENERAL_FORM, general, own
+    yield "attitude", turned, level
+    yield "intermediate states", whole, make_run(scene, end, **series)
+    yield (
+        "quantities not requested",
+        make_run(scene, count=bytes_with_quantities, **series),
+        whole,
+    )
+    yield "the states themselves", whole, make_run(scene, want=("energy",), **series)
+
+
+def measure_scene(problem, end, rounds):
+    """Return the plans of a scene, and a row per omission."""
+    scene, cases = problem.to_scene(), list(list_omissions(problem, end))
+    calls = [call for _, *pair in cases for call in pair]
+    sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
+    return {
+        "scene": problem.name,
+        "plans": {"all": str(kr.plan(scene)), "level": str(kr.plan(scene, want=WANT))},
+        "rows": [
+            {
+                "kind": "scene",
+                "name": problem.name,
+                "case": what,
+                "seconds": seconds[2 * i + 1],
+                "bytes": sizes[2 * i + 1],
+                "seconds_with": seconds[2 * i],
+                "bytes_with": sizes[2 * i],
+            }
+            for i, (what, *_) in enumerate(cases)
+        ],
+    }
+
+
+def list_tasks(problems, budget, store):
+    rounds = max(LEAST_OF_FORMS, budget.rounds)
+    yield Task("left out/form", partial(measure_forms, rounds), 1.0)
+    rounds = max(LEAST_OF_OMISSIONS, budget.rounds)
+    for problem, end in problems:
+        yield Task(f"omissions/{problem.name}", partial(measure_scene, problem, end, rounds), 0.3)
+
+
+def load_findings(problems, store):
+    rows = [row for of_form in store.under("left out/") for row in of_form]
+    scenes = store.under("omissions/")
+    return OmissionFindings(rows, scenes) if rows or scenes else None
+
+
+def group_seconds(rows):
+    """Return the seconds of each method on each form."""
+    lines = {}
+    for row in rows:
+        lines.setdefault(row["name"], {})[row["case"]] = row["seconds"]
+    return lines
+
+
+def build_context(left):
+    return {
+        "forms": FORMS,
+        "lines": group_seconds(left.forms),
+        "omissions": left.scenes,
+        "wanted": WANT,
+        "states": STATES,
+    }
+
+
+def compute_savings(left):
+    """Return the speed ratios of runs without and with each omission."""
+    lines = group_seconds(left.forms).values()
+    saved = {
+        what: [line[before] / line[after] for line in lines if before in line and after in line]
+        for what, (before, after) in SAVINGS.items()
+    }
+    for row in (row for scene in left.scenes for row in scene["rows"]):
+        if row["case"] not in (GRAVITY, GENERAL_FORM):
+            saved.setdefault(row["case"], []).append(row["seconds_with"] / row["seconds"])
+    return {what: ratios for what, ratios in saved.items() if ratios}
+
+
+def conclude(left):
+    return join_sentences(*(describe_saving(*each) for each in compute_savings(left).items()))
+
+
+def describe_saving(what, ratios):
+    """Return a sentence on the speed gained in the median: '1.5 times as fast', '18 % slower'."""
+    middle = float(np.median(ratios))
+    percent = round(100 * (1 / middle - 1))
+    if abs(percent) < 3:
+        effect = "makes no difference"
+    elif percent > 0:
+        effect = f"makes a run {percent} % slower"
+    elif middle < 1.1:
+        effect = f"makes a run {-percent} % faster"
+    else:
+        effect = f"makes a run {format_brief(middle)} times as fast"
+    return (
+        f"Leaving out {what} {effect} in the median "
+        f"({format_brief(min(ratios))} to {format_brief(max(ratios))} times as fast)."
+    )
+
+
+PART = Part(
+    "omissions",
+    "Left out",
+    "What is left out",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    list_files=lambda left, about: [("omissions.csv", write_csv(COLUMNS, left.rows))],
+    list_methods=lambda left: {row["name"] for row in left.forms},
+)

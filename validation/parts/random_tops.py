@@ -1,0 +1,239 @@
+"""Random tops of each kind: the methods compared at equal time.
+
+The setting of each method is chosen so that it takes about the same time on the first tops. Each
+top is scaled to turn at a rate of one, and all tops make equally many turns. The reference is
+heyoka in 80 bits, which is accurate beyond the differences shown here.
+"""
+
+from functools import partial
+from math import pi
+from statistics import median
+
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+
+from ..competitors import timing
+from ..competitors.method_families import group_methods
+from ..competitors.single_runs import Setting, control_of
+from ..drawing.distributions import draw_distributions
+from ..references import reference
+from ..references.problems import attitude_error, problem_of_scene
+from .budget import Task
+from .formatting import join_sentences, number_word
+from .part import Part, write_csv
+
+SEED, TURNS = 6, 10.0
+END = TURNS * 2 * pi
+GIVEN = 0.4e-3  # of one run [s]
+SOME, TRIALS = 16, 3  # tops and repetitions to find the setting
+FAR = 3.0  # a longer time, in multiples of the given one, is no disturbance
+PIECE = 50  # tops per slice, before the next method runs
+STEPS = 2000  # to measure the time of a step
+TOLERANCES = [10.0**-k for k in range(2, 15)]
+COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
+KOWALEWSKI = (1.0, 2.0, 2.0)
+KINDS = {
+    "Lagrange": "two equal moments, the centre of mass on the third axis",
+    "Euler": "any body, held at its centre of mass",
+    "Kowalewski": "moments 1 : 2 : 2, the centre of mass in the plane of equal moments",
+    "general": "any body, any centre of mass",
+}
+
+
+def draw_body(kind, random):
+    """Return a body of the kind, with moments in 0.2 .. 1 and the centre of mass within about 1."""
+    if kind == "Lagrange":
+        i1 = random.uniform(0.5, 1.0)
+        i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
+        return kr.Body.symmetric(1.0, i1, i3, height, made_up=True)
+    if kind == "Kowalewski":
+        return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)), made_up=True)
+    a, b = random.uniform(0.5, 1.0, 2)
+    com = random.normal(0.0, 0.5, 3) * (kind != "Euler")
+    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com, made_up=True)
+
+
+def draw_scene(kind, random):
+    """Return a top that turns at a rate of one, which sets the unit of time."""
+    q = random.normal(size=4)
+    made = draw_body(kind, random)
+    momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
+    top = kr.Scene(made, momentum, q / np.linalg.norm(q))
+    rate = problem_of_scene(kind, top).rate
+    return top.replace(momentum=np.array(top.momentum) / rate, gravity=top.gravity / rate**2)
+
+
+def draw_problems(kind, members):
+    random = np.random.default_rng([SEED, list(KINDS).index(kind)])
+    return [problem_of_scene(kind, draw_scene(kind, random)) for _ in range(members)]
+
+
+def time_solve(problems, name, setting):
+    """Return the seconds per top, and the paths of all tops."""
+    ensemble = kr.Ensemble.of([problem.user for problem in problems])
+    with timing.pause_gc():
+        begin = timing.perf_counter()
+        paths = kr.solve(ensemble, [END], name, threads=1, **setting.keywords)
+        return (timing.perf_counter() - begin) / len(problems), paths
+
+
+def fit_setting(method, some):
+    """Return a setting with which the method takes the given time."""
+
+    def seconds(setting):
+        return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
+
+    if not control_of(method):
+        return Setting()
+    if control_of(method) == "step":
+        count = max(1, round(GIVEN / (seconds(Setting(step=END / STEPS)) / STEPS)))
+        return Setting(step=END / count)
+    fit = TOLERANCES[0]
+    for tol in TOLERANCES:
+        took = seconds(Setting(tol=tol))
+        fit = tol if took <= GIVEN else fit
+        if took > FAR * GIVEN:
+            break
+    return Setting(tol=fit)
+
+
+def describe_setting(setting):
+    return f"{END / TURNS / setting.step:.0f} steps per turn" if setting.step else str(setting)
+
+
+def measure_outcomes(problems, truths, name, setting):
+    """Return the error and time of each top, or its failure."""
+    try:
+        seconds, paths = time_solve(problems, name, setting)
+    except ValueError as error:
+        return [{"failure": str(error)}] * len(problems)
+    return [
+        {"seconds": seconds, "attitude_error": attitude_error(problem.to_principal_axes(q), true)}
+        if status == 0
+        else {"failure": paths.why(i)}
+        for i, (problem, true, q, status) in enumerate(
+            zip(problems, truths, paths.q[:, -1], paths.status, strict=True)
+        )
+    ]
+
+
+def compute_true_attitude(problem):
+    (state,) = reference.integrate_states(problem, [END], fp=reference.FINER)
+    return [mp.nstr(x, 25) for x in state[:4]]
+
+
+def measure_kind(kind, members):
+    """Run every method on all tops, slice by slice, so that disturbances affect all methods."""
+    problems = draw_problems(kind, members)
+    methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
+    settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
+    truths, runs = [compute_true_attitude(problem) for problem in problems], []
+    for first in range(0, members, PIECE):
+        piece = slice(first, first + PIECE)
+        for name, setting in settings.items():
+            known = {"kind": kind, "method": name, "setting": describe_setting(setting)}
+            found = measure_outcomes(problems[piece], truths[piece], name, setting)
+            runs += [known | {"top": first + i} | each for i, each in enumerate(found)]
+    return runs
+
+
+def list_tasks(problems, budget, store):
+    for kind in KINDS:
+        key, weight = f"ensemble/{kind}/{budget.members}", budget.members * 0.01
+        yield Task(key, partial(measure_kind, kind, budget.members), weight, until=1.0)
+
+
+def load_findings(problems, store):
+    return [run for runs in store.under("ensemble/") for run in runs]
+
+
+def group_by_method(runs, kind):
+    """Return the runs of each method on one kind of top, and their sorted errors.
+
+    A failed run has an error of pi.
+    """
+    groups = {}
+    for run in runs:
+        if run["kind"] == kind:
+            groups.setdefault(run["method"], []).append(run)
+    return {
+        name: (own, np.sort([run.get("attitude_error", pi) for run in own]))
+        for name, own in groups.items()
+    }
+
+
+def table_row(kind, name, own, sizes):
+    return {
+        "kind": kind,
+        "method": name,
+        "setting": own[0]["setting"],
+        "ms": 1e3 * median(run.get("seconds", np.nan) for run in own),
+        "middle": float(np.median(sizes)),
+        "bad": float(np.quantile(sizes, 0.95)),
+        "worst": float(sizes[-1]),
+        "failed": sum("failure" in run for run in own),
+    }
+
+
+def summarize_methods(runs, kind):
+    """Return a row per method with its errors and time, ordered by the median error."""
+    groups = group_by_method(runs, kind)
+    order = sorted(groups, key=lambda name: float(np.median(groups[name][1])))
+    return [table_row(kind, name, *groups[name]) for name in order]
+
+
+def kind_contexts(runs):
+    for kind, about in KINDS.items():
+        errors = {name: sizes for name, (_, sizes) in group_by_method(runs, kind).items()}
+        if errors:
+            yield {
+                "kind": kind,
+                "about": about,
+                "panels": draw_panels(errors),
+                "tops": len(next(iter(errors.values()))),
+                "lines": summarize_methods(runs, kind),
+            }
+
+
+def draw_panels(errors):
+    return [
+        {"label": title, "svg": draw_distributions(errors, family, peers)}
+        for title, (family, peers) in group_methods().items()
+        if any(name in errors for name in family)
+    ]
+
+
+def build_context(runs):
+    return {"kinds": list(kind_contexts(runs)), "given": 1e3 * GIVEN, "turns": f"{TURNS:g}"}
+
+
+def conclude(runs):
+    known = {kind: lines for kind in KINDS if (lines := summarize_methods(runs, kind))}
+    best = "; for ".join(f"{kind}: {describe_kind(lines)}" for kind, lines in known.items())
+    failed = sum("failure" in run for run in runs)
+    return join_sentences(
+        f"Smallest error in the given time: for {best}.",
+        f"{number_word(failed).capitalize() if failed else 'None'} of {len(runs)} runs failed.",
+    )
+
+
+def describe_kind(lines):
+    first, *others = lines
+    said = f"{first['method']} (median {first['middle']:.0e} rad, 95 % below {first['bad']:.0e})"
+    then = [f"then {other['method']} ({other['middle']:.0e})" for other in others[:1]]
+    return ", ".join([said, *then])
+
+
+PART = Part(
+    "random_tops",
+    "Random tops",
+    "Random tops, at equal time",
+    list_tasks,
+    load_findings,
+    build_context,
+    conclude,
+    label="Random tops",
+    list_files=lambda runs, about: [("random_tops.csv", write_csv(COLUMNS, runs))],
+    list_methods=lambda runs: {run["method"] for run in runs},
+)

@@ -1,0 +1,52 @@
+"""The findings of a report in a file, saved one by one, so that a run can be continued.
+
+The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions.
+Under other conditions the file is started anew.
+"""
+
+import json
+import os
+
+
+class ResultStore:
+    def __init__(self, file, fingerprint):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        self.file, self.known = file, {}
+        text = file.read_text() if file.exists() else ""
+        lines = text.splitlines()
+        if lines and lines[0] == json.dumps(fingerprint):
+            self.read(lines[1:])
+            if not text.endswith("\n"):
+                file.write_text(text + "\n")  # end a truncated line
+        else:
+            file.write_text(json.dumps(fingerprint) + "\n")
+
+    def read(self, lines):
+        for line in lines:
+            try:
+                key, value = json.loads(line)
+            except ValueError:
+                continue  # a truncated line
+            self.known[key] = value
+
+    def put(self, key, value):
+        with self.file.open("a") as file:
+            file.write(json.dumps([key, value]) + "\n")
+        self.known[key] = value
+
+    def under(self, prefix):
+        """Return the findings whose keys start with `prefix`, in order."""
+        return [value for key, value in self.known.items() if key.startswith(prefix)]
+
+
+def write_atomic(file, text):
+    """Write a file atomically: after an interruption the previous file is intact."""
+    new = file.with_name(f".{file.name}.{os.getpid()}.new")
+    try:
+        with new.open("w", encoding="utf-8", newline="") as out:
+            out.write(text)
+            out.flush()
+            os.fsync(out.fileno())
+        os.replace(new, file)
+    finally:
+        new.unlink(missing_ok=True)

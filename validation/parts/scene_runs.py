@@ -1,0 +1,190 @@
+"""The runs compared on a scene, with their errors and times."""
+
+import math
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from statistics import median
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors import single_runs, timing
+from ..competitors.single_runs import Setting
+from ..references import reference
+from ..references.problems import attitude_error
+from .budget import Task
+
+TIGHTER = range(2, 17)  # steps are a turn divided by 2 ** k
+TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
+QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
+CHAOS = 1e-6  # smaller errors that no longer decrease are at rounding level [rad]
+ROUNDS_UNTIL = 0.5  # fraction of the budget after which optional timing rounds are skipped
+LOOKS = 100  # approximate number of states for the energy
+
+
+@dataclass
+class Measurement:
+    """The results of one run: a method at one setting on one scene."""
+
+    scene: str
+    t: float
+    method: str
+    peer: bool
+    step: float | None = None
+    tol: float | None = None
+    attitude_error: float | None = None
+    energy_error: float | None = None
+    steps: int | None = None
+    evaluations: int | None = None
+    setup_seconds: float | None = None
+    failure: str = ""
+    about: float | None = None  # approximate time of a run [s]
+    samples: list = field(default_factory=list)  # times of a run, one per round [s]
+
+    @property
+    def setting(self):
+        return Setting(self.step, self.tol)
+
+    @property
+    def key(self):
+        return f"{self.method} {self.step} {self.tol}"
+
+    @property
+    def seconds(self):
+        """The best time of all rounds, because disturbances only add time."""
+        return min(self.samples, default=self.about)
+
+    @property
+    def median_seconds(self):
+        return median(self.samples) if self.samples else self.about
+
+    @property
+    def spread(self):
+        return timing.relative_spread(self.samples) if self.samples else None
+
+
+def turn_length(problem):
+    """Return a power of two near the time of a turn, so that steps end where runs do."""
+    return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
+
+
+def energy_times(end, step):
+    """Return times for the energy, on the grid of every step and about as many for every run."""
+    every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
+    return every * np.arange(int(end / every) + 1)
+
+
+class SceneRuns:
+    """One scene with its truth and the runs made so far, which the timing reuses."""
+
+    def __init__(self, problem, end, truth, budget):
+        self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
+        self.contenders = {
+            who.name: who for who in (*single_runs.list_contenders(problem), *single_runs.PEERS)
+        }
+        self.runs = {}
+
+    def run(self, row):
+        if row.key not in self.runs:
+            who = self.contenders[row.method]
+            self.runs[row.key] = who.make(self.problem, self.end, row.setting)
+        return self.runs[row.key]
+
+    def measure_errors(self, who, setting):
+        """Return the errors of one run, with a rough time."""
+        row = Measurement(
+            self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
+        )
+        try:
+            run = self.run(row)
+            q, m = run.record(energy_times(self.end, setting.step))
+            row.about = min(timing.time_once(run.solve) for _ in range(2))
+            row.attitude_error = attitude_error(run.attitude(), self.truth()["attitude"])
+            row.energy_error = self.problem.energy_error(q, m)
+            row.steps, row.evaluations, row.setup_seconds = run.steps, run.evaluations, run.setup
+        except (kr.Error, ValueError, ArithmeticError) as error:
+            row.failure = str(error)
+        return row
+
+    def list_settings(self, who):
+        powers, tolerances = QUICK if self.budget.quick else (TIGHTER, TOLERANCES)
+        if who.steered != "tol":
+            turn = turn_length(self.problem)
+            return [Setting(step=turn / 2.0**k) for k in powers] if who.steered else [Setting()]
+        tightest = who.tightest or 0.0
+        kept = [Setting(tol=tol) for tol in tolerances if tol > tightest]
+        return [*kept, Setting(tol=tightest)] if tightest else kept
+
+    def explore(self, who):
+        """Return the runs of one method from loose to tight, with their errors."""
+        rows = []
+        for setting in self.list_settings(who):
+            rows.append(self.measure_errors(who, setting))
+            if is_enough(rows, self.budget.longest):
+                break
+        return [asdict(row) for row in rows]
+
+    def measure_times(self, rows):
+        """Return the seconds of each run that finished, measured one after the other."""
+        return {
+            row.key: timing.time_sample(self.run(row).solve, row.about)
+            for row in rows
+            if not row.failure
+        }
+
+
+def is_enough(rows, longest):
+    """Return whether tighter settings would take too long or gain nothing."""
+    errors = [row.attitude_error for row in rows if not row.failure]
+    if not errors:
+        return False
+    slow = rows[-1].about is not None and rows[-1].about > longest
+    at_the_floor = min(errors) < CHAOS and len(errors) - 1 - int(np.argmin(errors)) > 2
+    return slow or at_the_floor
+
+
+def make_truth_task(problem, end):
+    """Return the task that computes the truth of a scene."""
+    return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
+
+
+def truth_key(problem):
+    return f"truth/{problem.name}"
+
+
+def list_tasks(problem, end, budget, store):
+    """Yield the tasks of one scene: its truth, the errors of each method, then timing rounds."""
+    yield make_truth_task(problem, end)
+    made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
+    for who in made.contenders.values():
+        key = f"runs/{problem.name}/{who.name}"
+        yield Task(key, partial(made.explore, who), 0.1 if budget.quick else 0.6)
+    for i in range(budget.rounds):
+        yield Task(
+            f"times/{problem.name}/{i}",
+            lambda: made.measure_times(load_runs(store, problem.name)),
+            0.1 if budget.quick else 1.5,
+            None if i < budget.least_rounds else ROUNDS_UNTIL,
+        )
+    yield Task(None, made.runs.clear)
+
+
+def load_runs(store, scene):
+    return [Measurement(**row) for rows in store.under(f"runs/{scene}/") for row in rows]
+
+
+def load_measurements(store, scene):
+    """Return all measurements of a scene so far."""
+    rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
+    for row in found:
+        row.samples = [times[row.key] for times in rounds if row.key in times]
+    return found
+
+
+def group_by_method(rows, scene):
+    """Return the rows of one scene by method."""
+    groups = {}
+    for row in rows:
+        if row.scene == scene:
+            groups.setdefault(row.method, []).append(row)
+    return groups

@@ -1,0 +1,55 @@
+"""The description of each scene on the page, and the path of its centre of mass."""
+
+import kreisel as kr
+import numpy as np
+
+from ..drawing import sphere_plots
+from .formatting import format_brief
+
+ABOUT = {
+    "thesis": """The top of the thesis: an upright cuboid, 1.6 by 1.6 by 2, with the centre of its
+        lower face fixed. It is a <em>Lagrange top</em>: two moments of inertia are equal and the
+        centre of mass lies on the third axis. After its release it falls, swings through the
+        lowest point and rises again, repeatedly, while it moves about the vertical. The motion is
+        regular.""",
+    "kowalewski": """A flat cuboid, 3.5 by 2 by 1, held at the centre of a large face, with sides
+        such that two moments of inertia are equal and the third is half of them: the
+        <em>Kowalewski top</em>. Its motion is regular too, although it looks irregular. Methods
+        for symmetric tops do not apply.""",
+    "goryachev_chaplygin": """A flat cuboid whose third moment is a quarter of the equal two: the
+        <em>Goryachev-Chaplygin top</em>, whose motion is regular only if the vertical component of
+        its angular momentum vanishes. Neighbouring motions are chaotic.""",
+    "asymmetric": """A cuboid, 1.2 by 1.6 by 2, held at a point beside the centre of its lower face:
+        three different moments of inertia and no symmetry. Its motion is <em>chaotic</em>: small
+        errors grow exponentially. One rounding of the data moves the attitude at t = 100 a million
+        times as far as at t = 30. The comparison therefore ends at t = 30.""",
+    "asymmetric_regular": """A cuboid with three different sides, held at the centre of its lower
+        face, whose spin is fast enough for a regular motion.""",
+    "fast": """The top of the thesis with a spin so fast that its axis hardly moves. Methods that
+        rotate a free body exactly can take far larger steps here than methods that resolve each
+        turn.""",
+    "strong_gravity": """The top of the thesis with ten times the gravity and little spin: a heavy
+        spherical pendulum.""",
+}
+OWN = "Your scene, with a body of kind {body.kind} and gravity {gravity:g}."
+SHOWN, SEEN = 30.0, 3000  # approximate turns and number of states of the path
+
+
+def describe_scene(problem):
+    scene = problem.user
+    return OWN.format(body=scene.body, gravity=scene.gravity) if scene else ABOUT[problem.name]
+
+
+def scene_context(problem, end):
+    """Return the description, the picture and the number of turns of a scene."""
+    shown = end if end * problem.rate < 6 * SHOWN else 6 * SHOWN / problem.rate
+    path = kr.solve(problem.to_scene(), t=np.linspace(0, shown, SEEN))
+    turns = np.linalg.norm(path.velocity, axis=1).mean() / (2 * np.pi)  # per unit of time
+    return {
+        "name": problem.name,
+        "end": f"{end:.4g}",
+        "about": describe_scene(problem),
+        "shown": f"{shown:.3g}",
+        "turns": format_brief(turns * end),
+        "apex": sphere_plots.draw_apex_path(path.apex),
+    }

@@ -1,0 +1,51 @@
+"""Sections for the part on chaos: their tops, and the numbers drawn."""
+
+import kreisel as kr
+import numpy as np
+
+from ..references import kowalewski
+
+ENERGY, VERTICAL = 1.6, 0.6
+MANY = 60  # candidates per start
+BODIES = {  # increasingly different from a Lagrange top
+    "a Lagrange top": ((1.0, 1.0, 0.6), 0.0),
+    "moments 2 % apart": ((1.0, 1.02, 0.6), 0.0),
+    "8 %": ((1.0, 1.08, 0.6), 0.0),
+    "20 %": ((1.0, 1.2, 0.6), 0.0),
+    "40 %": ((1.0, 1.4, 0.6), 0.0),
+    "59 %, the centre of mass aside": ((1.0, 1.59, 0.6), 0.3),
+}
+
+
+def make_body(name):
+    moments, aside = BODIES[name]
+    return kr.Body(1.0, moments, (aside, 0.0, 1.0), made_up=True)
+
+
+def compute_section(name, orbits, crossings):
+    """Return the section of random starts of one energy and vertical momentum."""
+    tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
+    return kr.section(tops, n=crossings).check()
+
+
+def compute_kowalewski_section(region, orbits, crossings):
+    """Return a section whose motions are spread evenly over the fourth root of K."""
+    g, h = kowalewski.REGIONS[region]
+    tops = kr.starts(
+        kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
+    )
+    K = kr.solve(tops, [0.0], want=["kowalewski"]).kowalewski[:, 0] ** 0.25
+    wanted = np.linspace(K.min(), K.max(), orbits)
+    chosen = np.abs(K[:, None] - wanted).argmin(axis=0)
+    return kr.section(tops[chosen], n=crossings).check()
+
+
+def average_by_orbit(section, values):
+    """Return for each state the mean over its orbit."""
+    rows = values.reshape(len(section), -1)
+    return np.repeat(rows.mean(axis=1), rows.shape[1])
+
+
+def panel_data(section, colour):
+    """Return the data of one panel of the figure."""
+    return section.spin_angle, section.axial_momentum, colour

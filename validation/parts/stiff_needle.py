@@ -1,0 +1,116 @@
+"""The stiff needle: a spin of 1e4 times the precession, with steps that resolve only the latter.
+
+The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the midpoint,
+v = V / |V|, a_ the axis there and theta = 2 atan(h |V| / 4) half the turn of a step,
+(<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>: small as h^2 where the spin is
+resolved, and of the size of the torque's part along V where it is not, whatever the step.
+"""
+
+import kreisel as kr
+import numpy as np
+
+from ..competitors.single_runs import choose_setting
+from ..references.problems import attitude_error
+from .atlas_cases import stiff_cases
+from .atlas_cells import TOL
+from .budget import Task
+from .formatting import join_sentences, join_words
+from .part import write_csv
+from .verdicts import LOST
+
+CASE, TURNS, LOOKS = "needle, 64 a turn of precession", 2, 64
+COLUMNS = ("method", "kind", "t", "attitude_error", "energy_error", "axial_error", "message")
+KINDS = {
+    "closed form": lambda m: m.exact,
+    "fixed step, implicit": lambda m: m.implicit and not m.adaptive,
+    "fixed step, explicit": lambda m: not m.adaptive and not m.exact,
+    "adaptive": lambda m: m.adaptive,
+}
+KEPT = 1e-3  # relative energy error that counts as conservation
+
+
+def kind_of(method):
+    return next(words for words, within in KINDS.items() if within(method))
+
+
+def solve_or_stop(scene, times, method, step):
+    """Return the path as far as it was computed, and the message of its failure if any."""
+    words = choose_setting(method, step, TOL).keywords
+    limit = {"max_steps": 1_000_000} if "tol" in words else {}
+    try:
+        return kr.solve(scene, times, method.name, **words, **limit), ""
+    except kr.Error as error:
+        return error.path, str(error)
+    except ValueError as error:
+        return None, str(error)
+
+
+def measure_line(scene, method, times, step, true):
+    path, message = solve_or_stop(scene, times, method, step)
+    line = {"method": method.name, "kind": kind_of(method), "message": message}
+    if path is None:
+        return line | {"t": [], "attitude": [], "energy": [], "axial": []}
+    body = scene.body
+    weight = abs(body.mass * scene.gravity) * np.linalg.norm(body.com)
+    size = np.abs(true.kinetic).max() + weight
+    finite = np.isfinite(path.q).all(axis=1)
+    return line | {
+        "t": path.t[finite].tolist(),
+        "attitude": [attitude_error(q, p) for q, p in zip(path.q[finite], true.q, strict=False)],
+        "energy": (np.abs(path.energy - true.energy[0])[finite] / size).tolist(),
+        "axial": np.abs(path.axial_momentum[finite] / true.axial_momentum[0] - 1).tolist(),
+    }
+
+
+def measure_needle():
+    case = next(case for case in stiff_cases() if case.name == CASE)
+    scene, step = case.scene(), 2 * np.pi / case.rate / case.steps
+    count = int(TURNS * case.steps)
+    times = step * np.arange(0, count + 1, max(1, count // LOOKS))
+    true = kr.solve(scene, times, "exact")
+    return [
+        measure_line(scene, method, times, step, true)
+        for method in kr.methods.values()
+        if method.suits(scene)
+    ]
+
+
+def list_tasks(budget):
+    if not budget.quick:
+        yield Task("stiff/needle", measure_needle, 10.0, until=1.0)
+
+
+def load_findings(store):
+    return [line for lines in store.under("stiff/") for line in lines]
+
+
+def conclude(lines):
+    """Return a sentence on the methods that keep energy and attitude."""
+    if not lines:
+        return ""
+    end = max(line["t"][-1] for line in lines if line["t"])
+    here = [line for line in lines if line["t"] and line["t"][-1] == end]
+    is_lost = {line["method"]: line["attitude"][-1] >= LOST for line in here}
+    energy = {line["method"]: max(line["energy"]) for line in here}
+    both = [name for name in energy if not is_lost[name] and energy[name] < KEPT]
+    one = [name for name in energy if is_lost[name] and energy[name] < LOST]
+    none = [line["method"] for line in lines if line not in here]
+    said = [
+        f"these methods keep both energy and attitude: {join_words(both)};" if both else "",
+        f"these keep the relative energy error below {LOST:g} and lose the attitude: "
+        f"{join_words(one)};"
+        if one
+        else "",
+        f"these do not reach the end: {join_words(none)};" if none else "",
+    ]
+    return join_sentences("In these runs", *said).removesuffix(";") + "."
+
+
+def write_table(lines):
+    """Return a row per method and time as CSV."""
+    rows = (
+        (line["method"], line["kind"], *(f"{x:.6g}" for x in row), line["message"])
+        for line in lines
+        for row in zip(line["t"], line["attitude"], line["energy"], line["axial"], strict=True)
+    )
+    return write_csv(COLUMNS, (dict(zip(COLUMNS, row, strict=True)) for row in rows))

@@ -1,0 +1,162 @@
+"""The verdict on a cell of the atlas, from the truth and from what a careful user can observe.
+
+A user without a truth runs twice: with the setting requested, and with half the step or a hundredth
+of the tolerance. If a method of order p behaves as such, its error is about d 2^p / (2^p - 1),
+where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS defines
+the terms.
+"""
+
+from math import inf, isfinite, log2, pi, sqrt
+
+from ..references import reference
+
+LOST = 0.1  # [rad]
+FACTOR = 3.0  # tolerated ratio of error and estimate
+PART = 30.0  # the same if there is another sign too
+RESOLVED = 16  # steps per turn that resolve the motion
+COARSE = 4  # fewer steps per turn are obviously too few
+PROMISED = 10.0  # tolerated ratio of an adaptive error and the one explained by its tolerance
+RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
+VERDICTS = {
+    RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
+    "directions once per step",
+    AS_ASKED: "error larger than rounding explains, but no larger than the tolerance requested",
+    DEGRADED: "error below LOST and larger than the tolerance, revealed by one of SIGNS",
+    "lost": "larger error, revealed by one of SIGNS",
+    "stopped": "the run ended early with a message",
+    "refused": "the run did not start",
+    SILENT: "wrong in silence: no sign reveals the error",
+}
+CAME_TO_THE_END = (RIGHT, AS_ASKED, DEGRADED, "lost", SILENT)
+MET = (RIGHT, AS_ASKED)
+SIGNS = {
+    "second run": f"the finer run differs by the error, within a factor of {FACTOR:g}, or by so "
+    "much that both runs are obviously wrong",
+    "large step": f"fewer than {COARSE} steps per turn, which is known beforehand or visible in a "
+    f"run that turns too fast; or fewer than {RESOLVED}, and the finer run differs by at least a "
+    f"{PART:g}th of the error",
+    "tolerance": "an error of at most the tolerance requested, times the number of steps",
+    "rounding": "an error that the rounding of the data explains; or one rounding per evaluation "
+    "of the torque, all in one direction, and the finer run differs by at least a "
+    f"{PART:g}th of the error",
+}
+BLOW_UP, STOPPED, REFUSED, DRIFT = "\N{MULTIPLICATION SIGN}", "S", "R", "d"
+ALARM, NOT_CONVERGED, BEYOND, REDUCED = "!", "N", "T", "o"
+MARKS = {
+    ALARM: "wrong in silence",
+    BLOW_UP: "blow-up: the state became infinite, or the energy grew beyond all bounds",
+    NOT_CONVERGED: "an implicit step did not converge",
+    STOPPED: "stopped with a message",
+    REFUSED: "refused before the start",
+    BEYOND: f"error more than {PROMISED:g} times what the tolerance explains, if errors grow as "
+    "those of the start do (an error made within an unstable motion may grow more); the second "
+    "run reveals it",
+    REDUCED: "the observed order between this step and half of it is too low by one or more",
+    DRIFT: "the energy drifts",
+}
+
+
+def rounding_effect(true):
+    """Return the angle by which a single rounding moves the attitude [rad]."""
+    return max(true["worst"], reference.ROUNDING)
+
+
+def rounding_angles(problem, true, cell, by_steps):
+    """Return the angles that rounding explains [rad]: random once per step, and aligned.
+
+    Aligned roundings occur once per evaluation, all in one direction. A closed form does not
+    accumulate roundings: at a late time it is as accurate as the data.
+    """
+    radians = problem.rate * cell["end"] if by_steps else 0.0
+    random = max(10.0, sqrt(max(cell["steps"], radians)))
+    aligned = max(10.0, cell["evaluations"], radians)
+    return rounding_effect(true) * random, rounding_effect(true) * aligned
+
+
+def tolerance_angle(true, rounding, tol, steps):
+    """Return the angle that a tolerance explains [rad].
+
+    Each step may err by the tolerance, and the error grows as that of the data's roundings.
+    """
+    return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
+
+
+def estimate_error(second_run, order):
+    """Return the error estimated from the second run [rad].
+
+    Order 0 stands for a run controlled by a tolerance.
+    """
+    return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
+
+
+def find_sign(error, shown, per_turn, explained):
+    """Return the sign that reveals an attitude error without a truth, or None.
+
+    `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
+    methods. `explained` are the angles that rounding and a tolerance explain. An error that both
+    runs share has no sign, however large the step.
+    """
+    random, aligned, tolerated = explained
+    seen = shown >= error / PART
+    if shown >= min(error / FACTOR, LOST):
+        return "second run"
+    if per_turn < COARSE or (per_turn < RESOLVED * (1 - 1e-9) and seen):
+        return "large step"
+    if error <= tolerated:
+        return "tolerance"
+    return "rounding" if error <= random or (error <= aligned and seen) else None
+
+
+def choose_verdict(error, rounding, shown_by, tol=None):
+    """Return the verdict on an attitude error [rad]; `tol` is the tolerance requested, if any."""
+    if not isfinite(error):
+        return SILENT
+    if error <= rounding and error < LOST:
+        return RIGHT
+    if tol and error <= tol and error < LOST:
+        return AS_ASKED
+    return SILENT if shown_by is None else DEGRADED if error < LOST else "lost"
+
+
+def has_order_reduction(order, error, finer, most):
+    """Return whether the observed order is too low by one or more.
+
+    The order is not observable for errors near rounding, nor for large errors.
+    """
+    return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
+
+
+def choose_mark(cell):
+    if cell["verdict"] == SILENT:
+        return ALARM
+    if cell["energy_error"] > 1:
+        return BLOW_UP
+    if cell["tol"] and cell["attitude_error"] > PROMISED * cell["promised"]:
+        return BEYOND
+    return REDUCED if cell["reduced"] else DRIFT if cell["drift"] else ""
+
+
+def judge_cell(cell, finer, problem, true, who):
+    """Return the cell with its verdict, from the truth and from the error of the finer run."""
+    rounding, most = rounding_angles(problem, true, cell, bool(who.steered))
+    order = who.order if who.steered == "step" else 0
+    error, shown = cell["attitude_error"], estimate_error(cell["second_run"], order)
+    rate = max(problem.rate, cell["fastest"])
+    per_turn = 2 * pi / (rate * cell["step"]) if order else inf
+    small = per_turn > RESOLVED * (1 - 1e-9)
+    tolerated = cell["tol"] * cell["steps"] if cell["tol"] else 0.0
+    shown_by = find_sign(error, shown, per_turn, (rounding, most, tolerated))
+    said = choose_verdict(error, rounding, shown_by, cell["tol"])
+    cell = cell | {
+        "shown": shown,
+        "shown_by": "" if said in MET else shown_by,
+        "rounding": rounding,
+        "verdict": said,
+        "promised": tolerance_angle(true, rounding, cell["tol"], cell["steps"])
+        if cell["tol"]
+        else None,
+        "reduced": bool(
+            small and said not in MET and has_order_reduction(order, error, finer, most)
+        ),
+    }
+    return cell | {"mark": choose_mark(cell)}

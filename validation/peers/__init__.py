@@ -1,1 +1,0 @@
-"""What kreisel is measured beside, how, and on what machine."""

@@ -1,0 +1,1 @@
+"""Problems, their equations of motion, and reference solutions."""

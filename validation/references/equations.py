@@ -1,0 +1,111 @@
+"""The equations of motion for heyoka in any of its precisions, and their start.
+
+With w the angular velocity seen from the body,
+
+    J w' = J w x w + (q* e3 q) x lever,    q' = q w / 2
+
+There are seven equations, for the attitude and the angular velocity (the fastest form for heyoka)
+or the angular momentum in the body. The coefficients are computed with 40 digits and rounded once.
+They are constants, or parameters so that one compiled integrator serves every top.
+"""
+
+import heyoka as hy
+import mpmath as mp
+import numpy as np
+
+NAMES = ("qw", "qx", "qy", "qz", "a", "b", "c")
+COEFFICIENTS = 12
+CYCLE = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+
+
+def product(p, q):
+    (a, b, c, d), (w, x, y, z) = p, q
+    return [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
+
+
+def start_state(problem, form="velocity", digits=40):
+    """Return the unit attitude and the body angular velocity or momentum, as mpmath numbers."""
+    with mp.workdps(digits):
+        q = [mp.mpf(x) for x in problem.attitude]
+        norm = mp.sqrt(sum(x * x for x in q))
+        q = [x / norm for x in q]
+        back = [q[0]] + [-x for x in q[1:]]
+        m = product(product(back, [0, *map(mp.mpf, problem.momentum)]), q)[1:]
+        return q + (
+            [x / mp.mpf(J) for x, J in zip(m, problem.inertia, strict=True)]
+            if form == "velocity"
+            else m
+        )
+
+
+def round_to(numbers, fp):
+    return np.array([fp(mp.nstr(x, 38)) for x in numbers], dtype=fp)
+
+
+def compute_coefficients(problem, form="velocity", digits=40):
+    """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
+
+    They turn variables into velocities, multiply products of two variables, and give the torque.
+    """
+    with mp.workdps(digits):
+        J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
+        return coefficients_from(J, lever, form)
+
+
+def coefficients_from(J, lever, form="velocity"):
+    """Return the coefficients for moments and a lever given in numbers of any kind."""
+    one = J[0] / J[0]
+    velocity = form == "velocity"
+    to_velocity = [one if velocity else one / x for x in J]
+    pairs = [(J[j] - J[k]) / J[i] if velocity else one / J[k] - one / J[j] for i, j, k in CYCLE]
+    torque = [x / (J[i] if velocity else one) for i, j, k in CYCLE for x in (lever[k], -lever[j])]
+    return to_velocity + pairs + torque
+
+
+def build_equations(numbers, fp):
+    """Return (variable, derivative) of each of the seven equations.
+
+    Terms that are zero are left out.
+    """
+    variables = hy.make_vars(*NAMES)
+    q, s = variables[:4], variables[4:]  # s: velocity or momentum, in the body
+    up = [
+        2 * (q[1] * q[3] - q[0] * q[2]),
+        2 * (q[2] * q[3] + q[0] * q[1]),
+        q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3],
+    ]
+
+    def times(number, expression):
+        if isinstance(number, hy.expression):
+            return number * expression
+        return None if number == 0 else expression if number == 1 else number * expression
+
+    w = [times(numbers[i], s[i]) for i in range(3)]
+    turning = [fp(0.5) * x for x in product(q, [fp(0.0), *w])]
+    spinning = []
+    for i, j, k in CYCLE:
+        terms = [
+            times(numbers[3 + i], s[j] * s[k]),
+            times(numbers[6 + 2 * i], up[j]),
+            times(numbers[7 + 2 * i], up[k]),
+        ]
+        terms = [term for term in terms if term is not None]
+        spinning.append(sum(terms[1:], terms[0]) if terms else hy.expression(fp(0.0)))
+    return list(zip(variables, turning + spinning, strict=True))
+
+
+def build_system(problem, fp=float, form="velocity"):
+    """Return the equations and the start for heyoka.taylor_adaptive, for this top alone."""
+    return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
+        start_state(problem, form), fp
+    )
+
+
+def build_general_system(fp):
+    """Return the equations for any top, with the coefficients as parameters."""
+    return build_equations([hy.par[i] for i in range(COEFFICIENTS)], fp)

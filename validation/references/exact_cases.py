@@ -1,0 +1,225 @@
+"""Tops on which a closed form may fail: every degenerate case by name, and random ones."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+
+from .problems import Problem
+
+# The thesis' cuboid; lever = mass gravity com.
+I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
+UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
+CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
+
+
+def tilt_attitude(angle, axis=(0.0, 1.0, 0.0)):
+    return (math.cos(angle / 2), *(math.sin(angle / 2) * x for x in axis))
+
+
+def axis_of(q):
+    w, x, y, z = q
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), w * w + z * z - x * x - y * y])
+
+
+def precession_momentum(angle, axial, sign):
+    """Return the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
+    root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
+    rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
+    a = axis_of(tilt_attitude(angle))
+    return I1 * rate * (np.array([0, 0, 1]) - math.cos(angle) * a) + axial * a
+
+
+def spin_momentum(q, axial, more=(0.0, 0.0, 0.0)):
+    return axial * axis_of(q) + np.array(more)
+
+
+LEANING = tilt_attitude(1.1)
+ODD = (0.8, 0.4, -0.2, 0.4)
+LAGRANGE = {  # I1, I3, lever, attitude, momentum
+    "the thesis' top": (I1, I3, LEVER, UPRIGHT, (0.172, -1.862, 1.46)),
+    "tilted": (I1, I3, LEVER, ODD, (0.172, -1.862, 14.6)),
+    "no axial momentum": (I1, I3, LEVER, LEANING, np.cross(axis_of(LEANING), (0.3, 2.0, 0.5))),
+    "from rest": (I1, I3, LEVER, LEANING, (0.0, 0.0, 0.0)),
+    "planar, swinging": (I1, I3, LEVER, LEANING, (0.0, 1.5, 0.0)),
+    "planar, over both poles": (I1, I3, LEVER, LEANING, (0.0, 40.0, 0.0)),
+    "planar, separatrix": (
+        I1,
+        I3,
+        LEVER,
+        LEANING,
+        (0.0, math.sqrt(2 * I1 * LEVER * (1 - math.cos(1.1))), 0.0),
+    ),
+    "through the upper pole": (I1, I3, LEVER, UPRIGHT, (3.0, -2.0, 5.0)),
+    "through the lower pole": (I1, I3, LEVER, HANGING, (3.0, -2.0, 5.0)),
+    "1e-9 from the upper pole": (I1, I3, LEVER, tilt_attitude(1e-9), (0.3, 0.2, 4.0)),
+    "1e-9 from the lower pole": (I1, I3, LEVER, tilt_attitude(math.pi - 1e-9), (3.0, -2.0, 5.0)),
+    "regular precession, slow": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(0.7),
+        precession_momentum(0.7, 20.0, -1),
+    ),
+    "regular precession, fast": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(0.7),
+        precession_momentum(0.7, 20.0, 1),
+    ),
+    "stable sleep, kicked": (I1, I3, LEVER, UPRIGHT, (1e-9, 0.0, 1.5 * CRITICAL)),
+    "critical sleep, leaning 1e-5": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(1e-5),
+        spin_momentum(tilt_attitude(1e-5), CRITICAL),
+    ),
+    "unstable sleep, leaning 1e-2": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(1e-2),
+        spin_momentum(tilt_attitude(1e-2), 0.5 * CRITICAL),
+    ),
+    "unstable sleep, leaning 1e-5": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(1e-5),
+        spin_momentum(tilt_attitude(1e-5), 0.5 * CRITICAL),
+    ),
+    "unstable sleep, leaning 1e-9": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(1e-9),
+        spin_momentum(tilt_attitude(1e-9), 0.5 * CRITICAL),
+    ),
+    "unstable sleep, kicked 1e-9": (I1, I3, LEVER, UPRIGHT, (1e-9, 0.0, 0.5 * CRITICAL)),
+    "hanging, leaning 1e-5": (
+        I1,
+        I3,
+        LEVER,
+        tilt_attitude(math.pi - 1e-5),
+        spin_momentum(tilt_attitude(math.pi - 1e-5), 3.0),
+    ),
+    "spherical": (I1, I1, LEVER, ODD, (0.172, -1.862, 14.6)),
+    "upside down": (I1, I3, -LEVER, ODD, (0.4, -2.0, 5.0)),
+    "hardly any gravity": (I1, I3, 1e-9, ODD, (0.3, 0.7, 1.1)),
+    "needle": (I1, 1e-6 * I1, LEVER, ODD, spin_momentum(ODD, 1e-6 * I1, (0.5, -1.0, 0.3))),
+    "disc": (I1, 2 * I1, LEVER, ODD, (4.0, -2.0, 15.0)),
+    "spin 1e4": (I1, I3, LEVER, LEANING, spin_momentum(LEANING, 1e4 * I3)),
+    "tumbling 1e4": (I1, I3, LEVER, LEANING, (1e4 * I1, 2e4, 3e4)),
+    "1e-9 m": (5e-33, 2e-33, 3e-24, ODD, (1e-28, -4e-29, 2e-28)),
+    "1e12 kg": (3e12, 1e12, 2e13, ODD, (4e12, -3e12, 9e12)),
+}
+EULER = {  # moments, attitude, momentum
+    "free": ((1.0, 2.0, 2.5), ODD, (0.3, 0.7, 1.1)),
+    "free, about the middle axis 1e-2": ((1.0, 2.0, 2.5), UPRIGHT, (0.01, 2.0, 0.02)),
+    "free, about the middle axis 1e-9": ((1.0, 2.0, 2.5), UPRIGHT, (1e-9, 2.0, 2e-9)),
+    "free, nearly symmetric": ((1.0, 1.0 + 1e-10, 1.5), ODD, (0.3, 0.7, 1.1)),
+    "free, nearly spherical": ((1.0, 1.0 + 1e-8, 1.0 + 3e-8), ODD, (0.3, 0.7, 1.1)),
+    "free, a plate": ((1.0, 2.0, 3.0), ODD, (30.0, -70.0, 11.0)),
+}
+
+
+def normalize(q):
+    return tuple(float(x) for x in np.asarray(q, float) / np.linalg.norm(q))
+
+
+def random_attitude(rng, near_pole):
+    """Return a random attitude, uniform or at 1e-9 .. 1 from a pole."""
+    if not near_pole:
+        return normalize(rng.normal(size=4))
+    half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
+    q = (math.cos(half), math.sin(half) * math.cos(way), math.sin(half) * math.sin(way), 0.0)
+    return q if rng.integers(2) else (-q[1], q[0], -q[3], q[2])
+
+
+def random_lagrange(rng, number):
+    """Draw moments, lever arm and momentum over decades, and either sign of gravity.
+
+    Every second top starts within 1e-9 .. 1 of a pole.
+    """
+    i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
+    i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
+    return (
+        float(i1),
+        float(i3),
+        float(lever),
+        random_attitude(rng, number % 2 == 0),
+        tuple(map(float, momentum)),
+    )
+
+
+def random_euler(rng):
+    # For positive A, B, C the moments B + C, C + A, A + B are those of a physical body.
+    two = 10 ** rng.uniform(-3, 0, size=2)
+    parts = np.array([*two, 1.0]) * 10 ** rng.uniform(-1, 1)
+    inertia = rng.permutation(parts.sum() - parts)
+    return (
+        tuple(map(float, inertia)),
+        normalize(rng.normal(size=4)),
+        tuple(map(float, 10 ** rng.uniform(-3, 3) * rng.normal(size=3))),
+    )
+
+
+def random_time(rng):
+    return float(10 ** rng.uniform(-2, 6))
+
+
+def is_lagrange(case):
+    """Return whether a case is a Lagrange top, and not a free body."""
+    return len(case) == 5
+
+
+def inertia_and_lever(case):
+    if is_lagrange(case):
+        i1, i3, lever, *_ = case
+        return (i1, i1, i3), lever
+    return case[0], 0.0
+
+
+def case_scene(case):
+    """Return a case as a kreisel scene."""
+    inertia, lever = inertia_and_lever(case)
+    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), made_up=True)
+    gravity = math.copysign(1.0, lever)
+    return kr.Scene(body, momentum=case[-1], attitude=normalize(case[-2]), gravity=gravity)
+
+
+def case_problem(name, case):
+    """Return a case as a problem for heyoka."""
+    inertia, lever = inertia_and_lever(case)
+    momentum = tuple(map(float, case[-1]))
+    return Problem(name, inertia, (0.0, 0.0, lever), normalize(case[-2]), momentum)
+
+
+MAPS = [  # named tops, and steps of the Bobenko-Suris map
+    ("the thesis' top", 0.1),
+    ("no axial momentum", 0.1),
+    ("1e-9 from the upper pole", 0.05),
+    ("tumbling 1e4", 1e-4),
+    ("through the lower pole", 0.1),
+    ("upside down", 0.1),
+    ("tilted", -0.1),
+    ("tilted", 3.0),
+    ("planar, over both poles", 0.05),
+    ("unstable sleep, leaning 1e-2", 0.1),
+    ("through the lower pole", 4.0),
+    ("hanging, leaning 1e-5", 4.0),
+    ("upside down", -5.0),
+]
+
+
+def random_map(rng, number):
+    """Draw a top and a step of 0.003 .. 5 in its own units of time, of either sign."""
+    i1, _, lever, _, m = case = random_lagrange(rng, number)
+    rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
+    return (
+        case,
+        float(10 ** rng.uniform(-2.5, 0.7) / rate) * (1 if rng.integers(2) else -1),
+        [1, 10, 1000],
+    )

@@ -1,0 +1,70 @@
+"""The motions of a Kowalewski top at given energy and vertical momentum.
+
+They are classified by the critical values of the integral K, at which tori merge or end.
+
+With moments 2 : 2 : 1, of which the equal ones are 2 here, and mass gravity |com| = 1, let h be the
+energy and g = <m, e3> / sqrt(2). The critical values are
+    K = 0                                 where h > g^2
+    K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
+    K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
+as far as K attains them: not below the second where h < g^2, and never below 0. The curves in the
+plane of g and h along which their order changes divide it into ten regions.
+
+Sources: M. P. Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
+A. V. Bolsinov, P. H. Richter, A. T. Fomenko, Sb. Math. 191 (2000) 151; the ten sections are those
+of H. R. Dullin, M. Juhnke, P. H. Richter, Int. J. Bifurcation and Chaos 4 (1994) 1535.
+"""
+
+import kreisel as kr
+import numpy as np
+
+BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), made_up=True)
+REGIONS = (  # one (g, h) of each
+    (0.9, 0.2),
+    (0.57, 0.67),
+    (0.12, 0.72),
+    (0.28, 1.74),
+    (1.0, 3.0),
+    (1.228, 1.736),
+    (1.27, 1.862),
+    (1.289, 1.82),
+    (1.404, 2.04),
+    (2.23, 4.09),
+)
+
+
+def vertical_momentum(g):
+    """Return <m, e3> of the body."""
+    return np.sqrt(2.0) * g
+
+
+def critical_values(g, h):
+    """Return the critical values of K that are attained, ascending.
+
+    Each value comes with the number of its line above.
+    """
+    parabola = (h - g * g) ** 2
+    found = [(0.0, 1)] if h > g * g else []
+    if g * g / 2.0 - 1.0 <= h and 2.0 * g * g * (h - g * g) <= 1.0:
+        found.append((parabola, 2))
+    for t in np.roots((0.5, 0.0, -h, -g)):
+        if abs(t.imag) < 1e-9 and (t.real < 0.0 or t.real > g):
+            found.append((float(1.0 + t.real * g + t.real**4 / 4.0), 3))
+    least = 0.0 if h > g * g else parabola
+    return sorted(value for value in found if value[0] >= least)
+
+
+def region_borders(greatest):
+    """Return the curves between the regions, each as (g, h), up to g = `greatest`."""
+    g = np.linspace(1e-3, greatest, 400)
+    t = np.linspace(0.3, np.sqrt(2.0), 200)
+    kept = g**2 > 1e-2
+    curves = [
+        (g, g**2 / 2.0 - 1.0),
+        (g, g**2 / 2.0 + 1.0),
+        (g, g**2),
+        (g[kept], g[kept] ** 2 + 1.0 / (2.0 * g[kept] ** 2)),
+        (g[g < 0.75**-0.75], 1.5 * g[g < 0.75**-0.75] ** (2.0 / 3.0)),
+        ((1.0 + t**4 / 4.0) / t, 0.75 * t**2 + 1.0 / t**2),
+    ]
+    return [(g, np.where(g <= greatest, h, np.nan)) for g, h in curves]

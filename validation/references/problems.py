@@ -1,0 +1,163 @@
+"""The scenes of problems.json and those of a user, to the last bit.
+
+Every method and every reference solution starts from these doubles.
+"""
+
+import json
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+
+PROBLEMS = Path(__file__).with_name("problems.json")
+# The report's scenes and their final times.
+HORIZONS = {
+    "thesis": 100.0,
+    "kowalewski": 100.0,
+    "goryachev_chaplygin": 100.0,
+    "asymmetric": 30.0,
+    "asymmetric_regular": 100.0,
+    "fast": 100.0,
+    "strong_gravity": 100.0,
+}
+SHORT = 10.0  # final time of quick runs and of the tests
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A top in its principal axes."""
+
+    name: str
+    inertia: tuple  # moments at the fixed point [M L^2]
+    lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
+    attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
+    momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
+    user: kr.Scene | None = None  # the original scene, if it holds more information
+
+    def to_scene(self):
+        """Return the top as a kreisel scene.
+
+        Mass and gravity are 1, so that the centre of mass is the lever.
+        """
+        if self.user:
+            return self.user
+        return kr.Scene(
+            kr.Body(1.0, self.inertia, self.lever, made_up=True),
+            momentum=self.momentum,
+            attitude=self.attitude,
+        )
+
+    def to_principal_axes(self, q):
+        """Return attitudes of kreisel, referred to the principal axes."""
+        return (
+            np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
+            if self.user
+            else q
+        )
+
+    @property
+    def symmetric(self):
+        """True if the top is a Lagrange top to the last bit."""
+        return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
+
+    @property
+    def rate(self):
+        """The angular velocity at the start, or the pendulum frequency if larger [T^-1]."""
+        spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
+        return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
+
+    def highest_rate(self, q, m):
+        """Return the largest angular velocity among the states [T^-1]."""
+        return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
+
+    def energies(self, q, m):
+        """Return kinetic and potential energy of states in rows, in extended precision.
+
+        Extended precision ensures that an energy error is the state's own, and not that of its
+        evaluation.
+        """
+        q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
+        q = q / np.sqrt((q * q).sum(-1, keepdims=True))
+        kinetic = (rotate_to_body(q, m) ** 2 / np.array(self.inertia, np.longdouble)).sum(-1) / 2
+        up = rotate_to_body(q, np.array([0, 0, 1], np.longdouble))
+        return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
+
+    def energy_errors(self, q, m):
+        """Return |E - E0| / max (T + mass gravity |com|) of each state; the first is the start."""
+        kinetic, potential = self.energies(q, m)
+        energy = kinetic + potential
+        scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
+        change = abs(energy - energy[0])
+        return np.array(change / scale if scale else change, float)
+
+    def energy_error(self, q, m):
+        return float(self.energy_errors(q, m).max())
+
+    def scale_to_own_units(self):
+        """Return the top in its own units of moment and rate, and both units.
+
+        The largest moment and the rate are then about one. The units are powers of two, so that no
+        number is rounded.
+        """
+        moment, rate = (
+            2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
+        )
+
+        def by(unit, numbers):
+            return tuple(x / unit for x in numbers)
+
+        return (
+            replace(
+                self,
+                user=None,
+                inertia=by(moment, self.inertia),
+                lever=by(rate, by(moment * rate, self.lever)),
+                momentum=by(moment * rate, self.momentum),
+            ),
+            moment,
+            rate,
+        )
+
+
+def rotate_to_body(q, v):
+    """Return q* v q for vectors in rows, from space to body."""
+    w, u = q[..., :1], q[..., 1:]
+    t = 2 * np.cross(v, u)
+    return v + w * t + np.cross(t, u)
+
+
+def rotate_to_space(q, v):
+    """Return q v q* for vectors in rows, from body to space."""
+    return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
+
+
+def attitude_errors(q, truth):
+    """Return the angles of the rotations between attitudes in rows, 0 .. pi [rad].
+
+    The arc tangent is used because 2 acos |w| would lose half of the digits.
+    """
+    q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
+    (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
+    vec = a * v - b * u - np.cross(u, v)
+    same = a[..., 0] * b[..., 0] + (u * v).sum(-1)
+    return np.asarray(2 * np.arctan2(np.sqrt((vec * vec).sum(-1)), abs(same)), float)
+
+
+def attitude_error(q, truth):
+    return float(attitude_errors(q, truth))
+
+
+def load_problem(name):
+    entry = json.loads(PROBLEMS.read_text())["scenes"][name]
+    own = {key: tuple(map(float.fromhex, values)) for key, values in entry["principal"].items()}
+    return Problem(name, own["inertia"], own["mass_g_com"], own["q0"], tuple(entry["momentum"]))
+
+
+def problem_of_scene(name, scene):
+    """Return a kreisel scene as a problem in its principal axes."""
+    body = scene.body
+    lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
+    attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))
+    return Problem(name, body.moments, lever, attitude, scene.momentum, scene)

@@ -1,0 +1,81 @@
+"""Random tops of one body, with reference attitudes at the end and their conditioning.
+
+The momenta scatter about that of a scene of the report. The k-th top depends on the seed and k
+alone, so larger ensembles start with the same tops.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import kreisel as kr
+import numpy as np
+
+from .problems import Problem, load_problem, rotate_to_body
+
+SEED, SCATTER, END = 15, 0.3, 100.0
+SCENES = {"asymmetric": "asymmetric", "Lagrange": "thesis"}
+ROUNDING = 2.0**-53
+
+
+@dataclass(frozen=True)
+class TopEnsemble:
+    """Tops that share a body, an attitude and gravity."""
+
+    problem: Problem
+    momenta: np.ndarray  # (n, 3) about the fixed point, seen from space [M L^2 T^-1]
+    end: float  # final time [T]
+
+    def __len__(self):
+        return len(self.momenta)
+
+    def first(self, n):
+        return replace(self, momenta=self.momenta[:n])
+
+    def scene(self, k):
+        return self.problem.to_scene().replace(momentum=self.momenta[k])
+
+    @cached_property
+    def starts(self):
+        """Unit attitudes and body angular velocities, (n, 7), for the peers."""
+        q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
+        q = q / np.sqrt((q * q).sum(-1, keepdims=True))
+        velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
+        return np.concatenate((q, velocity), axis=1).astype(float)
+
+    def ensemble(self):
+        """Return the tops as a kreisel ensemble."""
+        scene = self.problem.to_scene()
+        return kr.Ensemble(
+            scene.body, momentum=self.momenta, attitude=scene.attitude, gravity=scene.gravity
+        )
+
+
+def draw_tops(kind, n, end=END):
+    problem = load_problem(SCENES[kind])
+    scattered = np.random.default_rng(SEED).normal(problem.momentum, SCATTER, (n, 3))
+    return TopEnsemble(problem, scattered, end)
+
+
+def solve_end(scene, end, digits):
+    """Return the attitude at the end, including the low words."""
+    path = kr.solve(scene, [end], "taylor", digits=digits)
+    return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
+
+
+def compute_truths(tops):
+    """Return the attitudes of the tops at the end with 30 digits, (n, 4)."""
+    return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
+
+
+def compute_conditioning(tops):
+    """Return the angle by which roundings of the start move the end of each top [rad].
+
+    A run in doubles may have this error; it is larger the more chaotic the top.
+    """
+
+    def of(scene):
+        path = kr.solve(scene, [tops.end], digits=20, tangents="start")
+        turns, push = path.tangents[0, :3], np.linalg.norm(scene.momentum)
+        return np.linalg.norm(turns * ([1.0] * 3 + [push] * 3), axis=0).sum() * ROUNDING
+
+    return np.array([of(tops.scene(k)) for k in range(len(tops))])

@@ -1,0 +1,334 @@
+"""Reference solutions by heyoka in 128-bit arithmetic.
+
+Those of the report's scenes are stored in reference.json by `python -m
+validation.references.reference`.
+
+Each solution is computed in several ways that share as little as possible: two forms of the
+equations, in 128 and in 80 bits. Their difference shows how far to trust the result. The
+conditioning is stored with the solution. It is the angle by which the attitude moves when all data
+(momentum, attitude, moments, lever) change by one rounding of a double. No method in doubles can be
+expected to do better.
+"""
+
+import argparse
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import heyoka as hy
+import kreisel as kr
+import mpmath as mp
+import numpy as np
+
+from . import equations
+from .problems import HORIZONS, SHORT, load_problem
+from .quadrature import Euler, Lagrange
+
+FILE = Path(__file__).with_name("reference.json")
+DIGITS = 40
+TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
+# The second precision, for checks of the truth.
+FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
+# Perturbations in roundings, large enough for each precision to resolve their effect.
+NUDGES = {FINER: 8, float: 2**20}
+ROUNDING = 2.0**-53
+LOOKS = 16  # times at which the conditioning is evaluated: errors made there grow too
+FEW = 4  # the same for a closed form
+LONG = 600.0  # beyond this angle 128-bit arithmetic takes more than about a second [rad]
+
+
+@cache
+def build_integrator(fp):
+    """Compile one integrator per precision, which serves every top."""
+    zeros = np.zeros(equations.COEFFICIENTS, dtype=fp)
+    return hy.taylor_adaptive(
+        equations.build_general_system(fp),
+        np.zeros(7, dtype=fp),
+        pars=zeros,
+        tol=fp(TOLERANCES[fp]),
+        fp_type=fp,
+        compact_mode=True,
+    )
+
+
+def attitude_and_momentum(problem, form, t, q, s):
+    """Return attitude and body momentum from the variables of `form` at time `t`.
+
+    The form `symmetric` leaves out the rotation about the axis, which is uniform and is restored
+    here.
+    """
+    if form == "velocity":
+        return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
+    if form == "momentum":
+        return q + s
+    equal, _, odd = (mp.mpf(x) for x in problem.inertia)
+    angle = t * s[2] * equal * (1 / odd - 1 / equal)
+    half, m = [mp.cos(angle / 2), 0, 0, mp.sin(angle / 2)], [x * equal for x in s]
+    c, d = mp.cos(angle), mp.sin(angle)
+    turned_m = [c * m[0] + d * m[1], c * m[1] - d * m[0], m[2]]
+    return equations.product(q, half) + turned_m
+
+
+def equivalent_sphere(problem):
+    """Return the sphere under the torque of a Lagrange top, whose axis moves as the top's."""
+    return replace(problem, inertia=problem.inertia[:1] * 3)
+
+
+def integrate_states(problem, times, form="velocity", fp=hy.real128):
+    """Return attitude and body momentum at the times, as mpmath numbers.
+
+    The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
+    torque of the top.
+    """
+    own, moment, rate = problem.scale_to_own_units()
+    model = equivalent_sphere(own) if form == "symmetric" else own
+    variables = "velocity" if form == "symmetric" else form
+    top = build_integrator(fp)
+    top.pars[:] = equations.round_to(equations.compute_coefficients(model, variables), fp)
+    top.state[:] = equations.round_to(equations.start_state(model, variables), fp)
+    top.time, found = fp(0), []
+    for t in times:
+        outcome = top.propagate_until(fp(t) * fp(rate))[0]
+        if outcome != hy.taylor_outcome.time_limit:
+            raise ArithmeticError(f"heyoka stopped on {problem.name} before t = {t}: {outcome}")
+        with mp.workdps(DIGITS):
+            state = [mp.mpf(str(x)) for x in top.state]
+            variables_at_t = attitude_and_momentum(
+                own, form, mp.mpf(t) * rate, state[:4], state[4:]
+            )
+            q, m = variables_at_t[:4], variables_at_t[4:]
+            norm = mp.sqrt(sum(x * x for x in q))
+            found.append([x / norm for x in q] + [x * moment * rate for x in m])
+    return found
+
+
+def rotation_angle(p, q):
+    """Return the angle of the rotation between two attitudes [rad], in multiprecision."""
+    with mp.workdps(DIGITS):
+        turn = equations.product([p[0]] + [-x for x in p[1:4]], list(q[:4]))
+        return float(2 * mp.atan2(mp.sqrt(sum(x * x for x in turn[1:])), abs(turn[0])))
+
+
+def compute_energy(problem, state):
+    w, x, y, z = state[:4]
+    up = [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z]
+    kinetic = sum(m * m / mp.mpf(J) for m, J in zip(state[4:], problem.inertia, strict=True)) / 2
+    return kinetic + sum(u * mp.mpf(c) for u, c in zip(up, problem.lever, strict=True))
+
+
+def energy_error(problem, state):
+    with mp.workdps(DIGITS):
+        return float(
+            abs(
+                1
+                - compute_energy(problem, state)
+                / compute_energy(problem, equations.start_state(problem, "momentum"))
+            )
+        )
+
+
+def perturb_data(problem, nudge):
+    """Yield the top with one of its data changed by `nudge` roundings, for each datum in turn.
+
+    A symmetric top stays symmetric.
+    """
+    with mp.workdps(DIGITS):
+        more = 1 + mp.mpf(nudge * ROUNDING)
+        for word in ("momentum", "inertia", "lever"):
+            numbers = getattr(problem, word)
+            for i in range(3):
+                both = word == "inertia" and problem.symmetric and i < 2
+                moved = tuple(
+                    x * more if j == i or (both and j < 2) else x for j, x in enumerate(numbers)
+                )
+                if numbers[i] and not (both and i):
+                    yield replace(problem, **{word: moved})
+        for i in range(3):
+            little = [mp.mpf(1)] + [mp.mpf(nudge * ROUNDING / 2 * (j == i)) for j in range(3)]
+            yield replace(
+                problem,
+                attitude=tuple(equations.product([mp.mpf(x) for x in problem.attitude], little)),
+            )
+
+
+def compute_conditioning(problem, times, form, fp=FINER):
+    """Return the angle by which one rounding of each datum moves the attitude [rad]."""
+    own, _, rate = problem.scale_to_own_units()
+    times = [t * rate for t in times]
+    here = integrate_states(own, times, form, fp)
+    moved = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
+    return [
+        sum(rotation_angle(state, near[i]) for near in moved) / NUDGES[fp]
+        for i, state in enumerate(here)
+    ]
+
+
+def conditioning_by_tangents(problem, times):
+    """Return the conditioning of any top from the tangents of one run with 20 digits [rad]."""
+    scene = problem.to_scene()
+    path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
+    turns = path.tangents[:, :3]
+    data = np.concatenate(
+        [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
+    )
+    moved = turns * data
+    if problem.symmetric:  # keep the moments equal
+        moved[:, :, 6] += moved[:, :, 7]
+        moved[:, :, 7] = 0.0
+    return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
+
+
+def compute_truth(problem, end):
+    """Return the reference solution of any scene within about a second.
+
+    The solution has 128 bits, or 80 where 128 would take longer.
+    """
+    form = "symmetric" if problem.symmetric else "velocity"
+    fast = equivalent_sphere(problem).rate if problem.symmetric else problem.rate
+    brief = fast * end < LONG
+    (finer,) = integrate_states(problem, [end], form, FINER)
+    state = integrate_states(problem, [end], form)[0] if brief else finer
+    again = finer if brief else integrate_states(problem, [end], form, float)[0]
+    moved = conditioning_by_tangents(problem, np.linspace(0, end, LOOKS + 1)[1:])
+    return {
+        "attitude": [mp.nstr(x, 34) for x in state[:4]],
+        "agreement": rotation_angle(state, again),
+        "bits": 128 if brief else 80,
+        "conditioning": moved[-1],
+        "worst": max(moved),
+    }
+
+
+def truth_by_quadrature(problem, end):
+    """Return the reference solution of a Lagrange or Euler top at any time, with its conditioning.
+
+    It is computed by quadrature in multiprecision.
+    """
+
+    def state(top, t):
+        start = equations.start_state(top, "momentum")
+        m = rotate_vector(start[:4], start[4:])
+        kind = (
+            Lagrange(top.inertia[0], top.inertia[2], top.lever[2], start[:4], m)
+            if top.symmetric
+            else Euler(top.inertia, start[:4], m)
+        )
+        return kind(t)[0]
+
+    own, _, rate = problem.scale_to_own_units()
+    times = [rate * end * (i + 1) / FEW for i in range(FEW)]
+    here = [state(own, t) for t in times]
+    moved = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]
+    angles = [
+        sum(rotation_angle(q, near[i]) for near in moved) / NUDGES[FINER]
+        for i, q in enumerate(here)
+    ]
+    return {
+        "attitude": [mp.nstr(x, 34) for x in here[-1]],
+        "agreement": None,
+        "bits": int(DIGITS * 3.32),
+        "conditioning": angles[-1],
+        "worst": max(angles),
+    }
+
+
+def rotate_vector(q, v):
+    """Return q v q* for a unit quaternion, in multiprecision."""
+    with mp.workdps(DIGITS):
+        return equations.product(equations.product(q, [0, *v]), [q[0]] + [-x for x in q[1:]])[1:]
+
+
+def compare_computations(problem, end, kept):
+    """Yield the name and the angle [rad] to the truth of each other way to compute it."""
+    with mp.workdps(DIGITS):
+        true = [mp.mpf(x) for x in kept["attitude"]]
+    yield (
+        "heyoka, 128 bit, momentum",
+        rotation_angle(true, integrate_states(problem, [end], "momentum")[0]),
+    )
+    if problem.symmetric:
+        yield (
+            "heyoka, 128 bit, spin apart",
+            rotation_angle(true, integrate_states(problem, [end], "symmetric")[0]),
+        )
+    yield (
+        "heyoka, 80 bit",
+        rotation_angle(true, integrate_states(problem, [end], "velocity", FINER)[0]),
+    )
+    for name, method in kr.methods.items():
+        many, scene = method.digits, problem.to_scene()
+        if (many or method.exact) and method.suits(scene):
+            path = kr.solve(scene, [end], name, **({"digits": 30} if many else {}))
+            q = problem.to_principal_axes(path.q[-1])
+            low = problem.to_principal_axes(path.q_low[-1]) if many else np.zeros(4)
+            with mp.workdps(DIGITS):
+                yield (
+                    f"{name}, 30 digits" if many else name,
+                    rotation_angle(
+                        true, [mp.mpf(x) + mp.mpf(y) for x, y in zip(q, low, strict=True)]
+                    ),
+                )
+
+
+def compute_entry(problem, times):
+    """Return the reference solutions by time, with the numbers that show their accuracy."""
+    form = "symmetric" if problem.symmetric else "velocity"
+    found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
+    moved = compute_conditioning(problem, times, form)
+    return {
+        f"{t:g}": {
+            "attitude": [mp.nstr(x, 34) for x in state[:4]],
+            "body_momentum": [mp.nstr(x, 34) for x in state[4:]],
+            "agreement": rotation_angle(state, other),
+            "energy_error": energy_error(problem, state),
+            "conditioning": condition,
+        }
+        for t, state, other, condition in zip(times, found, again, moved, strict=True)
+    }
+
+
+def load_truth(name, t):
+    """Return the reference solution of a scene at a time stored in reference.json."""
+    return json.loads(FILE.read_text())["truths"][name][f"{t:g}"]
+
+
+def truth_of(problem, end):
+    """Return the reference solution: stored for scenes of the report, else computed."""
+    known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
+    return (
+        known[f"{end:g}"]
+        if f"{end:g}" in known and not problem.user
+        else compute_truth(problem, end)
+    )
+
+
+def main(argv=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.references.reference", description=__doc__.splitlines()[0]
+    ).parse_args(argv)
+    truths = {
+        name: compute_entry(load_problem(name), [SHORT, end]) for name, end in HORIZONS.items()
+    }
+    about = {
+        "command": "python -m validation.references.reference",
+        "by": f"heyoka {hy.__version__}, real128, tolerance {TOLERANCES[hy.real128]}",
+        "attitude": "principal axes -> space, scalar first",
+        "body_momentum": "along the principal axes",
+        "agreement": "angle [rad] to the same run on equations for the momentum",
+        "energy_error": "relative, at this time",
+        "conditioning": "angle [rad] by which roundings (2^-53) of all the data move it",
+    }
+    FILE.write_text(json.dumps({**about, "truths": truths}, indent=1) + "\n")
+    for name, found in truths.items():
+        for t, truth in found.items():
+            print(
+                f"{name:20} t = {t:>4}  two ways agree to {truth['agreement']:.0e} rad, energy to "
+                f"{truth['energy_error']:.0e}; one rounding of the data moves it by "
+                f"{truth['conditioning']:.0e} rad"
+            )
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

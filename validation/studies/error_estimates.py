@@ -1,0 +1,96 @@
+"""The accuracy of path.error, in doubles and with 20 and 30 digits.
+
+Conclusion: the estimate is within a factor of 3 of the true error, except for paths whose error is
+rounding alone.
+
+    python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
+
+Random tops of the families of validation.benchmarks.error_contract are solved to random times up to
+30 in both directions. The estimate of a path is compared with the largest true error of its states,
+by heyoka with 60 digits.
+"""
+
+import argparse
+import math
+
+import kreisel as kr
+import numpy as np
+
+from ..benchmarks.error_contract import FAMILIES
+from ..references.multiprecision import MultiprecisionIntegrator, path_attitudes, rotation_angles
+
+LOOKS = 41
+FACTOR = 3.0  # tolerated ratio of estimated and true error
+LUCKY = {"taylor 30": 0.1}  # tolerated fraction beyond the factor, where errors are roundings
+ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # smaller true errors are accidental [rad]
+WAYS = {
+    "auto": {},
+    "strang": {"step": 0.01},
+    "kahan_li8": {"step": 0.02},
+    "extrap": {"tol": 1e-7},
+    "taylor": {},
+    "taylor 20": {"digits": 20},
+    "taylor 30": {"digits": 30},
+}
+
+
+def estimate_ratio(scene, times, truth, way):
+    """Return the estimated over the true error.
+
+    Return None where the path is as accurate as its digits allow, or where the run is refused.
+    """
+    method, options = way.split()[0], WAYS[way]
+    try:
+        path = kr.solve(scene, times, method, **options)
+    except (ValueError, kr.Error):
+        return None
+    true = rotation_angles(path_attitudes(path), truth).max()
+    return path.error / true if true > ROUNDED[path.digits or 16] else None
+
+
+def collect_ratios(scenes, seed):
+    """Return the ratios of each family and setting."""
+    rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
+    found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
+    for i in range(scenes):
+        family = FAMILIES[i % len(FAMILIES)]
+        t = float(10 ** rng.uniform(-1.0, 1.5)) * rng.choice([1.0, -1.0])
+        scene, times = family(rng), np.linspace(0.0, t, LOOKS)
+        truth = exactly(scene, times)
+        for way in WAYS:
+            ratio = estimate_ratio(scene, times, truth, way)
+            found[family.__name__, way] += [] if ratio is None else [ratio]
+    return found
+
+
+def print_row(name, ratios):
+    """Print a summary of the ratios; return how many are beyond the factor."""
+    beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
+    least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
+    print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)
+    return beyond
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.error_estimates", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument("--scenes", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=5)
+    asked = parser.parse_args(argv)
+    found = collect_ratios(asked.scenes, asked.seed)
+    print(
+        f"  {'path.error / true error':30}{'paths':>6}{'least':>9}{'median':>9}{'most':>9}  beyond"
+    )
+    for (family, way), ratios in found.items():
+        print_row(f"{family}, {way}", ratios)
+    kept = True
+    for way in WAYS:
+        ratios = [r for (_, w), some in found.items() if w == way for r in some]
+        kept &= print_row(way, ratios) <= LUCKY.get(way, 0.0) * len(ratios)
+    print(f"  beyond: not within a factor of {FACTOR:g}; errors at rounding level are left out")
+    return int(not kept)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

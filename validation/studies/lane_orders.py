@@ -1,0 +1,137 @@
+"""Order and tolerance of the Taylor series in SIMD lanes.
+
+Conclusion: the table in csrc/ensemble/fleet.c gives the fastest order whose error does not exceed
+that of single tops at the same tolerance.
+
+    python -m validation.studies.lane_orders [orders isas]
+
+Time and error of each order and tolerance are compared with the errors of single tops at the same
+tolerance. The reference has 20 digits. All runs are timed from C in one process, in turn, on one
+thread.
+"""
+
+import argparse
+import ctypes
+import tempfile
+from pathlib import Path
+
+import kreisel as kr
+import numpy as np
+
+from ..benchmarks.compiling import compile_core
+from ..benchmarks.taylor_speed import median_times
+
+SOURCE = Path(__file__).with_suffix(".c")
+TOPS, ROUNDS = 200, 5
+ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
+
+
+def draw_families():
+    """Yield tops of four families, with their final times."""
+    rng = np.random.default_rng(1)
+    unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
+    skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
+    about = np.array([0.172, -1.862, 1.46]) + 0.3 * rng.normal(size=(TOPS, 3))
+    yield "an unequal cuboid", [kr.Scene(unlike, m) for m in about], 100.0
+    yield "off its axes", [kr.Scene(skew, m) for m in about], 100.0
+    yield "fast", [kr.Scene(unlike, 10.0 * m) for m in about], 100.0
+    bodies = [
+        kr.Body.cuboid(rng.uniform(0.05, 2.05, 3), pivot=rng.normal(size=3)) for _ in range(TOPS)
+    ]
+    starts = 3.0 * rng.normal(size=(TOPS, 3))
+    yield "all sorts", [kr.Scene(*top) for top in zip(bodies, starts, strict=True)], 30.0
+
+
+class LaneRunner:
+    def __init__(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.library = compile_core(self.folder.name, SOURCE)
+        self.library.kr_bench_lanes_isa.restype = ctypes.c_char_p
+
+    def isas(self):
+        names = []
+        while name := self.library.kr_bench_lanes_isa(len(names)):
+            names.append(name.decode())
+        return names
+
+    def run(self, scenes, t, log2_tol, order=0, isa=0):
+        """Return a call that moves all scenes to `t` and returns their attitudes."""
+        out, steps = np.empty((len(scenes), 8)), ctypes.c_int64()
+        blocks = b"".join(scene._block for scene in scenes)
+
+        def run():
+            if self.library.kr_bench_lanes(
+                *(ctypes.c_size_t(len(scenes)), ctypes.c_char_p(blocks), isa, order),
+                *(ctypes.c_double(log2_tol), ctypes.c_double(t)),
+                *(ctypes.c_void_p(out.ctypes.data), ctypes.byref(steps)),
+            ):
+                raise RuntimeError("the run failed")
+            return out[:, 1:5]
+
+        return run
+
+
+def solve_states(scenes, t, **words):
+    return np.array([kr.solve(scene, [t], "taylor", **words).q[0] for scene in scenes])
+
+
+def error_quantiles(q, truth):
+    """Return the median and the 90 % quantile of the errors [rad]."""
+    return np.quantile(kr.attitude_error(q, truth), (0.5, 0.9))
+
+
+def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
+    """Return how far the tolerance has to be lowered for errors of at most `most`, or None."""
+    for less in LESS:
+        run = lanes.run(scenes, t, log2_tol - less, order)
+        found = error_quantiles(run(), truth)
+        if (found <= most).all():
+            return less, run, found
+    return None
+
+
+def orders(lanes):
+    for name, scenes, t in draw_families():
+        truth = solve_states(scenes, t, digits=20)
+        for log2_tol in (-12, -20, -27, -33, -40, -47, -52):
+            single = error_quantiles(solve_states(scenes, t, tol=2.0**log2_tol), truth)
+            most = single * (1.05, 1.15)
+            here = (fit_tolerance(lanes, scenes, t, truth, log2_tol, n, most) for n in ORDERS)
+            found = [(n, *row) for n, row in zip(ORDERS, here, strict=True) if row]
+            used = lanes.run(scenes, t, log2_tol)
+            gives = error_quantiles(used(), truth) / single
+            *times, own = median_times([*(run for _, _, run, _ in found), used], ROUNDS)
+            print(
+                f"{name}, tol 2^{log2_tol}, single {single[0]:.1e} {single[1]:.1e}; used: "
+                f"{own / TOPS * 1e6:.1f} us, {gives[0]:.2f} {gives[1]:.2f} times these"
+            )
+            for (order, less, _, error), time in zip(found, times, strict=True):
+                us = time / TOPS * 1e6
+                print(f"    order {order:2} less {less:4.1f} {us:7.1f} us {error[0]:.1e}")
+
+
+def isas(lanes):
+    for name, scenes, t in draw_families():
+        runs = [lanes.run(scenes, t, -52.0, 20, i) for i in range(len(lanes.isas()))]
+        times = median_times(runs, ROUNDS)
+        cells = (
+            f"{isa} {time / TOPS * 1e6:.1f} us ({time / times[0]:.2f})"
+            for isa, time in zip(lanes.isas(), times, strict=True)
+        )
+        print(f"{name}, order 20, tol 2^-52: " + ", ".join(cells))
+
+
+def main(argv=None):
+    parts = {"orders": orders, "isas": isas}
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("parts", nargs="*", default=list(parts), metavar="|".join(parts))
+    wanted = parser.parse_args(argv).parts
+    if unknown := set(wanted) - set(parts):
+        parser.error(f"no {', '.join(sorted(unknown))}")
+    lanes = LaneRunner()
+    for name in wanted:
+        parts[name](lanes)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,203 @@
+"""Kernels, orders, tolerances and numbers of terms of the Taylor method.
+
+Conclusion: orders 12, 16, 18, 22 and 28 by tolerance; for 20 digits 8 of 28 terms in double-double
+at tolerance 2^-70, and for 30 digits 20 of 36 at 2^-100.
+
+    python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
+
+Users cannot choose these. They are timed from C, without Python. As in taylor_speed.py all runs are
+in one process, in turn, and medians of ratios count.
+"""
+
+import argparse
+import ctypes
+from statistics import median
+
+from ..benchmarks.taylor_speed import (
+    EPS,
+    SCENES,
+    attitude_error,
+    attitude_error_with_low_words,
+    horizon,
+    loosest_reaching,
+    make_heyoka_run,
+    make_real128_run,
+    median_times,
+    print_row,
+)
+from ..competitors import compiled_core, timing
+from ..references.problems import load_problem
+from .taylor_kernels import TaylorKernels
+
+
+def problem_bytes(name):
+    return compiled_core.scene_bytes(load_problem(name).to_scene())
+
+
+def isas():
+    """Time each instruction set against heyoka, which always uses the machine's best."""
+    kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
+    for name in ("thesis", "asymmetric"):
+        for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
+            print_at_equal_error(kernels, plain, name, target, order)
+
+
+def print_at_equal_error(kernels, plain, name, target, order):
+    scene, t, kernel = problem_bytes(name), horizon(name, target), kernels.orders.index(order)
+    peer, theirs = loosest_reaching(make_heyoka_run, name, t, target, EPS)
+
+    def runs_at(log2_tol):
+        isas = range(len(kernels.isas))
+        own = [kernels.run(scene, isa, kernel, log2_tol, t) for isa in isas]
+        return [*own, plain.run(scene, 0, kernel, log2_tol, t)]
+
+    steps = range(-10, -54, -1)
+    errors = [
+        attitude_error(name, t, kernels.run(scene, 0, kernel, tol, t)()[0, 1:5]) for tol in steps
+    ]
+    within = (tol for i, tol in enumerate(steps) if max(errors[i:]) <= target)
+    runs = runs_at(next(within, -53))
+    errors = [attitude_error(name, t, run()[0, 1:5]) for run in runs]
+    *own, b = median_times([*runs, peer])
+    for isa, a, e in zip([*kernels.isas, "plain C"], own, errors, strict=True):
+        print(
+            f"{name} {target or 'tightest'} {isa:7} heyoka/ours {b / a:5.2f}   {a * 1e6:7.1f} us, "
+            f"errors {theirs:.0e} / {e:.0e}"
+        )
+
+
+def headless():
+    """Time the savings from leaving out the heading at equal tolerance.
+
+    Also time the savings if the heading were then integrated separately.
+    """
+    kernels = TaylorKernels()
+    for name in ("asymmetric", "thesis"):
+        scene, t = problem_bytes(name), horizon(name, 0)
+        for i, (order, tol) in enumerate(
+            zip(kernels.orders, (-15, -22, -30, -40, -53), strict=True)
+        ):
+            n = len(kernels.orders)
+            runs = [
+                kernels.run(scene, 0, kernel, tol, t) for kernel in (i, n + 2 + i, 2 * n + 2 + i)
+            ]
+            a, b, c = median_times(runs)
+            print_row(
+                f"{name} order {order}, tol 2^{tol}: whole/headless",
+                a / b,
+                1.1,
+                1.3,
+                f"{a * 1e6:.1f} / {b * 1e6:.1f} us; with the heading added {c * 1e6:.1f} us, "
+                f"{a / c:.2f}",
+            )
+
+
+def count_operations(order):
+    """Return the vector operations per step of the widest kernel, in the sums and elsewhere.
+
+    The first number counts the pairs and middle terms of the sums. The second has 3 to join two
+    sums, 6 for the rates of q and P, 11 for those of W, 5 to permute W, and 2 in the sum at the
+    end.
+    """
+    pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
+    return 7 * pairs + 5 * middles, 27 * order
+
+
+def limits():
+    """Compare the widest kernel with the machine's peak of two operations per clock cycle.
+
+    The remainder is latency: each coefficient depends on the one before, and the sum at the end on
+    the step.
+    """
+    kernels = TaylorKernels()
+    name, steps = "thesis", ctypes.c_int64()
+    clock = kernels.library.kr_bench_cycle
+    clock.restype = ctypes.c_double
+    for i, order in enumerate(kernels.orders):
+        run = kernels.run(problem_bytes(name), 0, i, -40, 100.0, steps)
+        run()
+        times = [(timing.time_once(run), clock()) for _ in range(101)]
+        cycles = median(a / b for a, b in times) / steps.value
+        nanoseconds = cycles * median(b for _, b in times) * 1e9
+        sums, rest = count_operations(order)
+        least = (sums + rest) / 2
+        print(
+            f"order {order}: {nanoseconds:.0f} ns, {cycles:.0f} cycles a step; {sums} operations "
+            f"in the sums and {rest} beside them take {least:.0f} at two a cycle: "
+            f"{least / cycles:.0%} of the peak"
+        )
+
+
+def orders():
+    """Print time and error of each order and tolerance."""
+    kernels = TaylorKernels()
+    for name in SCENES:
+        scene, t = problem_bytes(name), horizon(name, 0)
+        for log2_tol in range(-13, -54, -4):
+            runs = [
+                kernels.run(scene, 0, kernel, log2_tol, t) for kernel in range(len(kernels.orders))
+            ]
+            cells = (
+                f"{1e6 * a:6.1f} us {attitude_error(name, t, run()[0, 1:5]):.0e}"
+                for a, run in zip(median_times(runs, 9), runs, strict=True)
+            )
+            print(
+                f"{name} tol 2^{log2_tol}   order {', '.join(map(str, kernels.orders))}: "
+                + "   ".join(cells),
+                flush=True,
+            )
+
+
+DEPTHS_20 = ((6, 28), (7, 28), (8, 28), (10, 28), (8, 24), (8, 32))
+DEPTHS_30 = (
+    *((16, 36), (18, 36), (20, 36), (22, 36), (26, 36)),
+    *((20, 32), (20, 40), (24, 40), (20, 44)),
+)
+
+
+def depth():
+    """Print time and error of other heads, orders and tolerances for 20 and 30 digits."""
+    for head, last in DEPTHS_20:
+        kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
+        print_depth(kernels, 0, what, (-66, -70, -74), 2e4)
+    for head, last in DEPTHS_30:
+        kernels, what = TaylorKernels((8, 28, head, last)), f"30 digits: head {head} of {last}"
+        print_depth(kernels, 1, what, (-96, -100, -104), 100.0)
+
+
+def print_depth(kernels, deep, what, tolerances, t):
+    for log2_tol in tolerances:
+        print(f"{what} tol 2^{log2_tol}", end="")
+        for name in ("thesis", "asymmetric_regular"):
+            run = kernels.run(problem_bytes(name), 0, len(kernels.orders) + deep, log2_tol, t)
+            true = make_real128_run(name, t, "1e-33")() if deep else None
+            q, seconds = run()[:, 1:5].ravel(), min(timing.time_once(run) for _ in range(5))
+            off = (
+                attitude_error(name, t, q)
+                if true is None
+                else attitude_error_with_low_words(true, q)
+            )
+            print(f"   {name} {seconds * 1e3:.2f} ms {off:.1e}", end="")
+        print(flush=True)
+
+
+PARTS = {f.__name__: f for f in (isas, headless, limits, orders, depth)}
+
+
+def main(argv=None):
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.studies.taylor_kernel_study", description=__doc__.splitlines()[0]
+    )
+    parser.add_argument(
+        "what",
+        nargs="*",
+        choices=[*PARTS, []],
+        help="figures to print (default: all but orders and depth)",
+    )
+    for name in parser.parse_args(argv).what or list(PARTS)[:3]:
+        PARTS[name]()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,70 @@
+"""The Taylor method with kernels, tolerances and numbers of terms that users cannot choose.
+
+It compiles taylor_kernels.c with the core.
+"""
+
+import ctypes
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ..benchmarks.compiling import ISAS, compile_core
+
+SOURCE = Path(__file__).with_suffix(".c")
+TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
+
+
+def compile_library(folder, terms, plain, alone):
+    """Compile the kernels.
+
+    By default all instruction sets are compiled. `plain` compiles the portable kernel alone,
+    `alone` that of every x86_64, optimized for speed, and `terms` (head and last for 20 digits, for
+    30) the widest alone with other numbers of terms.
+    """
+    if terms:
+        defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
+        return compile_core(folder, SOURCE, {}, (*ISAS["avx512"], *defined))
+    if plain or alone:
+        return compile_core(folder, SOURCE, {}, ("-DKR_PLAIN",) if plain else ())
+    return compile_core(folder, SOURCE)
+
+
+def read_list(give):
+    """Return the items that the core lists, up to the end of the list."""
+    found = []
+    while this := give(len(found)):
+        found.append(this)
+    return found
+
+
+class TaylorKernels:
+    def __init__(self, terms=None, plain=False, alone=False):
+        self.folder = tempfile.TemporaryDirectory()
+        self.library = compile_library(self.folder.name, terms, plain, alone)
+        self.library.kr_bench_isa.restype = ctypes.c_char_p
+        self.isas = [name.decode() for name in read_list(self.library.kr_bench_isa)]
+        self.orders = read_list(self.library.kr_bench_order)
+
+    def run(self, block, isa, kernel, log2_tol, t, steps=None):
+        """Return a call that solves and returns the state at `t` with its low words.
+
+        `steps` receives the number of steps.
+        """
+        out = np.zeros((2, 8))
+        arguments = (
+            ctypes.c_char_p(block),
+            isa,
+            kernel,
+            ctypes.c_double(log2_tol),
+            ctypes.c_double(t),
+            ctypes.c_void_p(out.ctypes.data),
+            ctypes.byref(ctypes.c_int64() if steps is None else steps),
+        )
+
+        def run():
+            if self.library.kr_bench_run(*arguments):
+                raise RuntimeError("the run failed")
+            return out
+
+        return run

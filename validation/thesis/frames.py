@@ -1,0 +1,178 @@
+"""Pictures of cuboids with momentum and velocity, of rods and of traces.
+
+They resemble those of the program Top Visualization.
+"""
+
+from dataclasses import dataclass
+
+import kreisel as kr
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgb
+
+from ..drawing import sphere_plots
+from ..drawing.style import FAINT, STYLE, figure_to_svg
+from .line_charts import BLUE, GREEN, TOPS
+
+ELEVATION, AZIMUTH = 16.0, 25.0
+APART, REACH = 4.6, 2.3  # distance of the two origins; length of the longest vectors
+THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; opacity of translucent cuboids
+LIGHT = np.array((-0.4, -0.5, 0.77))
+
+
+@dataclass(frozen=True)
+class Top:
+    """A cuboid at one state of a path, with its style."""
+
+    path: kr.Path
+    i: int
+    colour: str
+    width: float = THICK
+    opacity: float = 1.0
+
+
+def project(points):
+    return sphere_plots.project(points, ELEVATION, AZIMUTH)
+
+
+def project_to_plane(points):
+    return np.stack(project(points)[:2], axis=-1)
+
+
+def hide_frame(axes):
+    """Remove frame and ticks, and set equal scales."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def cuboid_faces(half, centre):
+    """Return (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
+    found = np.zeros((6, 4, 3))
+    for i, face in enumerate(found):
+        axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
+        face[:, axis] = sign
+        face[:, (axis + 1) % 3] = np.array((-1, 1, 1, -1)) * sign
+        face[:, (axis + 2) % 3] = (-1, -1, 1, 1)
+    return found * half + centre
+
+
+def draw_cuboid(axes, corners, top):
+    """Draw the faces of a cuboid, and the hidden ones of a translucent cuboid."""
+    base = np.array(to_rgb(top.colour))
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    towards = project(normals)[2]
+    for i in np.argsort(towards):
+        if top.opacity == 1.0 and towards[i] <= 0.0:
+            continue
+        shade = 0.5 + 0.5 * np.clip(0.5 + 0.6 * normals[i] @ LIGHT, 0, 1)
+        fill = (*(shade * base), top.opacity if towards[i] > 0.0 else 0.0)
+        axes.add_collection(
+            PolyCollection(
+                [project_to_plane(corners[i])],
+                facecolors=[fill],
+                edgecolors=[0.45 * base + 0.1],
+                linewidths=top.width,
+                joinstyle="round",
+            )
+        )
+
+
+def draw_vectors(axes, top, origin, behind):
+    """Draw momentum in green and velocity in blue, scaled by their maxima along the path.
+
+    `behind` selects the vectors that point away from the eye.
+    """
+    for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
+        tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
+        if (project(tip)[2] < 0.0) == behind:
+            x, y = project_to_plane(np.array((origin, origin + tip))).T
+            line = {"linewidth": 0.7 * top.width + 0.8, "solid_capstyle": "round"}
+            axes.plot(x, y, color=colour, **line)
+            axes.plot(x[1:], y[1:], "o", color=colour, markersize=top.width + 2.5)
+
+
+def draw_tops(axes, tops, half, pivot, origin):
+    """Draw several tops about one origin."""
+    body = cuboid_faces(np.array(half), -np.array(pivot))
+    for top in tops:
+        draw_vectors(axes, top, origin, behind=True)
+    for top in tops:
+        draw_cuboid(axes, body @ top.path.frame[top.i] + origin, top)
+    for top in tops:
+        draw_vectors(axes, top, origin, behind=False)
+
+
+def origin_of(side):
+    """Return the origin of the tops on a side, -0.5 or 0.5."""
+    angle = np.radians(AZIMUTH)
+    return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
+
+
+def top_at_time(course, t, colour, width, opacity):
+    return Top(course.path, int(np.argmin(np.abs(course.t - t))), colour, width, opacity)
+
+
+def draw_four_tops(courses, t, half, pivot):
+    """Draw figures 6.1 to 6.4 and similar ones.
+
+    `courses` has red, blue, yellow and green by name; the two of eps2 are translucent.
+    """
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")
+        for side, method, solid, glass in (
+            (-0.5, "Bobenko-Suris", "red", "blue"),
+            (0.5, "Extrap", "yellow", "green"),
+        ):
+            tops = [
+                top_at_time(courses[solid], t, TOPS[solid], THICK, 1.0),
+                top_at_time(courses[glass], t, TOPS[glass], THIN, GLASS),
+            ]
+            draw_tops(axes, tops, half, pivot, origin_of(side))
+            axes.annotate(method, (side * APART, -2.6), ha="center", color=FAINT)
+        hide_frame(axes)
+        axes.set(xlim=(-4.7, 4.7), ylim=(-2.7, 2.6))
+        return figure_to_svg(figure)
+
+
+def tops_at_start(scene, colour):
+    return [Top(kr.solve(scene, [0.0]), 0, colour)]
+
+
+def draw_one_top(scene, half, pivot, colour):
+    """Draw the body at the start with its vectors."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
+        draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
+        hide_frame(axes)
+        return figure_to_svg(figure)
+
+
+def draw_two_tops(scene, half, pivot, colours):
+    """Draw figure 5.10: a top and its duplicate."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(5.4, 3.0), layout="constrained")
+        for side, colour in zip((-0.5, 0.5), colours, strict=True):
+            draw_tops(axes, tops_at_start(scene, colour), half, pivot, origin_of(side))
+        hide_frame(axes)
+        return figure_to_svg(figure)
+
+
+def draw_rod(rod, colour, azimuth=AZIMUTH):
+    """Draw a rod with its thickness by the moments."""
+    thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")
+        rod.plot(axes, thickness=thickness, colour=colour, azimuth=azimuth)
+        return figure_to_svg(figure)
+
+
+def draw_trace(path):
+    """Draw the path of the axis."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(3.2, 3.2), layout="constrained")
+        sphere_plots.draw_globe(axes)
+        sphere_plots.draw_trace(axes, path.apex, BLUE)
+        return figure_to_svg(figure)

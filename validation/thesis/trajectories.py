@@ -1,0 +1,114 @@
+"""The tops of the thesis, and the trajectories of its experiments."""
+
+from dataclasses import dataclass, replace
+
+import kreisel as kr
+import numpy as np
+
+# Half sides of the cuboid, and the centre of its lower face.
+HALF, PIVOT = (0.8, 0.8, 1.0), (0.0, 0.0, -1.0)
+SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)  # 6.1.1
+FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # 6.1.5
+TOL, FIRST = 1e-5, 0.1  # of Extrap (5.8.1)
+# Methods added to the plots of the thesis, if this build has them.
+IMPROVED = [
+    name for name in ("bobenko_suris", "bobenko_suris4", "takahashi_imada4") if name in kr.methods
+]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The states of one top at several times, by the thesis' names, and their cost."""
+
+    path: kr.Path
+    evaluations: int
+    steps: int = 0
+    rejected: int = 0
+
+    @property
+    def t(self):
+        return self.path.t
+
+    @property
+    def energy_error(self):
+        return self.path.energy - self.path.energy[0]
+
+    @property
+    def axial_momentum(self):
+        """The axial momentum <m, a>."""
+        return self.path.axial_momentum
+
+    @property
+    def vertical_momentum(self):
+        """The vertical momentum <m, e3>; <m, p> in the thesis is this times gravity."""
+        return self.path.vertical_momentum
+
+    @property
+    def axial_error(self):
+        return self.axial_momentum - self.axial_momentum[0]
+
+
+def solve_truth(scene, times):
+    """Return the closed form where it exists, else the solution at the tightest tolerance."""
+    return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
+
+
+def solve_fixed_step(scene, method, step, end, every=1):
+    """Return each `every`-th step of a method of fixed step."""
+    path = kr.solve(scene, end, method=method, step=step, every=every)
+    return Trajectory(path, path.stats.evaluations, path.stats.steps)
+
+
+def solve_theorem42(scene, step, end, every=1):
+    """Return the Bobenko-Suris discretization of the thesis, for a body in principal axes.
+
+    Its a and m are those of kreisel's bobenko_suris. Its turn about the axis is
+    2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step, where kreisel has h c / I3 for the first term,
+    which makes the twist exact.
+    """
+    course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
+    path = course.path
+    rate = step * course.axial_momentum[0] / scene.body.moments[2]
+    half = 0.5 * (2.0 * np.arctan(0.5 * rate) - rate) * every * np.arange(len(path))
+    twist = np.cos(half), 0.0, 0.0, np.sin(half)
+    states = path.states.copy()
+    states[:, 1:5] = np.stack(kr.quaternion.multiply(path.q.T, twist), axis=-1)
+    return replace(course, path=replace(path, states=states))
+
+
+def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
+    """Return Extrap as the program uses it: restarted with its first step at each interval.
+
+    An interval is the time between two pictures, and not a step. Each `every`-th end is kept.
+    """
+    n = round(end / interval)
+    states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
+    for k in range(1, n + 1):
+        path = kr.solve(now, interval, method="extrap", tol=tol, step=first)
+        cost += path.stats.evaluations, path.stats.steps, path.stats.rejected
+        now = path.end
+        if k % every == 0:
+            states.append(np.array([k * interval, *path.states[-1, 1:]]))
+    whole = kr.Path(scene, np.array(states), "extrap", first, tol, path.stats)
+    return Trajectory(whole, *cost.tolist())
+
+
+def compute_frame_error(one, other):
+    """Return the thesis' L (6.1.3): half the angle between the attitudes, 0 .. pi / 2 [rad].
+
+    Raises ValueError if the times differ.
+    """
+    if not np.allclose(one.t, other.t, rtol=1e-9, atol=1e-9):
+        raise ValueError("the two courses are not known at one set of times")
+    return 0.5 * kr.attitude_error(one.path.q, other.path.q)
+
+
+def largest_until(t, values, until):
+    """Return the largest value up to a time."""
+    return float(values[t <= until * (1 + 1e-9)].max())
+
+
+def fit_exponent(t, values, begin):
+    """Return p of the power law t^p of the running maximum from `begin` on."""
+    later = t >= begin
+    return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])

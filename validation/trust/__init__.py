@@ -1,1 +1,0 @@
-"""How far the tests can be trusted: programs that measure it, python -m validation.trust.NAME."""
