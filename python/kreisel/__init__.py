@@ -17,7 +17,6 @@ from ._analysis.compare import CompareInterrupted, Row, Table, compare
 from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
-from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
 from ._model.bodies import Bodies
@@ -28,7 +27,7 @@ from ._recording.growing import Indicator
 from ._recording.many_events import ManyEvents
 from ._recording.path import Error, Events, Interrupted, Path, Stats
 from ._recording.paths import Paths
-from ._recording.reduced import Reduced
+from ._recording.reduced import Reductions
 from ._recording.section import Section
 from ._request.methods import Method, methods
 from ._request.plan import Choice, Plan
@@ -37,14 +36,14 @@ from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
 from ._sweeping.swept import Swept, read_sweep
 from ._verbs.chaos import lyapunov, megno, oli
+from ._verbs.ensemble_plan import ManyPlan, plan
 from ._verbs.exact import Exact, ExactMap, exact
 from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
-from ._verbs.plans import ManyPlan, plan
-from ._verbs.run import Run, resume
+from ._verbs.run import Run, resume, start
 from ._verbs.section import section
 from ._verbs.solve import solve
-from ._verbs.start import start
+from ._verbs.solve_ensemble import reduce
 from ._verbs.stream import stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
@@ -74,7 +73,7 @@ __all__ = [
     "Paths",
     "Plan",
     "QuantityName",
-    "Reduced",
+    "Reductions",
     "Rod",
     "Row",
     "Run",
@@ -85,7 +84,6 @@ __all__ = [
     "SweepInterrupted",
     "Swept",
     "Table",
-    "Units",
     "View",
     "__version__",
     "apex",
@@ -96,7 +94,6 @@ __all__ = [
     "exact",
     "frequencies",
     "from_rotation",
-    "h_eps",
     "load",
     "lyapunov",
     "megno",
@@ -106,9 +103,9 @@ __all__ = [
     "plot",
     "quaternion",
     "read_sweep",
+    "reduce",
     "resume",
     "rod",
-    "scaled_units",
     "scenes",
     "section",
     "solve",

@@ -48,7 +48,7 @@ MANY = [
 SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, wait=20) for i in (0, 2, 3, 4)]
 SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
 KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
-REDUCED = [kr.solve(tops, [0.5, 1.0], reduce=KEEPING) for tops in ENSEMBLES]
+REDUCED = [kr.reduce(tops, [0.5, 1.0], KEEPING) for tops in ENSEMBLES]
 SOURCES = [
     kr.Source.grid(LAGRANGE, spin=[1.0, 2.0, 3.0], tilt=[0.0, 0.5]),
     kr.Source.random(TOP, 5, seed=1, gravity=(0.5, 1)),
@@ -146,7 +146,7 @@ WORDS = {  # what a function's **words are
 }
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # where a word means something else than elsewhere
-    **dict.fromkeys(["apex.path", "rod.path", "h_eps.path", "Event.value.path"], PATHS),
+    **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
     "plot.path": [*PATHS, PATHS[:2]],
     "Body.cuboid.half": VECTORS,

@@ -70,7 +70,6 @@ SELVES = {  # things of each class that has methods
     kr.Swept: [swept("swept"), swept("half")],
     kr.Stats: [always(PATHS[0].stats)],
     kr.Table: [always(table())],
-    kr.Units: [always(kr.scaled_units(LAGRANGE.body))],
     kr.View: [always(kr.view(TOP, open=False))],
 }
 

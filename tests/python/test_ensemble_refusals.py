@@ -97,8 +97,8 @@ def test_words_of_many_are_refused_for_one():
     for verb in (kr.solve, kr.stream):
         with pytest.raises(ValueError, match=r"threads: for a kreisel\.Ensemble of many"):
             verb(SCENES[0], [1.0], threads=2)
-    with pytest.raises(ValueError, match="reduce and out"):
-        kr.solve(SCENES[0], [1.0], reduce=SPIN, out=np.empty(3))
+    with pytest.raises(ValueError, match="threads and out"):
+        kr.solve(SCENES[0], [1.0], threads=2, out=np.empty(3))
     with pytest.raises(ValueError, match="threads and reduce"):
         kr.plan(SCENES[0], [1.0], threads=2, reduce=SPIN)
 
@@ -119,12 +119,12 @@ def test_no_tops_and_no_times_give_empty_results():
         told = []
         paths = kr.solve(none, TIMES, progress=told.append, **words).check()
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and told == [1.0]
-    assert kr.solve(none, 1.0, reduce=SPIN)["spin"]["max"].shape == (0,)
+    assert kr.reduce(none, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
     assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
     nowhen = kr.solve(MIXED, [])
     assert nowhen.q.shape == (6, 0, 4) and not nowhen.failed.size and len(nowhen[0]) == 0
-    assert np.isnan(kr.solve(MIXED, [], reduce=SPIN)["spin"]["max"]).all()
+    assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
 TOPS = scattered(400)

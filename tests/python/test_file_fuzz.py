@@ -126,8 +126,7 @@ def used_path(path):
     assert isinstance(repr(path), str) and isinstance(repr(path.plan), str)
     for name in path.want or ("energy", "nutation", "precession_angle", "frame"):
         assert len(getattr(path, name)) == len(path)
-    if path.events is not None:
-        assert len(path.events.t) == len(path.events.which) == len(path.events)
+    assert len(path.events.t) == len(path.events.which) == len(path.events)
 
 
 def used_run(run):

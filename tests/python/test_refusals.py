@@ -230,7 +230,7 @@ def test_wrong_words_of_solve_are_refused(words, exception, message):
     refused(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
-@pytest.mark.parametrize("reader", [kr.rod, kr.apex, lambda path: kr.h_eps(path, 0.1)])
+@pytest.mark.parametrize("reader", [kr.rod, kr.apex])
 def test_what_reads_a_path_takes_no_scene(reader):
     with pytest.raises(TypeError, match=r"path must be a kreisel.Path, not Scene\("):
         reader(TOP)

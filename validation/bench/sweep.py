@@ -69,7 +69,7 @@ def cost(options):
 
         def without():
             for begin in range(0, len(tops), part):
-                kr.solve(tops[begin : begin + part], TIMES, reduce=KEPT)
+                kr.reduce(tops[begin : begin + part], TIMES, KEPT)
 
         for k in range(options.rounds):
             files = measure.once(lambda k=k: swept(f"{folder}/{k}", options.tops))

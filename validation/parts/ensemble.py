@@ -113,7 +113,7 @@ def outcomes(problems, truths, name, setting):
     return [
         {"seconds": seconds, "attitude_error": attitude_error(problem.principal(q), true)}
         if status == 0
-        else {"failure": paths.why(i)}
+        else {"failure": paths.message(i)}
         for i, (problem, true, q, status) in enumerate(
             zip(problems, truths, paths.q[:, -1], paths.status, strict=True)
         )

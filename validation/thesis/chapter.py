@@ -23,6 +23,7 @@ from . import (
 )
 from .courses import HALF, IMPROVED, SCENE, Course, frame_error, truth
 from .line_charts import BLUE, ORANGE, scatter
+from .scaled_units import h_eps, scaled_units
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"
@@ -149,7 +150,7 @@ def forms_chart(forms, scene):
 
 def units_table():
     """Gives the units of 4.2.1 for the cuboid: text and truth."""
-    units = kr.scaled_units(SCENE.body)
+    units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
     third = SCENE.body.mass / 3
@@ -162,7 +163,7 @@ def units_table():
         (
             "H_eps of experiment 6.1 at the start, eps = 0.2",
             "",
-            f"{kr.h_eps(truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
+            f"{h_eps(truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
         ),
     ]
 

@@ -88,7 +88,7 @@ def restarted(scene, interval, end, tol=TOL, first=FIRST, every=1):
         now = path.end
         if k % every == 0:
             states.append(np.array([k * interval, *path.states[-1, 1:]]))
-    whole = kr.Path(scene, np.array(states), "extrap", first, tol, path.stats)
+    whole = replace(path, scene=scene, states=np.array(states))
     return Course(whole, *cost.tolist())
 
 

@@ -6,8 +6,9 @@ import numpy as np
 from . import su2
 from .courses import HALF, SCENE, theorem42, truth
 from .errata import erratum
+from .scaled_units import scaled_units
 
-UNITS = kr.scaled_units(SCENE.body)
+UNITS = scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
 # It is tilted by 0.6 rad, for over an upright start no torque acts.
 TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))

@@ -8,6 +8,7 @@ from .courses import HALF, SCENE, fixed, theorem42, truth
 from .experiments import grid
 from .figures_chapter5 import rod_of
 from .integrals import FORMS, adjusted
+from .scaled_units import scaled_units
 from .sentence import Sentence
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
@@ -87,7 +88,7 @@ def chapter4(four):
 
 def map_residual(eps=0.2):
     """Measures how far a path of bobenko_suris is from theorem 4.1 as printed, in scaled units."""
-    scaled = kr.scaled_units(SCENE.body).into(SCENE)
+    scaled = scaled_units(SCENE.body).into(SCENE)
     path = fixed(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     before = zip(path.m[:-1], path.apex[:-1], strict=True)

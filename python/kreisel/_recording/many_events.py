@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array
-from .top_rows import Counts, Met
+from .top_rows import Counts, RawEvents
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,17 +48,19 @@ class ManyEvents:
         return self.states[:, 5:]
 
 
-def joined(met: list[Met]) -> Met:
+def joined(met: list[RawEvents]) -> RawEvents:
     """Events in the order of their tops."""
     if not met:
         none = np.empty(0, dtype=np.intc)
-        return Met(np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none)
+        return RawEvents(
+            np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none
+        )
     columns = [np.concatenate(column) for column in zip(*met, strict=True)]
     order = np.argsort(columns[0], kind="stable")
-    return Met(*(column[order] for column in columns))
+    return RawEvents(*(column[order] for column in columns))
 
 
-def events_of(met: Met, shape: tuple[int, ...]) -> ManyEvents:
+def events_of(met: RawEvents, shape: tuple[int, ...]) -> ManyEvents:
     """The events, with their tops by the index in an ensemble."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)

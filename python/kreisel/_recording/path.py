@@ -14,17 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
+from .._ground.archive import Integers
 from .._ground.arguments import Array, Numbers, frozen
 from .._ground.files import write
-from .._ground.names import MethodName, QuantityName
+from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.methods import EXACT, methods
+from .._request.methods import EXACT
 from .._request.plan import Choice, Plan, plan_of
-from .._request.request import Request, wanted
+from .._request.request import SolveOptions, wanted
 from .carried import Carried
 from .places import Which, inside, places
 from .reference import ROUNDING, SERIES, apart, grown_roundings, told_error
-from .rows import Rows, refused, rows_in_any_order
+from .rows import CoreResult, creation_error, record_unordered
 from .saved import saved
 from .states import NO_STATES, PARTS
 from .states import Stats as Stats
@@ -47,59 +48,49 @@ class Path(Tables):
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
             or chose its own
     stats   what the run cost, trial runs included
-    events  those that were met, where solve was asked for events; else None
+    events  those met on the way; none where solve was not asked for any
     want    what solve was asked to keep beside t, and all that there is then; None: the states, and
             with them everything
     """
 
     scene: Scene
-    states: Array  # not there where _columns are
-    method: MethodName
-    step: float | None
-    tol: float | None
+    states: Array  # missing where _columns are
     stats: Stats
-    digits: int | None = None
-    want: tuple[QuantityName, ...] | None = None
-    events: Events | None = None
-    _low: Array | None = None  # what the doubles of the states leave out
-    _columns: dict[str, Array] | None = None  # in place of states: t, and what is wanted
-    _asked: str = ""  # the method in the user's words
-    _choice: Choice | None = None  # of method="geometric"
+    _options: SolveOptions
+    _is_back: bool = False
+    _low: Array | None = None  # low words of the states
+    _columns: dict[str, Array] | None = None  # in place of states: t and the quantities in want
+    _events: Events | None = None
+    _choice: Choice | None = None  # of method='geometric'
     _carried: Carried | None = None  # the tangents
 
     def __init__(
         self,
         scene: Scene,
         states: Array,
-        method: MethodName,
-        step: float | None,
-        tol: float | None,
         stats: Stats,
-        digits: int | None = None,
-        want: tuple[QuantityName, ...] | None = None,
-        events: Events | None = None,
+        _options: SolveOptions,
+        _is_back: bool = False,
         _low: Array | None = None,
         _columns: dict[str, Array] | None = None,
-        _asked: str = "",
+        _events: Events | None = None,
         _choice: Choice | None = None,
         _carried: Carried | None = None,
     ) -> None:
-        kept = self.__dict__  # past the guard of a frozen value, and in no time
-        kept["scene"], kept["method"], kept["stats"] = scene, method, stats
-        kept["step"], kept["tol"], kept["digits"] = step, tol, digits
-        kept["want"], kept["events"], kept["_low"] = want, events, _low
-        kept["_columns"], kept["_asked"], kept["_choice"] = _columns, _asked, _choice
-        kept["_carried"] = _carried
+        fields = self.__dict__  # faster than object.__setattr__ of a frozen dataclass
+        fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
+        fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
+        fields["_events"], fields["_choice"], fields["_carried"] = _events, _choice, _carried
         if _low is not None:
             _low.flags.writeable = False
         if _columns is None:
             states.flags.writeable = False
-            kept["states"] = states
+            fields["states"] = states
             return
         for name, column in _columns.items():
             column.flags.writeable = False
             if name not in PARTS:
-                kept[name] = column
+                fields[name] = column
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
@@ -125,30 +116,33 @@ class Path(Tables):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        return told_error(self.scene, self.method, self.digits, self._apart, self._grown)
+        return told_error(
+            self.scene, self.method, self.digits, self._max_angle_to, self._rounding_growth
+        )
 
-    def _grown(self) -> float:
-        came, most = grown_roundings(self.scene, self.t, self.digits or 16)
-        good(self.scene, SERIES, came)
-        return most
+    def _rounding_growth(self) -> float:
+        result, largest = grown_roundings(self.scene, self.t, self.digits or 16)
+        path_or_raise(self.scene, SERIES, result)
+        return largest
 
-    def _apart(self, second: Request) -> float:
-        """The largest angle to the attitudes of a second run, low words included: their difference
-        loses no digit."""
-        other = good(self.scene, second, rows_in_any_order(self.scene, second, self.t))
+    def _max_angle_to(self, second: SolveOptions) -> float:
+        """Return the largest angle to the attitudes of a second run, low words included."""
+        result = record_unordered(self.scene, second, self.t)
+        other = path_or_raise(self.scene, second, result)
         return apart((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
         """What was used for this path, and what was left out, and why."""
-        return plan_of(self.scene, self._request, len(self), self._choice)
+        return plan_of(self.scene, self._options, len(self), self._choice)
 
-    @property
-    def _request(self) -> Request:
-        step = None if self.step is None else abs(self.step)
-        watched = self.events is not None
-        words = step, self.tol, self.digits, 0, self.want, self._asked, watched
-        return Request(methods[self.method], *words)
+    @cached_property
+    def events(self) -> Events:
+        """The events met on the way, as kreisel.Events; none where solve was not asked for any."""
+        if self._events is not None:
+            return self._events
+        none = np.empty(0, dtype=np.intc)
+        return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
         """The states of the same run at other times, as a path: bit for bit those that solve gives
@@ -167,15 +161,16 @@ class Path(Tables):
         again, from the start to the last of these times; by the closed form at once. It keeps what
         `want` names, no events and no tangents.
         """
-        if self._asked == EXACT != self.method:
+        if self._options.requested_method == EXACT != self.method:
             raise ValueError(
                 f"this path is of the closed form of {self.method}'s map, which has no states "
                 "between its steps: call what kreisel.exact gave, with the numbers of the steps"
             )
-        done = self._request
-        path = good(self.scene, done, rows_in_any_order(self.scene, done, inside(self.t, t)))
+        options = replace(self._options, max_steps=0) if self._options.max_steps else self._options
+        result = record_unordered(self.scene, options, inside(self.t, t))
+        path = path_or_raise(self.scene, options, result)
         states = NO_STATES if path._columns else path.states
-        return replace(path, states=states, step=self.step, _choice=self._choice)
+        return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: Which) -> Path:
         """Some of the states, as a path that keeps all but the events: a number gives one state, a
@@ -189,10 +184,10 @@ class Path(Tables):
         at = places(len(self), which)
         if self._columns is not None:
             columns = {name: column[at] for name, column in self._columns.items()}
-            return replace(self, states=NO_STATES, _columns=columns, events=None)
+            return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[at]
         carried = self._carried and self._carried.at(at)
-        return replace(self, states=self.states[at], _low=low, events=None, _carried=carried)
+        return replace(self, states=self.states[at], _low=low, _events=None, _carried=carried)
 
     def __iter__(self) -> Iterator[Path]:
         """The states one by one, each a path."""
@@ -218,8 +213,9 @@ class Path(Tables):
         names = wanted(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
+        options = replace(self._options, want=names)
         return replace(
-            self, states=NO_STATES, _low=None, want=names, _columns=columns, _carried=None
+            self, states=NO_STATES, _options=options, _low=None, _columns=columns, _carried=None
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -231,14 +227,19 @@ class Path(Tables):
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
         events_direction; of tangents tangents and tangents_low.
         """
-        met = self.events
-        write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))
+        write(file, saved(self, self._core_events))
+
+    @property
+    def _core_events(self) -> tuple[Path, Integers, Integers] | None:
+        """The events as path.save writes them: the path at them, their indices and directions."""
+        met = self._events
+        return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
         """The picture that kreisel.plot draws, of this path alone."""
         from .._drawing.charts import plotted
 
-        return plotted([(self, self.events.path if self.events else None)], axes, degrees)
+        return plotted([(self, self.events.path if len(self.events) else None)], axes, degrees)
 
     def animate(
         self,
@@ -337,8 +338,8 @@ class Interrupted(Stopped, KeyboardInterrupt):
     __module__ = "kreisel"
 
 
-def stopped(status: str, path: Path, where: str) -> BaseException:
-    """What the status of a run stands for: a failure with its path, or bad input."""
+def stop_exception(status: str, path: Path, where: str) -> BaseException:
+    """Return the exception for the status of a run: a failure with its path, or bad input."""
     kinds: dict[str, type[Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
@@ -346,39 +347,37 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return refused(status, path.scene, path.method, path.step, path.tol)
+    return creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
-def path_of(scene: Scene, done: Request, came: Rows) -> Path:
-    """The path of what the core has recorded, with all its states."""
-    _, states, low, counts, end = came
-    step = done.step if end >= 0.0 else done.signed(True)
-    name, stats, asked = done.method.name, Stats(*counts), done.asked
-    return Path(scene, states, name, step, done.tol, stats, done.digits, _low=low, _asked=asked)
+def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+    """Return the path of a result of the core, with all its states."""
+    _, states, low, counts, end = result
+    whole = options if options.want is None else replace(options, want=None)
+    return Path(scene, states, Stats(*counts), whole, end < 0.0, low)
 
 
-def good(scene: Scene, done: Request, came: Rows) -> Path:
-    """The path of what the core has recorded, kept to what is wanted; raises what its status stands
-    for."""
-    path = path_of(scene, done, came)
-    path = kept(path, done.want, came[-1])
-    if came[0] != "OK":
-        raise stopped(came[0], path, way(path, came[-1]))
+def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+    """Return the path of a result of the core, with no more than what is wanted. Raises the
+    exception for its status."""
+    path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
+    if result[0] != "OK":
+        raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path
 
 
-def kept(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """The path with no more than what is wanted; Ctrl-C while that is computed loses nothing."""
+def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
+    """Return the path with no more than what is wanted; Ctrl-C on the way loses nothing."""
     if want is None:
         return path
     try:
         return path.only(want)
     except KeyboardInterrupt:
         part = path.only(want)
-        raise stopped("ERR_INTERRUPTED", part, way(part, end)) from None
+        raise stop_exception("ERR_INTERRUPTED", part, progress_text(part, end)) from None
 
 
-def way(path: Path, end: float) -> str:
-    """How far a path has come, in words."""
+def progress_text(path: Path, end: float) -> str:
+    """Return how far a path has come, as text."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"

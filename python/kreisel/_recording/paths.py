@@ -19,7 +19,7 @@ from .path import Events, Path
 from .places import number_of
 from .states import NO_STATES, PARTS
 from .tables import tabled
-from .top_rows import Met, values
+from .top_rows import RawEvents, values
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -46,22 +46,22 @@ class Paths(Outcomes, Quantities):
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
         """What solve was asked to keep beside t, and all that there is then; None: the states."""
-        return self._order.request.want
+        return self._options.solve.want
 
     @property
     def _low(self) -> Array | None:
-        return self._rows.low
+        return self._buffers.low
 
     @property
     def states(self) -> Array:
         """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
-        if self._rows.states is None:
+        if self._buffers.states is None:
             raise self._left_out("states")
-        return self._shaped(self._rows.states)
+        return self._shaped(self._buffers.states)
 
     def _column(self, name: str) -> Array:
         """A quantity over all tops."""
-        columns = self._rows.columns
+        columns = self._buffers.columns
         if name in columns:
             return self._shaped(columns[name])
         if self.want is not None:
@@ -69,11 +69,11 @@ class Paths(Outcomes, Quantities):
         if name in PARTS:
             return self.states[..., PARTS[name]]
         if name in LOW:
-            part, low = PARTS[name.removesuffix("_low")], self._rows.low
+            part, low = PARTS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return frozen(0.0 * self.states[..., part])
             return self._shaped(low)[..., part]
-        return self._shaped(values(name, self.tops, self._rows))
+        return self._shaped(values(name, self.tops, self._buffers))
 
     def _left_out(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in WANTED else "solve without want"
@@ -119,24 +119,25 @@ class Paths(Outcomes, Quantities):
             raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
 
     @cached_property
-    def events(self) -> ManyEvents | None:
-        """Those that were met, where solve was asked for events; else None."""
-        return None if self._order.events is None else events_of(self._met, self.shape)
+    def events(self) -> ManyEvents:
+        """The events met on the way; none where solve was not asked for any."""
+        return events_of(self._raw_events, self.shape)
 
     @cached_property
-    def _met(self) -> Met:
-        return joined(self._rows.met)
+    def _raw_events(self) -> RawEvents:
+        return joined(self._buffers.events)
 
     def _member(self, i: int) -> Path:
         path = super()._member(i)
-        if self._order.events is None:
+        if self._options.core_events is None:
             return path
-        met = self._met
+        met = self._raw_events
         first, last = np.searchsorted(met.top, [i, i + 1])
         here = slice(int(first), int(last))
         at = self._path(i, met.states[here].copy(), met.low[here].copy())
         events = Events(at, met.which[here].copy(), met.direction[here].copy())
-        return replace(path, states=path.states if self.want is None else NO_STATES, events=events)
+        states = path.states if self.want is None else NO_STATES
+        return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
         """The path of one top, or those of some, as of an array.

@@ -1,7 +1,6 @@
-"""Recording: the core is called, and what it gave becomes a path, or a failure with the path so
-far.
+"""Recording of one scene: the core is called, and its result becomes a path or an exception.
 
-What is wanted in place of the states is computed piece by piece, and the states are dropped.
+Quantities in place of states are computed chunk by chunk, and the states are dropped.
 """
 
 from __future__ import annotations
@@ -12,47 +11,57 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from .._core import record
 from .._ground.arguments import Array
 from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.request import Progress, Request
+from .._request.request import Progress, SolveOptions
 from .._request.times import PIECE
-from .path import Events, Path, good
-from .rows import rows, rows_at_once
+from .path import Events, Path, Stats, path_or_raise
+from .rows import record_states
 from .states import NO_STATES
 
-Met = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
+CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
 
-def recorded(scene: Scene, done: Request, times: Array, progress: Progress | None) -> Path:
-    """The path of a request at these times, which need no check."""
-    return told(good(scene, done, rows(scene, done, times, progress)), progress)
+def record_path(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+) -> Path:
+    """Return the path at validated times."""
+    result = record_states(scene, options, times, progress)
+    return report_end(path_or_raise(scene, options, result), progress)
 
 
-def told(path: Path, progress: Progress | None) -> Path:
-    """The path, once its progress has been told the end."""
+def record_path_fast(
+    scene: Scene, options: SolveOptions, t: object, progress: Progress | None
+) -> Path | None:
+    """Return the path at the times that the user gave, or None if they need validation."""
+    horizon = min(scene._within, options.safe_horizon)
+    result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
+    if result is None:
+        return None
+    status, states, low, counts, end = result
+    if status != "OK" or options.want is not None or progress is not None:
+        return report_end(path_or_raise(scene, options, result), progress)
+    return Path(scene, states, Stats(*counts), options, end < 0.0, low)
+
+
+def report_end(path: Path, progress: Progress | None) -> Path:
+    """Call `progress` with the last time of `path`, and return the path."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
-def recorded_at_once(
-    scene: Scene, done: Request, t: object, progress: Progress | None
-) -> Path | None:
-    """The path of a request at times as a user gave them; None where they need a second look."""
-    came = rows_at_once(scene, done, t, progress)
-    return came and told(good(scene, done, came), progress)
-
-
-def with_events(path: Path, met: Met) -> Path:
-    """The path with the events that it met: their states, what doubles leave out of these, which
-    events they are, and their directions."""
+def with_events(path: Path, met: CoreEvents) -> Path:
+    """Return the path with its events: their states, low words, indices and directions."""
     states, low, which, direction = met
-    return replace(path, events=Events(replace(path, states=states, _low=low), which, direction))
+    at_events = replace(path, states=states, _low=low)
+    return replace(path, _events=Events(at_events, which, direction))
 
 
 def _joined(met: list[Events]) -> Events:
-    """The events of pieces of a path, as one."""
+    """Return the events of consecutive paths as one."""
     states = np.concatenate([one.states for one in met])
     low = np.concatenate([low for one in met if (low := one.path._low) is not None])
     path = replace(met[-1].path, states=states, _low=low)
@@ -60,56 +69,59 @@ def _joined(met: list[Events]) -> Events:
     return Events(path, np.concatenate(which), np.concatenate(direction))
 
 
-class Columns:
-    """What is wanted of n states, filled in piece by piece, and the events that were met."""
+class ColumnRecorder:
+    """The quantities of n states, filled chunk by chunk, and the events on the way."""
 
     def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
         self._arrays: dict[str, Array] = {}
-        self._met: list[Events] = []
+        self._events: list[Events] = []
 
     def add(self, part: Path) -> None:
-        """The next states."""
+        """Append the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:
                 self._arrays[name] = np.empty((self._n, *column.shape[1:]))
             self._arrays[name][self._done : self._done + len(part)] = column
         self._done += len(part)
-        if part.events is not None:
-            self._met.append(part.events)
+        if part._events is not None:
+            self._events.append(part._events)
 
     def path(self, last: Path) -> Path:
-        """The path, with all that is no state from its last piece."""
+        """Return the path; all but its columns and events is that of `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        met = _joined(self._met) if self._met else None
+        events = _joined(self._events) if self._events else None
+        options = replace(last._options, want=self._want)
         return replace(
-            last, states=NO_STATES, _low=None, want=self._want, events=met, _columns=columns
+            last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
         )
 
 
-def in_pieces(
+def record_chunks(
     times: Array,
     want: tuple[QuantityName, ...],
     record: Callable[[Array], tuple[str, Path]],
-    ended: Callable[[], bool],
+    has_ended: Callable[[], bool],
 ) -> tuple[str, Path]:
-    """The status and the path of what is wanted, of which no more than a piece is ever states,
-    until all is recorded or has ended. The first state is a piece of its own: from then on, Ctrl-C
-    between two pieces ends it as one within a piece does."""
-    columns = Columns(want, times.size)
+    """Return the status and the path of the quantities in `want`, recorded chunk by chunk.
+
+    The first state is a chunk of its own: from then on, Ctrl-C between two chunks ends the run as
+    one within a chunk does.
+    """
+    columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])
     columns.add(part)
     try:
-        for piece in _pieces(times[1:]):
-            if status != "OK" or ended():
+        for chunk in _chunks(times[1:]):
+            if status != "OK" or has_ended():
                 break
-            status, part = record(piece)
+            status, part = record(chunk)
             columns.add(part)
     except KeyboardInterrupt:
         status = "ERR_INTERRUPTED"
     return status, columns.path(part)
 
 
-def _pieces(times: Array) -> Iterator[Array]:
+def _chunks(times: Array) -> Iterator[Array]:
     return (times[first : first + PIECE] for first in range(0, times.size, PIECE))

@@ -1,4 +1,4 @@
-"""What solve kept of each top of an ensemble in place of its path: least, greatest, mean, ..."""
+"""Reductions of the states of each top of an ensemble: minimum, maximum, mean and others."""
 
 from __future__ import annotations
 
@@ -17,40 +17,40 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-class Reduced(Outcomes):
-    """What solve was asked to keep of each top by reduce: a mapping from the names of quantities
-    to mappings from 'min', 'max', 'mean', 'variance', 'last', 'where_min', 'where_max' to arrays.
-    These are read-only, of the shape of the ensemble and then of the quantity; NaN for a top that
-    failed. A variance is that of the states there are; where_min and where_max are the first times
-    at which it is so [T].
+class Reductions(Outcomes):
+    """The result of kreisel.reduce: a mapping from the names of quantities to mappings from 'min',
+    'max', 'mean', 'variance', 'last', 'where_min' and 'where_max' to arrays. The arrays are
+    read-only. Their shape is that of the ensemble and then that of the quantity; a top that failed
+    has NaN. A variance is that of the states there are; where_min and where_max are the first times
+    of the minimum and the maximum [T].
 
     tops  the ensemble
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
-        >>> falls = kr.solve(tops, [0.0, 0.5, 1.0], reduce={"nutation": ("min", "max")})
+        >>> falls = kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": ("min", "max")})
         >>> falls["nutation"]["max"].round(3)
         array([1.023, 1.13 ])
     """
 
     def __repr__(self) -> str:
         kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._names().items())
-        return f"<kreisel.Reduced of shape {self.shape}, {kept}: {self._summary()}>"
+        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
 
     def _names(self) -> dict[str, list[str]]:
         """The kinds that are kept, by the name that was asked for."""
         names: dict[str, list[str]] = {}
-        for one in self._order.kept:
+        for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])
             if KINDS[one.kind] not in kinds:
                 kinds.append(KINDS[one.kind])
         return names
 
     def _column(self, name: str, kind: str) -> Array:
-        assert self._rows.kept is not None
-        asked = self._order.kept
+        assert self._buffers.reduced is not None
+        asked = self._options.reductions
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
-        columns = self._rows.kept[:, at[0] : at[-1] + 1]
+        columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
         return self._shaped(columns.reshape(len(columns), *shape))
 
@@ -67,7 +67,7 @@ class Reduced(Outcomes):
             return {kind: self._column(key, kind) for kind in names[key]}
         if number_of(self.shape, key) is not None:
             raise TypeError(
-                "there is no path of one top where reduce kept numbers: index these, as in "
+                "reductions have no path of one top: index their arrays, as in "
                 "reduced['nutation']['max'][3]"
             )
         return self._part(key)

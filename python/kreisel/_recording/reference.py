@@ -22,17 +22,18 @@ from .._ground.arguments import Array, Quaternion
 from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._request.methods import ELSE, EXACT, methods
-from .._request.request import Progress, Request
+from .._request.request import Progress, SolveOptions
 from ..quaternion import conjugate, multiply, turn
-from .rows import Rows
+from .rows import CoreResult
 
-CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
-SERIES = Request(methods[ELSE], asked=ELSE)
-LONGER_SERIES = Request(methods[ELSE], digits=20, asked=ELSE)
-LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
+CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
+SERIES = SolveOptions(methods[ELSE], requested_method=ELSE)
+LONGER_SERIES = SolveOptions(methods[ELSE], digits=20, requested_method=ELSE)
+LONGEST_SERIES = SolveOptions(methods[ELSE], digits=30, requested_method=ELSE)
 # Shorter steps of 30 digits make other roundings.
 SHORTER_STEPS = [
-    Request(methods[ELSE], tol=2.0**-n, digits=30, asked=ELSE) for n in (108, 109, 110)
+    SolveOptions(methods[ELSE], tol=2.0**-n, digits=30, requested_method=ELSE)
+    for n in (108, 109, 110)
 ]
 
 ROUNDING = 2.0**-53
@@ -58,7 +59,7 @@ def told_error(
     scene: Scene,
     method: MethodName,
     digits: int | None,
-    apart: Callable[[Request], float],
+    apart: Callable[[SolveOptions], float],
     grown: Callable[[], float],
 ) -> float:
     """The attitude error of a path of this method and these digits, by how far second runs are
@@ -111,14 +112,14 @@ def grown_roundings(
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-) -> tuple[Rows, float]:
+) -> tuple[CoreResult, float]:
     """How far one rounding of the start moves the attitude on the way at most [rad], over the
     rounding, by tangents of the series, whatever method moves the top; of more digits, how far
     those of all its numbers do, as they add up by chance. Infinite where a tangent outgrows
     doubles. Before it the states that were looked at, of which some are missing where that
     run fails."""
     directions, most = rounded(scene, digits), 1.0
-    came: Rows = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
+    came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from typing import BinaryIO, NamedTuple
 
 import numpy as np
@@ -14,12 +14,11 @@ from .._core import tangents as TANGENTS
 from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
-from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene, parse
 from .._request.methods import methods, unknown
 from .._request.plan import Choice
 from .._request.quantities import LOW, QUANTITIES, WANTED
-from .._request.request import checked_digits, checked_step, checked_tol, wanted
+from .._request.request import SolveOptions, options_for_method, wanted
 from .carried import Carried
 from .states import NO_STATES, States, Stats
 
@@ -28,22 +27,19 @@ _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class Saved(NamedTuple):
-    """A path in the order of its words."""
+class PathRecord(NamedTuple):
+    """The fields of a path, in the order of its constructor."""
 
     scene: Scene
     states: Array
-    method: MethodName
-    step: float | None
-    tol: float | None
     stats: Stats
-    digits: int | None
-    want: tuple[QuantityName, ...] | None
-    low: Array | None
-    columns: dict[str, Array] | None
-    asked: str
-    choice: Choice | None
-    carried: Carried | None
+    options: SolveOptions
+    is_back: bool
+    low: Array | None = None
+    columns: dict[str, Array] | None = None
+    events: None = None
+    choice: Choice | None = None
+    carried: Carried | None = None
 
     @property
     def t(self) -> Array:
@@ -60,7 +56,7 @@ def saved(path: States, met: Met | None) -> bytes:
         "kreisel": version,
         "format": _FORMAT,
         "method": path.method,
-        "asked": path._asked,
+        "asked": path._options.requested_method,
         "step": path.step,
         "tol": path.tol,
         "digits": path.digits,
@@ -91,7 +87,9 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, Integers] | None]:
+def unsaved(
+    file: BinaryIO, size: int
+) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
     """The path in a file of so many bytes, and the events that it met: the path at them, which they
     are, and which way. ValueError for what saved has not made."""
     archive = Archive(file, size)
@@ -100,6 +98,8 @@ def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, In
         if whole("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
         words = _words(head, parse(archive.text("scene")))
+        if head["events"] is not None:
+            words = words._replace(options=replace(words.options, events=()))
         path = _numbers(archive, "", words, head)
         if head.get("tangents") is not None:
             path = path._replace(carried=_carried(archive, len(path.t), head["tangents"]))
@@ -120,7 +120,7 @@ def _object(value: object) -> dict[str, object]:
     return value
 
 
-def _words(head: dict[str, object], scene: Scene) -> Saved:
+def _words(head: dict[str, object], scene: Scene) -> PathRecord:
     """A path without its numbers, each of its words checked as those of a request are."""
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
@@ -128,26 +128,12 @@ def _words(head: dict[str, object], scene: Scene) -> Saved:
     if method not in methods:
         raise ValueError(unknown(method))
     step = None if head["step"] is None else number("step", head["step"])
-    checked_step(methods[method], None if step is None else abs(step))
-    tol = checked_tol(methods[method], head["tol"])
-    digits = checked_digits(methods[method], head["digits"], tol)
+    size = None if step is None else abs(step)
+    options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
     costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
     choice = None if head["choice"] is None else _chosen(_object(head["choice"]))
-    return Saved(
-        scene,
-        NO_STATES,
-        methods[method].name,
-        step,
-        tol,
-        costs,
-        digits,
-        None,
-        None,
-        None,
-        asked,
-        choice,
-        None,
-    )
+    is_back = step is not None and step < 0.0
+    return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
 
 
 def _chosen(words: dict[str, object]) -> Choice:
@@ -170,7 +156,9 @@ def _carried(archive: Archive, n: int, head: object) -> Carried:
     return Carried.of(high, low, rest, tuple(by))
 
 
-def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object]) -> Saved:
+def _numbers(
+    archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
+) -> PathRecord:
     """The path of these words with the numbers whose names begin so."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
@@ -181,7 +169,8 @@ def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object
         columns = {
             name: archive.doubles(prefix + name, len(t), *WANTED[name].shape) for name in names
         }
-        return words._replace(want=names, columns={"t": t} | columns)
+        options = replace(words.options, want=names)
+        return words._replace(options=options, columns={"t": t} | columns)
     low = None
     if is_low:
         rest = (archive.doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)

@@ -13,13 +13,13 @@ from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
-from .._request.many import Order
+from .._request.many import EnsembleOptions
 from .columns import add_quantities
 from .outcomes import Outcomes
-from .path import Path, stopped
+from .path import Path, stop_exception
 from .places import number_of
 from .states import PARTS
-from .top_rows import STATUSES, Counts, TopRows, values
+from .top_rows import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 
 
 class Section(Outcomes, Quantities):
@@ -55,7 +55,7 @@ class Section(Outcomes, Quantities):
     @cached_property
     def _found(self) -> npt.NDArray[np.bool_]:
         """(tops, n) which of the rows are states."""
-        return np.arange(self.n) < self._rows.done[:, None]
+        return np.arange(self.n) < self._buffers.done[:, None]
 
     def _flat(self, rows: Array) -> Array:
         """The rows that are states."""
@@ -74,8 +74,8 @@ class Section(Outcomes, Quantities):
     @cached_property
     def states(self) -> Array:
         """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
-        assert self._rows.states is not None
-        return self._flat(self._rows.states)
+        assert self._buffers.states is not None
+        return self._flat(self._buffers.states)
 
     @property
     def t(self) -> Array:
@@ -103,15 +103,16 @@ class Section(Outcomes, Quantities):
             raise AttributeError(f"a section has no {shown(name)}; {nearest(name, known)}")
 
     def _member(self, i: int) -> Path:
-        assert self._rows.states is not None
-        return self._path(i, self._rows.states[i, : int(self._rows.done[i])], None)
+        assert self._buffers.states is not None
+        return self._path(i, self._buffers.states[i, : int(self._buffers.done[i])], None)
 
     def _failure(self, i: int) -> BaseException:
-        done, reached = int(self._rows.done[i]), float(self._rows.reached[i])
+        done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
         came = f"{done} of {self.n} came by t = {reached:g}"
-        name = STATUSES[self._rows.status[i]]
-        return stopped(name, self._member(i), came + waited if name == "ERR_EVENT" else came)
+        name = STATUSES[self._buffers.status[i]]
+        text = came + waited if name == "ERR_EVENT" else came
+        return stop_exception(name, self._member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
         """The states of one top, as a path, or those of some, as of an array.
@@ -130,25 +131,34 @@ class Section(Outcomes, Quantities):
 
 
 def _column(section: Section, name: str) -> Array:
-    return section._flat(values(name, section.tops, section._rows))
+    return section._flat(values(name, section.tops, section._buffers))
 
 
 add_quantities(Section, ("e",), _column)
 
 
-def fill_section(
-    rows: TopRows, order: Order, tops: Ensemble, begin: int, end: int, t: Array, work: Work | None
-) -> TopRows:
-    """The rows of the tops begin to end, filled on any thread; t tells in each place of a top how
-    long it waits for an event."""
-    part = rows.at(slice(begin, end))
-    assert part.states is not None and order.events is not None
+def run_section(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Search for the states of the tops begin..end; each row of `t` has the longest wait of a top
+    in each place."""
+    part = buffers.at(slice(begin, end))
+    assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
-    told = part.status, part.done, part.counts, part.reached
-    Worker(*order.core, (), work).section(
-        tops._tops, begin, end, order.events, part.states.shape[1], wait, *told, part.states
-    )
+    Worker(*options.core, (), work).section(
+        tops._tops, begin, end, options.core_events, part.states.shape[1], wait,
+        part.status, part.done, part.counts, part.reached, part.states,
+    )  # fmt: skip
     return part
+
+
+SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:

@@ -14,6 +14,7 @@ from .._ground.refusals import nearest
 from .._model.scene import Scene
 from .._request.plan import Choice
 from .._request.quantities import WANTED
+from .._request.request import SolveOptions
 from .carried import CARRIED, Carried
 from .columns import add_quantities
 
@@ -51,18 +52,40 @@ class States(Quantities):
     """What the states of a kreisel.Path tell: each quantity is an attribute."""
 
     scene: Scene
-    states: Array  # not there where _columns are
-    method: MethodName
-    step: float | None
-    tol: float | None
+    states: Array  # missing where _columns are
     stats: Stats
-    digits: int | None
-    want: tuple[QuantityName, ...] | None
-    _low: Array | None  # what the doubles of the states leave out
-    _columns: dict[str, Array] | None  # in place of states: t, and what is wanted
-    _asked: str  # the method in the user's words
-    _choice: Choice | None  # of method="geometric"
+    _options: SolveOptions
+    _is_back: bool
+    _low: Array | None  # low words of the states
+    _columns: dict[str, Array] | None  # in place of states: t and the quantities in want
+    _choice: Choice | None  # of method='geometric'
     _carried: Carried | None  # the tangents
+
+    @property
+    def method(self) -> MethodName:
+        """The method's name."""
+        return self._options.method.name
+
+    @property
+    def step(self) -> float | None:
+        """The step as used, negative back in time; None where the method has none or chose its
+        own [T]."""
+        return self._options.signed_step(self._is_back)
+
+    @property
+    def tol(self) -> float | None:
+        """The tolerance as used; None where the method has none or chose its own."""
+        return self._options.tol
+
+    @property
+    def digits(self) -> int | None:
+        """The digits as used; None where none were requested."""
+        return self._options.digits
+
+    @property
+    def want(self) -> tuple[QuantityName, ...] | None:
+        """What solve was asked to keep beside t; None: the states, and with them everything."""
+        return self._options.want
 
     def __len__(self) -> int:
         return len(self.t)

@@ -1,5 +1,5 @@
-"""What is asked of many tops: one request for all of them, their times, what is kept of their
-states, and who moves them; checked before anything runs."""
+"""Options of an ensemble: a solve's options for all tops, their times, what is recorded or reduced,
+and the threads; validated before anything runs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -18,24 +19,24 @@ from .._ground.refusals import unknown
 from .._model.scene import Ensemble, Scene
 from .methods import ELSE, Method, fitting, named
 from .quantities import QUANTITIES
-from .request import Request, steered
-from .times import COUNTABLE, listed, memory, too_many_steps
+from .request import SolveOptions, cached_options
+from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
-Reductions = Mapping[str, Kind | Iterable[Kind]]  # what reduce asks to keep
-LookedFor = list[
+ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # quantities with the kinds of reduction
+CoreEvents = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 ]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
 _WHAT = "a number, a list of times, or an array of times of each top"
-_ROWS = 1 << 20  # times that are looked at at once
-_MOST_THREADS = 1024
+_MAX_ROWS = 1 << 20  # times that are validated at once
+_MAX_THREADS = 1024
 
 
-class Kept(NamedTuple):
-    """What is kept of a component over a top's times; kinds are numbered as in the core, and the
-    name is the one that was asked for."""
+class Reduction(NamedTuple):
+    """A component reduced over the times of a top. `kind` is its number in the core, `name` the
+    quantity or component that the user named."""
 
     quantity: str
     component: int
@@ -44,77 +45,88 @@ class Kept(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Order:
-    """A request for many tops.
+class EnsembleOptions:
+    """The options of an ensemble.
 
-    mixed  'auto': the closed form for those that have one, the request's method for all others
-    kept    what is kept of each top's states in their place
-    chooses method='geometric': each top has its own, and its own step
-    events  what is looked for on the way, as the core takes it; None for nothing
+    solve        of all tops; its method is that of tops without a closed form where `is_auto`
+    is_auto      True if tops with a closed form use it
+    reductions   what is reduced of each top in place of its states
+    core_events  the events to search for, as arguments of the core
     """
 
-    request: Request
-    mixed: bool = False
-    kept: tuple[Kept, ...] = ()
-    events: LookedFor | None = None
-    chooses: bool = False
+    solve: SolveOptions
+    is_auto: bool = False
+    reductions: tuple[Reduction, ...] = ()
+    core_events: CoreEvents | None = None
 
     @property
-    def alone(self) -> bool:
-        """Whether the tops go one by one: for events, and for what their doubles leave out."""
-        return self.events is not None or self.request.low
+    def searches_step(self) -> bool:
+        """True if each top has its own method and step, as with method='geometric'."""
+        return self.solve.error is not None
 
     @property
+    def is_scalar(self) -> bool:
+        """True if the tops run one by one: with events, and with more than 16 digits."""
+        return self.core_events is not None or self.solve.extended_precision
+
+    @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """What steers it, as the core's worker takes it."""
-        name, step, tol, digits, most, level = self.request.core
-        return None if self.mixed else name, step, tol, digits, most, level
+        """The first arguments of the core's worker; None as the method stands for 'auto'."""
+        name, step, tol, digits, most, leave_heading = self.solve.core
+        return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
-    def of(self, scene: Scene) -> Request:
-        """The request of one top."""
-        one = self.request
-        method = fitting(one.asked, scene) if self.mixed else one.method
-        return steered(method, one.step, one.tol, one.digits, one.max_steps, one.asked, one.want)
+    @cached_property
+    def core_reductions(self) -> list[tuple[str, int, int]]:
+        """The reductions as an argument of the core's worker."""
+        return [one[:3] for one in self.reductions]
 
-    def limited(self, most: int) -> Order:
-        """The same with at most so many steps of each top."""
-        steps = min(self.request.max_steps or most, most)
-        return replace(self, request=replace(self.request, max_steps=steps))
-
-    @property
-    def reductions(self) -> list[tuple[str, int, int]]:
-        """What is kept, as the core's worker takes it."""
-        return [one[:3] for one in self.kept]
-
-    @property
+    @cached_property
     def size(self) -> int:
-        """Bytes of a state."""
-        return 0 if self.kept else self.request.size * (2 if self.request.low else 1)
+        """The bytes of a state."""
+        if self.reductions:
+            return 0
+        return self.solve.size * (2 if self.solve.extended_precision else 1)
+
+    def of(self, scene: Scene) -> SolveOptions:
+        """Return the options of one top."""
+        one, requested = self.solve, self.solve.requested_method
+        if not self.is_auto:
+            return one
+        method = fitting(requested, scene)
+        return cached_options(
+            method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
+        )
+
+    def limited(self, max_steps: int) -> EnsembleOptions:
+        """Return the options with at most `max_steps` steps of each top."""
+        steps = min(self.solve.max_steps or max_steps, max_steps)
+        return replace(self, solve=replace(self.solve, max_steps=steps))
 
 
-def place(index: Index) -> str:
-    """A member as it is written: [3, 17]."""
+def format_index(index: Index) -> str:
+    """Return an index as text, such as "[3, 17]"."""
     return f"[{', '.join(map(str, index))}]" if index else ""
 
 
 def index_of(i: int, shape: Shape) -> Index:
-    """The index of the i-th member in C order."""
+    """Return the index of the i-th member in C order."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
 def member(tops: Ensemble, i: int) -> Scene:
-    """The i-th member in C order."""
+    """Return the i-th member in C order."""
     return tops._member(index_of(i, tops.shape))
 
 
-def fitting_all(name: object, tops: Ensemble) -> Method:
-    """The method of this name; ValueError for the first member that it does not suit."""
+def method_for_all(name: object, tops: Ensemble) -> Method:
+    """Return the method called `name`. Raises ValueError for the first member that it does not
+    suit."""
     method = named(name)
     if method.name == ELSE:  # it suits every top
         return method
     first, count = unsuited(tops._tops, method.name)
     if count:
-        where = f"top{place(index_of(first, tops.shape))}"
+        where = f"top{format_index(index_of(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
             fitting(name, member(tops, first))
@@ -123,7 +135,7 @@ def fitting_all(name: object, tops: Ensemble) -> Method:
     return method
 
 
-def order(
+def parse_ensemble_options(
     tops: Ensemble,
     method: object,
     step: object = None,
@@ -132,20 +144,22 @@ def order(
     max_steps: object = 0,
     want: object = None,
     reduce: object = None,
-    watched: bool = False,
-) -> Order:
-    """The order in these words, for events or not. TypeError or ValueError for what cannot be."""
-    automatic = isinstance(method, str) and method == "auto"
-    mixed = automatic and digits is None and not watched
-    chosen = fitting_all(ELSE if automatic else method, tops)
-    kept = kept_of(reduce)
-    if kept and want is not None:
+    every: object = None,
+    has_events: bool = False,
+) -> EnsembleOptions:
+    """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
+    is_auto = isinstance(method, str) and method == "auto"
+    chosen = method_for_all(ELSE if is_auto else method, tops)
+    reductions = parse_reductions(reduce)
+    if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
-    names = tuple(dict.fromkeys(one.quantity for one in kept)) if kept else want
-    asked = steered(chosen, step, tol, digits, max_steps, method, names)
-    if kept and asked.low:
+    names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
+    solve = cached_options(chosen, step, tol, digits, max_steps, method, names, every)
+    if reductions and solve.extended_precision:
         raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
-    return Order(replace(asked, watched=watched), mixed, kept)
+    if has_events:
+        solve = replace(solve, events=())
+    return EnsembleOptions(solve, is_auto and digits is None and not has_events, reductions)
 
 
 _COMPONENTS = {
@@ -155,15 +169,16 @@ _COMPONENTS = {
 }
 
 
+@lru_cache
 def components_of(name: str) -> list[tuple[str, int]]:
-    """The components of a quantity, or the one of this name, as quantity and number."""
+    """Return the components of a quantity, or the one called `name`, as quantity and number."""
     if name in QUANTITIES:
         return [(name, i) for i in range(QUANTITIES[name].doubles)]
     return [_COMPONENTS[name]]
 
 
-def kept_of(reduce: object) -> tuple[Kept, ...]:
-    """What reduce={"nutation": ("min", "max")} asks to keep, as the core takes it."""
+def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
+    """Return the reductions that a mapping such as {"nutation": ("min", "max")} names."""
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):
@@ -173,17 +188,18 @@ def kept_of(reduce: object) -> tuple[Kept, ...]:
         )
     if not reduce:
         raise ValueError("reduce names no quantity; leave it out for the path of each top")
-    kept = []
+    parsed: list[Reduction] = []
     for name, given in reduce.items():
         if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
             raise ValueError(unknown("quantity in reduce:", str(name), [*QUANTITIES, *_COMPONENTS]))
-        for kind in _kinds(name, given):
-            kept += [Kept(of, i, KINDS.index(kind), name) for of, i in components_of(name)]
-    return tuple(kept)
+        for kind in _parse_kinds(name, given):
+            for quantity, component in components_of(name):
+                parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
+    return tuple(parsed)
 
 
-def _kinds(name: str, given: object) -> list[str]:
-    """What to keep of a quantity, each once."""
+def _parse_kinds(name: str, given: object) -> list[str]:
+    """Return the kinds of reduction of a quantity, each once."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
         raise TypeError(f"reduce[{name!r}] must be one or several of {KINDS}, not {shown(given)}")
@@ -196,26 +212,28 @@ def _kinds(name: str, given: object) -> list[str]:
     return listed
 
 
-def times_of(tops: Ensemble, t: object, done: Order, every: int | None) -> Array:
-    """(k,) times of all tops, or (n, k) where each has its own; every step of the way can be
-    counted."""
+def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
+    """Return (k,) times of all tops, or (n, k) where each has its own. Raises ValueError if the
+    times are not monotonic or the steps up to them are not countable."""
+    step, every = options.solve.step, options.solve.every
     times = array("t", t, _WHAT)
     if times.ndim > 1:
-        times = _own(tops, times)
+        times = _parse_own_times(tops, times)
         if every is not None:
             raise ValueError("every is for t as a number; an array says itself which states")
+    elif times.ndim == 1:
+        check_times(times, every)
     else:
-        times = listed(times, done.request.step, every, done.size)
+        times = time_grid(float(times), step, every, options.size)
     end = float(np.abs(times).max(initial=0.0))
-    step = done.request.step
     if step is not None and not end / step < COUNTABLE:
         raise ValueError(too_many_steps(end, step))
     return times
 
 
-def refuse_too_large(tops: Ensemble, times: Array, done: Order) -> None:
-    """More states than there is memory for."""
-    needed = tops.size * times.shape[-1] * done.size
+def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
+    """Raise MemoryError if the states do not fit into memory."""
+    needed = tops.size * times.shape[-1] * options.size
     if needed > memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
@@ -223,9 +241,8 @@ def refuse_too_large(tops: Ensemble, times: Array, done: Order) -> None:
         )
 
 
-def _own(tops: Ensemble, times: Array) -> Array:
-    """(n, k) times that an array (*shape, k) gives each top, each row away from 0 in one
-    direction."""
+def _parse_own_times(tops: Ensemble, times: Array) -> Array:
+    """Return the (n, k) times in an array (*shape, k), each row monotonic away from 0."""
     wanted = (*tops.shape, times.shape[-1])
     try:
         given = np.broadcast_to(times, wanted)
@@ -235,32 +252,32 @@ def _own(tops: Ensemble, times: Array) -> Array:
             f"{(*tops.shape, 'k')} with k times of each, not an array of shape {times.shape}"
         ) from None
     rows = np.ascontiguousarray(given).reshape(tops.size, times.shape[-1])
-    most = max(1, _ROWS // max(1, times.shape[-1]))
+    most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
     for first in range(0, tops.size, most):
-        _refuse_disorder(rows[first : first + most], first, tops.shape)
+        _check_rows_monotonic(rows[first : first + most], first, tops.shape)
     return rows
 
 
-def _refuse_disorder(rows: Array, first: int, shape: Shape) -> None:
-    """Times of a top that do not lead away from 0, named by the top."""
+def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
+    """Raise ValueError, naming the top, if a row of times does not lead away from 0."""
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
     if not wrong.any():
         return
     i, k = (int(where[0]) for where in np.nonzero(wrong))
     at = index_of(first + i, shape)
-    there = f"t{place((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
+    there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
     raise ValueError(
         "the times of a top must lead away from 0 in one direction; "
-        f"t{place((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
+        f"t{format_index((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
     )
 
 
-def out_of(tops: Ensemble, out: object, times: Array, done: Order) -> Array | None:
-    """The array that gets the states, as (n, k, 8)."""
+def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
+    """Return the array that receives the states, as (n, k, 8)."""
     if out is None:
         return None
-    if done.kept or done.request.want is not None:
+    if options.reductions or options.solve.want is not None:
         raise ValueError("out is for states: leave want and reduce out")
     shape = (*tops.shape, times.shape[-1], 8)
     if not isinstance(out, np.ndarray):
@@ -274,8 +291,8 @@ def out_of(tops: Ensemble, out: object, times: Array, done: Order) -> Array | No
     return out.reshape(tops.size, times.shape[-1], 8)
 
 
-def threads_of(threads: object, executor: object) -> int:
-    """How many threads move the tops; those of an executor that is given are its own."""
+def parse_threads(threads: object, executor: object) -> int:
+    """Return the number of threads; an executor brings its own."""
     if executor is not None:
         if threads is not None:
             raise ValueError("give either threads or an executor, not both")
@@ -285,5 +302,5 @@ def threads_of(threads: object, executor: object) -> int:
                 f"not {shown(executor)}"
             )
     if threads is not None:
-        return min(whole("threads", threads, 1), _MOST_THREADS)
+        return min(whole("threads", threads, 1), _MAX_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

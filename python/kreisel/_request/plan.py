@@ -1,20 +1,17 @@
-"""kreisel.plan: what a run of a scene uses, and what it leaves out, and why."""
+"""The plan of a solve: what a run of a scene uses, what it leaves out, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._core import start, values
-from .._ground.arguments import Numbers
-from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
 from .methods import ELSE, EXACT, no_closed_form, told
 from .quantities import TURNING, doubles
-from .request import Request, checked_every, request
-from .times import PIECE, listed
+from .request import SolveOptions
+from .times import PIECE
 
 BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
 Reasons = tuple[tuple[str, str], ...]
@@ -110,100 +107,69 @@ class Plan:
         return "\n".join(f"{name:<11}{text}" for name, text in rows)
 
 
-def plan(
-    scene: Scene,
-    t: Numbers | None = None,
-    want: Iterable[QuantityName] | None = None,
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-) -> Plan:
-    """What kreisel.solve would use in these words, and what it would leave out; nothing is run.
-
-    t  may be left out; with it the plan says which states are wanted
-
-        >>> import kreisel as kr
-        >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
-        >>> print(str(plan).splitlines()[0])
-        method     taylor: no closed form is known for this body of kind 'general' under gravity
-
-    Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
-    takes trial runs: see path.plan.
-    """
-    if method == BY_TRIAL:
-        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
-    asked = request(scene, method, step, tol, digits, 0, want)
-    number = checked_every(asked.method, every)
-    states = None if t is None else listed(t, asked.step, number, asked.size).size
-    return plan_of(scene, asked, states)
-
-
 def plan_of(
-    scene: Scene, done: Request, states: int | None = None, choice: Choice | None = None
+    scene: Scene, options: SolveOptions, states: int | None = None, choice: Choice | None = None
 ) -> Plan:
     """The plan of a request for this scene, for so many states."""
-    kernel, order = "", done.method.order
-    if done.method.suits(scene):
-        _, top = start(scene._block, *done.core)
+    kernel, order = "", options.method.order
+    if options.method.suits(scene):
+        _, top = start(scene._block, *options.core)
         kernel, order = top.kernel if top else (kernel, order)
-    columns = ("t", "q", "m") if done.want is None else ("t", *done.want)
-    if done.want is None and done.low:
+    columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
+    if options.want is None and options.extended_precision:
         columns += "q_low", "m_low"
     return Plan(
-        method=done.method.name,
-        why=_why(scene, done, choice),
-        step=done.step,
+        method=options.method.name,
+        why=_why(scene, options, choice),
+        step=options.step,
         order=order,
-        form=_form(done),
+        form=_form(options),
         kernel=kernel,
         columns=columns,
         bytes=8 * sum(map(doubles, columns)),
-        left_out=_left_out(scene, done, states),
-        kept=_kept(scene, done),
+        left_out=_left_out(scene, options, states),
+        kept=_kept(scene, options),
         choice=choice,
-        turn=_turn(scene, done),
+        turn=_turn(scene, options),
     )
 
 
-def _turn(scene: Scene, done: Request) -> float | None:
+def _turn(scene: Scene, options: SolveOptions) -> float | None:
     """How far the top turns in a fixed step; from a radian on few methods can follow it."""
-    if done.step is None or done.method.adaptive:
+    if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return done.step * max(velocity, scene._fastest)
+    return options.step * max(velocity, scene._fastest)
 
 
-def _why(scene: Scene, done: Request, choice: Choice | None) -> str:
+def _why(scene: Scene, options: SolveOptions, choice: Choice | None) -> str:
     if choice:
         return "the cheapest that keeps the error allowed"
-    if done.asked != "auto":
+    if options.requested_method != "auto":
         return "asked for by name"
-    if done.digits is not None:
-        return f"asked for {done.digits} digits"
-    if not done.method.exact:
+    if options.digits is not None:
+        return f"asked for {options.digits} digits"
+    if not options.method.exact:
         return no_closed_form(scene)
     return f"{told(scene)} has a closed form" + ("" if scene.gravity else " without gravity")
 
 
-def _form(done: Request) -> str:
-    if done.leave_heading:
+def _form(options: SolveOptions) -> str:
+    if options.leave_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
-    if done.method.name == ELSE:
+    if options.method.name == ELSE:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
-    return done.method.text
+    return options.method.text
 
 
 def _no_torque(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
-    want, name = done.want, done.method.name
+def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
+    want, name = options.want, options.method.name
     rows = []
-    if done.leave_heading:
+    if options.leave_heading:
         rows.append(
             ("attitude", "nothing that is wanted changes when the top is turned about the vertical")
         )
@@ -212,7 +178,7 @@ def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
         rows.append(("steps", "any state at once, by the closed form"))
         if _no_torque(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if done.method.splitting and scene.body.is_symmetric:
+    if options.method.splitting and scene.body.is_symmetric:
         rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
     if states == 2 and want is None:
         rows.append(("states on the way", "only the start and the end are asked for"))
@@ -230,12 +196,16 @@ def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
     return tuple(rows)
 
 
-def _kept(scene: Scene, done: Request) -> Reasons:
+def _kept(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
-    if done.method.name == ELSE:
-        if done.want is not None and not done.leave_heading and TURNING.isdisjoint(done.want):
+    if options.method.name == ELSE:
+        if (
+            options.want is not None
+            and not options.leave_heading
+            and TURNING.isdisjoint(options.want)
+        ):
             why = "the series with more digits than doubles has no form without it"
-            rows.append(("attitude", "events may need it" if done.watched else why))
+            rows.append(("attitude", "events may need it" if options.has_events else why))
         if _no_torque(scene):
             rows.append(
                 ("torque", "zero, and cheap: two products beside the sums of a whole order")
@@ -247,8 +217,15 @@ def _kept(scene: Scene, done: Request) -> Reasons:
                     "what two equal moments make zero shares its vectors with what stays",
                 )
             )
-    elif done.want is not None and TURNING.isdisjoint(done.want) and done.method.name != EXACT:
+    elif (
+        options.want is not None
+        and TURNING.isdisjoint(options.want)
+        and options.method.name != EXACT
+    ):
         rows.append(
-            ("attitude", f"{done.method.name} computes it on the way; only taylor can do without")
+            (
+                "attitude",
+                f"{options.method.name} computes it on the way; only taylor can do without",
+            )
         )
     return tuple(rows)

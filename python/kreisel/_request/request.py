@@ -1,5 +1,4 @@
-"""The request: a scene, the method with what steers it, and what is wanted; checked before anything
-runs."""
+"""Options of a solve: the method, what controls it and what it records, as validated."""
 
 from __future__ import annotations
 
@@ -8,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 from .._ground.arguments import instance, positive, shown, whole
 from .._ground.names import QuantityName
@@ -21,10 +21,13 @@ Progress = Callable[[float], object]
 
 
 @dataclass(frozen=True)
-class Request:
-    """The checked words of a solve, whatever the scene: step, tol, digits and want as used, None
-    where there is none or the method has its own; `asked` is the method in the user's words;
-    `watched` says that events are looked for, which may need what is not wanted."""
+class SolveOptions:
+    """The validated arguments of a solve, whatever the scene.
+
+    step, tol and digits are None where the method has none or chooses its own. `error` is that of
+    method='geometric', for which `method` is a placeholder. `events` are of kreisel.events; an
+    empty tuple has none, and yet `has_events`. `tangents` names what they are derivatives by.
+    """
 
     method: Method
     step: float | None = None
@@ -32,49 +35,62 @@ class Request:
     digits: int | None = None
     max_steps: int = 0
     want: tuple[QuantityName, ...] | None = None
-    asked: str = ""
-    watched: bool = False
+    requested_method: str = ""
+    every: int | None = None
+    error: float | None = None
+    events: tuple[Any, ...] | None = None
+    tangents: tuple[str, ...] = ()
+
+    @property
+    def has_events(self) -> bool:
+        """True if events are searched for, which may need what is not wanted."""
+        return self.events is not None
+
+    @cached_property
+    def is_plain(self) -> bool:
+        """True if the core records the states in a single call."""
+        return self.every is None and self.error is None and not (self.has_events or self.tangents)
 
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:
-        """Name, step, tol, digits, max_steps, and whether the states may be left undetermined up to
-        a turn about the vertical, as the core takes them."""
+        """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
         level = self.want is not None and TURNING.isdisjoint(self.want)
-        leave_heading = level and not self.watched and self.method.headless and not self.low
+        precise = self.extended_precision or self.has_events
+        leave_heading = level and self.method.headless and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 
     @property
     def leave_heading(self) -> bool:
-        """Whether the states may be left undetermined up to a turn about the vertical."""
+        """True if the states may stay undetermined up to a turn about the vertical."""
         return self.core[-1]
 
     @cached_property
-    def within(self) -> float:
-        """Times below this are certainly of fewer steps than a double can count [T]."""
+    def safe_horizon(self) -> float:
+        """A time before which the steps are certainly countable by a double [T]."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property
-    def limit(self) -> int:
-        """How many states are recorded at once: of what is wanted in their place a piece."""
+    def chunk_size(self) -> int:
+        """The largest number of states recorded at once."""
         return sys.maxsize if self.want is None else PIECE
 
     @property
     def size(self) -> int:
-        """Bytes of a state, without those of its time."""
+        """The bytes of a state, without its time."""
         return 64 if self.want is None else 8 * sum(map(doubles, self.want))
 
     @property
-    def low(self) -> bool:
-        """Whether what the doubles of the states leave out is recorded too."""
+    def extended_precision(self) -> bool:
+        """True if the low words of the states are recorded too."""
         return (self.digits or 0) > 16
 
-    def signed(self, back: bool) -> float | None:
-        """The step, negative back in time."""
-        return -self.step if back and self.step is not None else self.step
+    def signed_step(self, is_back: bool) -> float | None:
+        """Return the step, negative if `is_back`."""
+        return -self.step if is_back and self.step is not None else self.step
 
 
-def request(
+def parse_options(
     scene: object,
     method: object,
     step: object = None,
@@ -82,40 +98,65 @@ def request(
     digits: object = None,
     max_steps: object = 0,
     want: object = None,
-    asked: object = None,
-) -> Request:
-    """The request in these words, for this scene; `asked` is the method in the user's, where that
-    is another.
+    every: object = None,
+    requested: object = None,
+) -> SolveOptions:
+    """Return the options of a solve of `scene`; `requested` is the method that the user named.
 
-    Raises TypeError or ValueError for what cannot be.
+    Raises TypeError or ValueError for an invalid argument.
     """
-    top = instance("scene", scene, Scene)
+    top = scene if type(scene) is Scene else instance("scene", scene, Scene)
     chosen = fitting(ELSE if method == "auto" and digits is not None else method, top)
-    words = chosen, step, tol, digits, max_steps, method if asked is None else asked
-    if want is None or type(want) is tuple:
-        try:
-            return _known(*words, want)
-        except TypeError:  # a word without a hash, or one that is refused below
-            pass
-    return steered(*words, want)
+    name = method if requested is None else requested
+    return cached_options(chosen, step, tol, digits, max_steps, name, want, every)
 
 
-def steered(
+def options_for_method(
     method: Method,
     step: object,
     tol: object,
     digits: object,
     max_steps: object,
-    asked: object,
+    requested: object,
     want: object,
-) -> Request:
-    """The request of a method in these words, whatever the scene."""
-    steering = checked_step(method, step), checked_tol(method, tol)
-    number, most = checked_digits(method, digits, tol), whole("max_steps", max_steps, 0)
-    return Request(method, *steering, number, most, wanted(want), str(asked))
+    every: object = None,
+) -> SolveOptions:
+    """Return the options of `method`, whatever the scene.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
+    return SolveOptions(
+        method,
+        checked_step(method, step),
+        checked_tol(method, tol),
+        checked_digits(method, digits, tol),
+        whole("max_steps", max_steps, 0),
+        wanted(want),
+        str(requested),
+        checked_every(method, every),
+    )
 
 
-_known = lru_cache(maxsize=256, typed=True)(steered)
+_memoized = lru_cache(maxsize=256, typed=True)(options_for_method)
+
+
+def cached_options(
+    method: Method,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    requested: object,
+    want: object,
+    every: object = None,
+) -> SolveOptions:
+    """Return options_for_method of these arguments, memoized where they can be."""
+    if want is None or type(want) is tuple:
+        try:
+            return _memoized(method, step, tol, digits, max_steps, requested, want, every)
+        except TypeError:  # an argument is not hashable, or invalid
+            pass
+    return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
 def wanted(want: object) -> tuple[QuantityName, ...] | None:

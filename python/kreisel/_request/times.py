@@ -18,28 +18,37 @@ COUNTABLE = 2.0**53  # whole numbers, and with them steps and radians, are told 
 _WHAT = "a number or a list of times"
 
 
-def listed(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
-    """All times that t stands for: a list, or the start and the end, or each so many steps;
-    `size` bytes a state."""
+def time_array(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
+    """Return the times that `t` stands for: a list, the start and the end, or every so many steps.
+
+    `size` is the bytes of a state. Raises MemoryError if the states do not fit into memory.
+    """
     times = array("t", t, _WHAT)
     if times.ndim == 0:
-        end = float(times)
-        return (
-            np.array([0.0, end])
-            if step is None or every is None
-            else _grid(end, step, every, size + 8)
-        )
+        return time_grid(float(times), step, every, size)
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
-    if every is not None:
-        raise ValueError("every is for t as a number; a list says itself which states are wanted")
-    refuse_disorder(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+    check_times(times, every)
     return times
 
 
-def refuse_disorder(times: Array, last: float, back: bool) -> None:
+def time_grid(end: float, step: float | None, every: int | None, size: int = 64) -> Array:
+    """Return the start and `end`, or the times of each `every` steps."""
+    if step is None or every is None:
+        return np.array([0.0, end])
+    return _grid(end, step, every, size + 8)
+
+
+def check_times(times: Array, every: int | None) -> None:
+    """Raise ValueError if a list of times is not monotonic, or comes with `every`."""
+    if every is not None:
+        raise ValueError("every is for t as a number; a list says itself which states are wanted")
+    check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+
+
+def check_monotonic(times: Array, last: float, back: bool) -> None:
     """Times that do not lead away from the last one."""
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
@@ -69,7 +78,7 @@ def pieces(
             )
         return _from_iterator(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
-        times = listed(t, step, every)
+        times = time_array(t, step, every)
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
@@ -119,7 +128,7 @@ def _grid(end: float, step: float, every: int, size: int) -> Array:
     """Each so many points of the grid k step from 0 to the end."""
     steps = _steps(end, step)
     states = steps // every + 1
-    refuse_too_many(states, size)
+    check_memory(states, size)
     return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
 
 
@@ -138,7 +147,7 @@ def _grid_pieces(
     )
 
 
-def refuse_too_many(states: int, size: int) -> None:
+def check_memory(states: int, size: int) -> None:
     """More states of so many bytes than there is memory for."""
     if size * states > memory():
         needed = f"{1e-9 * size * states:.3g} GB"
@@ -163,7 +172,7 @@ def too_many_steps(end: float, step: float) -> str:
     )
 
 
-def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
+def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """What would never end, or turns more often than the time's rounding can tell."""
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps(end, abs(step)))

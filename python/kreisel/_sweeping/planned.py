@@ -15,7 +15,7 @@ import numpy as np
 from .._core import Worker
 from .._ground.arguments import Array, whole
 from .._model.scene import Scene
-from .._request.many import Order
+from .._request.many import EnsembleOptions
 from .._request.request import Progress
 from .._request.times import memory
 from .asked import Asked, Became, read_asked
@@ -35,7 +35,7 @@ class SweepPlan:
     source: Source
     asked: Asked
     part: int
-    order: Order
+    order: EnsembleOptions
     times: Array
 
     @property
@@ -89,7 +89,7 @@ class SweepPlan:
     @cached_property
     def kernel(self) -> str:
         """The instruction set of the series here; the bits are the same on all that have fma."""
-        return "" if self.order.chooses else Worker(*self.order.core, []).kernel[0]
+        return "" if self.order.searches_step else Worker(*self.order.core, []).kernel[0]
 
     def became(self, tops: range, threads: int, progress: Progress | None) -> Became:
         """What becomes of the tops of these numbers. TypeError or ValueError for the first that
@@ -158,12 +158,12 @@ def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
     return SweepPlan(source, asked.plain(order), size, order, times)
 
 
-def _row(order: Order, states: int) -> int:
-    kept = 8 * len(order.kept) if order.kept else states * (8 + order.size)
+def _row(order: EnsembleOptions, states: int) -> int:
+    kept = 8 * len(order.reductions) if order.reductions else states * (8 + order.size)
     return _ROW + kept
 
 
-def _default(order: Order, states: int) -> int:
+def _default(order: EnsembleOptions, states: int) -> int:
     return max(1, min(MOST, _BYTES // _row(order, states)))
 
 

@@ -14,7 +14,7 @@ from .._recording.growing import Indicator
 from .._recording.many_events import ManyEvents
 from .._recording.outcomes import Outcomes
 from .._recording.paths import Paths
-from .._recording.reduced import Reduced
+from .._recording.reduced import Reductions
 from .._recording.section import Section
 from .._recording.tables import tabled
 from .._recording.tables_of_tops import kept_columns
@@ -63,7 +63,7 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
         rows.add(name, values, dimension)
     if isinstance(outcome, Section):
         _add_states(rows, outcome)
-    elif isinstance(outcome, Paths) and outcome.events is not None:
+    elif isinstance(outcome, Paths) and outcome._options.core_events is not None:
         rows.ragged = {"event_which": outcome.events.which}
         rows.ragged |= {"event_direction": outcome.events.direction}
         _add_states(rows, outcome.events)
@@ -83,7 +83,7 @@ def _results(plan: SweepPlan, outcome: Became) -> Iterator[tuple[str, Column, st
         yield from _grown(plan.asked.verb, outcome)
         return
     yield from _how(outcome)
-    if isinstance(outcome, Reduced):
+    if isinstance(outcome, Reductions):
         yield from kept_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
         yield from _stated(outcome)

@@ -12,9 +12,9 @@ from .._ground.arguments import Numbers, instance, shown
 from .._ground.names import MethodName, QuantityName
 from .._ground.refusals import warn
 from .._model.scene import Ensemble
-from .._request.many import Reductions, threads_of
+from .._request.many import ReductionSpec, parse_threads
 from .._request.request import Progress, checked_progress
-from .._verbs.start import Looked
+from .._verbs.run import EventSpec
 from ..events import Event
 from .asked import WORDS, Verb, asked_of
 from .folder import DAMAGED, DONE, OLD, Folder, prepared
@@ -53,8 +53,8 @@ def sweep(
     max_steps: int = 0,
     error: float | None = None,
     want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
-    reduce: Reductions | None = None,
+    events: EventSpec | None = None,
+    reduce: ReductionSpec | None = None,
     direction: Sequence[float] | None = None,
     event: Event | None = None,
     n: int | None = None,
@@ -114,7 +114,7 @@ def sweep(
     given = _given(locals())  # all words by their names, before there is anything else
     plan = _plan(tops, verb, given, part)
     callback = checked_progress(progress)
-    number = threads_of(threads, executor)
+    number = parse_threads(threads, executor)
     chosen = _chosen(parts, plan.parts)
     folder = prepared(to, plan)
     return _made(Shift(folder, _to_make(folder, chosen), callback), chosen, number, executor)

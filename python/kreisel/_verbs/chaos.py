@@ -12,12 +12,20 @@ from .._core import statuses
 from .._ground.arguments import Array, Numbers, array, number, whole
 from .._ground.refusals import refusal
 from .._model.scene import Ensemble, Scene
-from .._recording.crew import Crew
-from .._recording.growing import LOG, MEGNO, MOST, Indicator, Reader, check_one, grown
-from .._request.many import threads_of
+from .._recording.executor import WorkerPool
+from .._recording.growing import (
+    LOG,
+    MEGNO,
+    MOST,
+    CurveFunction,
+    Indicator,
+    compute_indicator,
+    raise_if_failed,
+)
+from .._request.many import parse_threads
 from .._request.methods import ELSE, methods
 from .._request.request import Progress, checked_progress, checked_tol
-from .._request.times import listed, refuse_endless
+from .._request.times import check_horizon, time_array
 
 POINTS = 32  # of a curve, where no times are given
 _DECADES = 3.0  # over which they lie, evenly in the logarithm
@@ -136,19 +144,19 @@ def _indicator(
     max_steps: object,
     threads: object,
     progress: Progress | None,
-    reader: Reader,
+    reader: CurveFunction,
 ) -> Indicator:
     times, steering = checked_growth(scene, t, direction, tol, max_steps)
-    crew, callback = Crew(threads_of(threads, None)), checked_progress(progress)
+    crew, callback = WorkerPool(parse_threads(threads, None)), checked_progress(progress)
     if isinstance(scene, Ensemble):
-        return grown(scene, times, reader, steering, crew, callback)
-    refuse_endless(scene, float(times[-1]), None)
+        return compute_indicator(scene, times, reader, steering, crew, callback)
+    check_horizon(scene, float(times[-1]), None)
     tops = Ensemble.of([scene])
-    told = grown(tops, times, reader, steering, crew, callback)
+    told = compute_indicator(tops, times, reader, steering, crew, callback)
     status = str(told.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
         raise refusal(status, f"no tangent in the direction {direction!r} of {scene!r}")
-    check_one(tops, told, statuses[status][1])
+    raise_if_failed(tops, told, statuses[status][1])
     own = {"curve": told.curve[0], "certificate": told.certificate[0:1].reshape(())}
     return replace(told, **own, status=told.status[0:1].reshape(()))
 
@@ -172,7 +180,7 @@ def checked_growth(
 
 
 def _times(t: Numbers) -> Array:
-    times = listed(t, None, None, 16)
+    times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         end = number("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)

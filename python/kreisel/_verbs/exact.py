@@ -22,8 +22,10 @@ from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting
-from .._request.times import refuse_endless
+from .._recording.reference import CLOSED_FORM
+from .._request.methods import EXACT, fitting, methods
+from .._request.request import SolveOptions
+from .._request.times import check_horizon
 from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
 
 _MAP: Final = "bobenko_suris"
@@ -130,29 +132,11 @@ class Exact(_Rates):
         if states is None:
             states = exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
-        return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
-
-    def tangents(self, t: Numbers) -> Array:
-        """(n, 6, 6) the derivatives of the states at these times by the start, as path.tangents has
-        them: right at any time, for they are those of one period, taken to its power in decimals.
-
-            >>> import kreisel as kr
-            >>> scene = kr.scenes.thesis
-            >>> told = kr.exact(scene).tangents(20.0)
-            >>> bool(abs(told - kr.solve(scene, [20.0], tangents="start").tangents).max() < 1e-11)
-            True
-
-        Raises ValueError for a motion on a separatrix, which has no period, and where a tangent
-        has grown beyond what doubles hold. It takes about a millisecond a time.
-        """
-        from .exact_tangents import tangents_at
-
-        path = self(t)
-        return tangents_at(self.scene, self.period, path.t, path.q)
+        return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
     def _times(self, t: Numbers) -> Array:
         times = row_of(t)
-        refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
+        check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
 
 
@@ -179,7 +163,8 @@ class ExactMap(_Rates):
         ):
             raise ValueError(f"k must be whole and below 2**53, not {shown(k)}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
-        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS, _asked=EXACT)
+        options = SolveOptions(methods[_MAP], abs(self.step), requested_method=EXACT)
+        return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
 @overload

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,13 +22,19 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
-from .._recording.crew import Crew
-from .._recording.moving import move
+from .._recording.executor import Job, SliceTask, WorkerPool
 from .._recording.paths import Paths
-from .._recording.top_rows import Codes
-from .._request.many import index_of, member, order, place, threads_of
+from .._recording.run_ensemble import run_ensemble
+from .._recording.top_rows import LANES, Codes
+from .._request.many import (
+    format_index,
+    index_of,
+    member,
+    parse_ensemble_options,
+    parse_threads,
+)
 from .._request.methods import EXACT, methods, no_closed_form
-from .._request.times import refuse_endless
+from .._request.times import check_horizon
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +96,10 @@ class ExactEnsemble:
         where times lead away from 0; but at 0 it has the start itself."""
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
-            crew = Crew(threads_of(None, None))
-            came = move(Paths, self.tops, t, order(self.tops, EXACT), crew)
-            return came.check().states.reshape(self.tops.size, t.shape[-1], 8)
+            pool = WorkerPool(parse_threads(None, None))
+            options = parse_ensemble_options(self.tops, EXACT)
+            paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
+            return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
         if t.ndim == 2:
             self._each(exact_states_of_tops, states, t)
@@ -111,26 +117,27 @@ class ExactEnsemble:
             i = int(late[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                refuse_endless(member(self.tops, i), end, None)
+                check_horizon(member(self.tops, i), end, None)
             except ValueError as error:
                 raise ValueError(f"{self._named(i)}{error}") from None
 
     def _named(self, i: int) -> str:
-        return f"{self._word}{place(index_of(i, self.tops.shape))}: "
+        return f"{self._word}{format_index(index_of(i, self.tops.shape))}: "
 
     def _each(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
         """Calls a function of the core for slices of the tops, with these rows of each. ValueError
         for the first top that it refuses."""
         found: list[tuple[int, str]] = []
 
-        def job(begin: int, end: int) -> tuple[Callable[..., tuple[str, int]], tuple[Any, ...]]:
+        def job(begin: int, end: int) -> Job[tuple[str, int]]:
             return function, (self.tops._tops, begin, end, *(each[begin:end] for each in rows))
 
-        def take(_: int, came: tuple[str, int]) -> None:
-            if came[0] != "OK":
-                found.append((came[1], came[0]))
+        def collect(_: int, result: tuple[str, int]) -> None:
+            if result[0] != "OK":
+                found.append((result[1], result[0]))
 
-        Crew(threads_of(None, None)).do(self.tops.size, job, take, Work(), None)
+        pool = WorkerPool(parse_threads(None, None))
+        pool.run(SliceTask(self.tops.size, job, collect, Work()))
         if found:
             first, status = min(found)
             refused = _no_turning if function is exact_turnings else no_form
@@ -208,7 +215,7 @@ def form_of(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     first, count = unsuited(tops._tops, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
-        where = f"{word}{place(index_of(first, tops.shape))}{more}: "
+        where = f"{word}{format_index(index_of(first, tops.shape))}{more}: "
         raise no_form("ERR_METHOD", member(tops, first), where)
     return ExactEnsemble(tops, word)
 

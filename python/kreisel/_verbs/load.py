@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import stat
+from dataclasses import replace
 from pathlib import Path as File
 from typing import BinaryIO
 
 from .._model.scene import Scene
 from .._recording.path import Events, Path
-from .._recording.saved import Saved, unsaved
+from .._recording.saved import unsaved
 from .run import MAGIC, Run, resume
 
 _ZIP = b"PK"  # how an archive begins
@@ -52,13 +53,9 @@ def _path(name: str, file: BinaryIO, size: int) -> Path:
     except ValueError as error:
         raise ValueError(f"{name} is no path that was saved: {error}") from None
     if met is None:
-        return _made(path, None)
+        return Path(*path)
     at, which, direction = met
-    return _made(path, Events(_made(at, None), which, direction))
-
-
-def _made(path: Saved, events: Events | None) -> Path:
-    return Path(*path[:8], events, *path[8:])
+    return replace(Path(*path), _events=Events(Path(*at), which, direction))
 
 
 def _scene(name: str, size: int) -> Scene:

@@ -7,7 +7,7 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path as File
 
@@ -15,24 +15,40 @@ import numpy as np
 
 from .._core import start as start_top
 from .._core import statuses
-from .._ground.arguments import Array, Numbers, whole
+from .._ground.arguments import Array, Numbers, shown, whole
 from .._ground.files import write
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene, parse
-from .._recording.path import Path, Stats, kept, path_of, stopped, way
-from .._recording.recording import in_pieces, told, with_events
+from .._recording.path import (
+    Path,
+    Stats,
+    keep_wanted,
+    make_path,
+    progress_text,
+    stop_exception,
+)
+from .._recording.recording import record_chunks, report_end, with_events
+from .._request.methods import ELSE
 from .._request.plan import Plan, plan_of
-from .._request.request import Progress, Request, checked_every, checked_progress, request
+from .._request.request import (
+    Progress,
+    SolveOptions,
+    checked_every,
+    checked_progress,
+    parse_options,
+)
 from .._request.times import (
     PIECE,
-    listed,
+    check_horizon,
+    check_monotonic,
     pieces,
-    refuse_disorder,
-    refuse_endless,
+    time_array,
 )
 from ..events import Event, checked_events, looked_for, read, written
 
 MAGIC = b"kreisel run\n"  # how a checkpoint begins
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
+EventSpec = Event | Sequence[Event]
 
 
 class Run:
@@ -45,24 +61,18 @@ class Run:
     stats  what it has cost so far
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        request: Request,
-        back: bool,
-        events: tuple[Event, ...] | None = None,
-    ) -> None:
-        self._request, self._back, self._fresh = request, back, True
-        self.scene, self.method, self.want = scene, request.method.name, request.want
-        self.events = events
-        self.step, self.tol, self.digits = request.step, request.tol, request.digits
+    def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
+        self._options, self._back, self._fresh = options, back, True
+        self.scene, self.method, self.want = scene, options.method.name, options.want
+        self.events: tuple[Event, ...] | None = options.events
+        self.step, self.tol, self.digits = options.step, options.tol, options.digits
         self.t = 0.0
         self.stats = Stats(0, 0, 0, 0)
-        status, top = start_top(scene._block, *request.core, back, looked_for(events or ()))
+        status, top = start_top(scene._block, *options.core, back, looked_for(self.events or ()))
         if top is None:
-            rows = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
-            path = path_of(scene, request, rows)
-            raise stopped(status, path, way(path, 0.0))
+            result = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
+            path = make_path(scene, options, result)
+            raise stop_exception(status, path, progress_text(path, 0.0))
         self._top = top
 
     def __repr__(self) -> str:
@@ -72,28 +82,28 @@ class Run:
         """On to t: a number, for the state where the run stands and that at t, or with `every` for
         each so many steps not given yet; or a list, for exactly these. Raises what kreisel.solve
         raises; the run then stays at its last good state."""
-        asked = self._asked(t, every)
-        if asked.size:
-            self._refuse(asked)
+        times = self._times(t, every)
+        if times.size:
+            self._check(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
                 "path.end goes on from there"
             )
-        return self._lead(asked, progress)
+        return self._advance(times, checked_progress(progress))
 
-    def _lead(self, times: Array, progress: Progress | None) -> Path:
-        """On to these times, which need no check."""
-        callback = checked_progress(progress)
+    def _advance(self, times: Array, progress: Progress | None) -> Path:
+        """Continue to validated times."""
         if self.want is None:
-            status, path = self._record(times, callback)
+            status, path = self._record(times, progress)
         else:
-            status, path = in_pieces(
-                times, self.want, lambda piece: self._record(piece, callback), lambda: self.ended
+            status, path = record_chunks(
+                times, self.want, lambda chunk: self._record(chunk, progress), lambda: self.ended
             )
         if status != "OK":
-            raise stopped(status, path, way(path, float(times[-1]) if times.size else self.t))
-        return told(path, callback)
+            end = float(times[-1]) if times.size else self.t
+            raise stop_exception(status, path, progress_text(path, end))
+        return report_end(path, progress)
 
     def stream(
         self,
@@ -105,49 +115,50 @@ class Run:
     ) -> Iterator[Path]:
         """The states of kreisel.stream, from where the run stands; between two paths the run may be
         saved."""
-        number = checked_every(self._request.method, every)
-        given = None if self._fresh else self.t
-        found = pieces(t, self.step, number, whole("chunk", chunk, 1), given)
-        return self._stream(found, checked_progress(progress))
+        number = checked_every(self._options.method, every)
+        reached = None if self._fresh else self.t
+        chunks = pieces(t, self.step, number, whole("chunk", chunk, 1), reached)
+        return self._stream(chunks, checked_progress(progress))
 
-    def _stream(self, pieces: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
-        while not self.ended and (piece := next(pieces, None)) is not None:
-            self._refuse(piece)
-            status, path = self._record(piece, progress)
-            path = kept(path, self.want, float(piece[-1]))
+    def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
+        while not self.ended and (chunk := next(chunks, None)) is not None:
+            self._check(chunk)
+            status, path = self._record(chunk, progress)
+            path = keep_wanted(path, self.want, float(chunk[-1]))
             if status != "OK":
-                raise stopped(status, path, way(path, float(piece[-1])))
+                raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
             yield path
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _asked(self, t: Numbers, every: int | None) -> Array:
-        number = checked_every(self._request.method, every)
-        asked = listed(t, self.step, number, self._request.size)
+    def _times(self, t: Numbers, every: int | None) -> Array:
+        number = checked_every(self._options.method, every)
+        times = time_array(t, self.step, number, self._options.size)
         if np.ndim(t) > 0 or self._fresh:
-            return asked
+            return times
         if number is not None:
-            return asked[np.abs(asked) > abs(self.t)]
-        return np.array([self.t, asked[-1]])
+            return times[np.abs(times) > abs(self.t)]
+        return np.array([self.t, times[-1]])
 
-    def _refuse(self, times: Array) -> None:
-        refuse_disorder(times, self.t, self._back)
-        refuse_endless(self.scene, float(times[-1]), self.step)
+    def _check(self, times: Array) -> None:
+        check_monotonic(times, self.t, self._back)
+        check_horizon(self.scene, float(times[-1]), self.step)
 
     def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         met = None
         try:
             if self.events is None:
-                came = self._top.record(times, self._request.low, progress)
+                low = self._options.extended_precision
+                result = self._top.record(times, low, progress)
             else:
-                came, met = self._top.record_events(times, progress)
+                result, met = self._top.record_events(times, progress)
         finally:  # also where progress raised
             self.t, self._fresh = self._top.t, self._fresh and not times.size
-        path = path_of(self.scene, self._request, came)
+        path = make_path(self.scene, self._options, result)
         if met is not None:
             path = with_events(path, met)
         self.stats = path.stats
-        return came[0], path
+        return result[0], path
 
     @property
     def ended(self) -> bool:
@@ -157,7 +168,7 @@ class Run:
     @property
     def plan(self) -> Plan:
         """What is used, and what is left out."""
-        return plan_of(self.scene, self._request)
+        return plan_of(self.scene, self._options)
 
     @property
     def checkpoint(self) -> bytes:
@@ -169,9 +180,9 @@ class Run:
             "step": self.step,
             "tol": self.tol,
             "digits": self.digits,
-            "max_steps": self._request.max_steps,
+            "max_steps": self._options.max_steps,
             "want": self.want,
-            "asked": self._request.asked,
+            "asked": self._options.requested_method,
             "back": self._back,
             "fresh": self._fresh,
             "t": self.t,
@@ -224,15 +235,15 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
-    words = method, step, tol, digits, limit, head["want"], head["asked"]
+    arguments = method, step, tol, digits, limit, head["want"], None, head["asked"]
     scene = parse(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    asked, rows = request(scene, *words), head.get("events")
-    events = (
-        None if rows is None else checked_events(asked.method.name, [read(row) for row in rows])
-    )
-    run = Run(scene, replace(asked, watched=events is not None), head["back"], events)
+    options, rows = parse_options(scene, *arguments), head.get("events")
+    if rows is not None:
+        events = checked_events(options.method.name, [read(row) for row in rows])
+        options = replace(options, events=events)
+    run = Run(scene, options, head["back"])
     found = [whole("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":
@@ -245,3 +256,71 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
         raise TypeError(f"a kernel has a name, not {kernel!r}")
     run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
     return run, kernel
+
+
+def start(
+    scene: Scene,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: EventSpec | None = None,
+    back: bool = False,
+) -> Run:
+    """A run of a scene that goes on in pieces: run.to(t) is kreisel.solve up to there,
+    run.save(file) and kreisel.resume let it go on another day.
+
+        file = pathlib.Path("run.kreisel")
+        run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)
+        for path in run.stream(1e6, every=100):
+            keep(path)
+            run.save(file)
+
+    The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric',
+    which tries whole runs. With events each path tells those that it met, all together those of one
+    solve; a terminal one ends the run, which then goes no further: run.ended, and run.t is its
+    time.
+
+    A run killed between keep and save goes on behind what was kept last. For each state to be kept
+    once, cut off what lies behind run.t, as here where rows of eight doubles are appended to a
+    file:
+
+        file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
+        run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
+        with open("states", "r+b" if begun else "w+b") as kept:
+            t = np.fromfile(kept, dtype=[("t", float), ("q and m", float, 7)])["t"]
+            kept.truncate(64 * np.count_nonzero(abs(t) <= abs(run.t)))
+            kept.seek(0, os.SEEK_END)
+            for path in run.stream(1e6, every=100):
+                kept.write(path.states.tobytes())
+                kept.flush()
+                os.fsync(kept.fileno())
+                run.save(file)
+    """
+    if not isinstance(back, bool):
+        raise TypeError(f"back must be True or False, not {shown(back)}")
+    options = parse_run(scene, method, step, tol, digits, max_steps, want, events)
+    return Run(scene, options, back)
+
+
+def parse_run(
+    scene: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    events: object,
+    every: object = None,
+) -> SolveOptions:
+    """Return the options of a run; with events, 'auto' is the method that can search for them."""
+    controls = step, tol, digits, max_steps, want, every
+    if events is None:
+        return parse_options(scene, method, *controls)
+    chosen = ELSE if method == "auto" else method
+    options = parse_options(scene, chosen, *controls, requested=method)
+    return replace(options, events=checked_events(options.method.name, events))

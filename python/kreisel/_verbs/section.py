@@ -11,10 +11,15 @@ from numpy.typing import ArrayLike
 from .._core import horizons
 from .._ground.arguments import Array, array, instance, shown, whole
 from .._model.scene import Ensemble, Scene
-from .._recording.crew import Crew
-from .._recording.moving import move
-from .._recording.section import Section, fill_section, slowest_turns
-from .._request.many import Order, order, refuse_too_large, threads_of
+from .._recording.executor import WorkerPool
+from .._recording.run_ensemble import run_ensemble
+from .._recording.section import SECTION, Section, slowest_turns
+from .._request.many import (
+    EnsembleOptions,
+    check_result_memory,
+    parse_ensemble_options,
+    parse_threads,
+)
 from .._request.methods import ELSE
 from .._request.request import Progress, checked_progress
 from ..events import Event, checked_events, looked_for, nutation
@@ -66,11 +71,11 @@ def section(
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
-    waits, asked = checked_section(many, event, n, wait, tol, digits, max_steps)
-    crew = Crew(threads_of(threads, executor), executor)
+    waits, options = checked_section(many, event, n, wait, tol, digits, max_steps)
+    pool = WorkerPool(parse_threads(threads, executor), executor)
     callback = checked_progress(progress)
-    refuse_too_large(many, waits, asked)
-    return move(Section, many, waits, asked, crew, callback, fill=fill_section)
+    check_result_memory(many, waits, options)
+    return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 
 
 def checked_section(
@@ -81,13 +86,13 @@ def checked_section(
     tol: object,
     digits: object,
     max_steps: object,
-) -> tuple[Array, Order]:
+) -> tuple[Array, EnsembleOptions]:
     """(tops, n) how long each top waits, and the order with its event. TypeError or ValueError for
     what cannot be."""
-    asked = order(tops, ELSE, None, tol, digits, max_steps, watched=True)
-    sought = looked_for([event_of(event)])
+    options = parse_ensemble_options(tops, ELSE, None, tol, digits, max_steps, has_events=True)
+    events = looked_for([event_of(event)])
     waits = np.broadcast_to(_waits(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
-    return waits, replace(asked, events=sought)
+    return waits, replace(options, core_events=events)
 
 
 def event_of(event: object) -> Event:

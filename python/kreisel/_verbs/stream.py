@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
-from typing import overload
+from typing import Unpack, overload
 
 from .._ground.arguments import Numbers, whole
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
 from .._recording.path import Path
 from .._recording.paths import Paths
-from .._recording.watched import WatchedPath
-from .._request.request import Progress, checked_every, checked_progress
+from .._request.request import Progress, checked_progress
 from .._request.times import PIECE, direction, pieces
-from .many import Words, refuse_words_of_many, stream_all
-from .run import Run
-from .start import Looked, asked_for
+from .keywords import PoolKeywords, StreamKeywords
+from .run import EventSpec, Run, parse_run
+from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble
+
+
+class _EnsembleKeywords(StreamKeywords, PoolKeywords, total=False):
+    pass
 
 
 @overload
@@ -25,49 +28,17 @@ def stream(
     t: Numbers | Iterator[float],
     method: MethodName = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: None = None,
     chunk: int | None = None,
-    progress: Progress | None = None,
+    **controls: Unpack[StreamKeywords],
 ) -> Iterator[Path]: ...
-@overload
-def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked,
-    chunk: int | None = None,
-    progress: Progress | None = None,
-) -> Iterator[WatchedPath]: ...
 @overload
 def stream(
     scene: Ensemble,
     t: Numbers,
     method: MethodName = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
     chunk: int | None = None,
-    progress: Progress | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
+    **controls: Unpack[_EnsembleKeywords],
 ) -> Iterator[Paths]: ...
 def stream(
     scene: Scene | Ensemble,
@@ -80,7 +51,7 @@ def stream(
     every: int | None = None,
     max_steps: int = 0,
     want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
+    events: EventSpec | None = None,
     chunk: int | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
@@ -112,13 +83,12 @@ def stream(
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
             raise TypeError("times of an ensemble are a number, a list or an array, no iterator")
-        words = Words(step, tol, digits, every, max_steps, None, want, events)
-        pieces_of = most or 1 << 20
-        return stream_all(scene, t, method, words, pieces_of, progress, threads, executor)
+        arguments = SolveArguments(step, tol, digits, every, max_steps, None, want, events)
+        size = most or 1 << 20
+        return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)
     if threads is not None or executor is not None:
-        refuse_words_of_many(threads, executor)
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    number, size = checked_every(asked.method, every), most or PIECE
+        reject_ensemble_arguments(scene, threads=threads, executor=executor)
+    options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
     back, t = direction(t)
-    found = pieces(t, asked.step, number, size, None)
-    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))
+    chunks = pieces(t, options.step, options.every, most or PIECE, None)
+    return Run(scene, options, back)._stream(chunks, checked_progress(progress))

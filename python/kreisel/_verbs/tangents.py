@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -12,19 +12,18 @@ from .._ground.arguments import Numbers, instance, shown
 from .._ground.refusals import unknown
 from .._model.scene import Scene
 from .._recording.carried import Carried
-from .._recording.path import Path, path_of, stopped, way
-from .._recording.recording import told
+from .._recording.path import Path, make_path, progress_text, stop_exception
+from .._recording.recording import report_end
 from .._request.methods import ELSE
-from .._request.request import Progress, checked_every, checked_progress, request
-from .._request.times import listed, refuse_endless
+from .._request.request import Progress, SolveOptions, checked_every, parse_options
+from .._request.times import check_horizon, time_array
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
-_LEFT_OUT = "error", "want", "events", "threads", "executor", "reduce", "out"
-Tangents = TangentName | Iterable[TangentName]
+TangentSpec = TangentName | Iterable[TangentName]
 
 
-def checked_tangents(tangents: object) -> tuple[str, ...]:
-    """What is to be derived by, each once, in the order of the core's table."""
+def parse_tangents(tangents: object) -> tuple[str, ...]:
+    """Return what the derivatives are by, each once, in the order of the core's table."""
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
         raise TypeError(
@@ -40,41 +39,47 @@ def checked_tangents(tangents: object) -> tuple[str, ...]:
     return tuple(name for name in TANGENTS if name in names)
 
 
-def solve_with_tangents(
-    top: object,
-    t: Numbers,
+def parse_tangent_options(
+    scene: object,
     method: str,
     tangents: object,
-    steering: tuple[object, object, object, object],
+    controls: tuple[object, object, object, object],
     every: object,
-    others: tuple[object, ...],
-    progress: Progress | None,
-) -> Path:
-    """The path of a scene in the words of kreisel.solve, with tangents; `steering` is step, tol,
-    digits and max_steps, and none of the `others` may be given."""
-    scene, by = instance("scene", top, Scene), checked_tangents(tangents)
-    for word, value in zip(_LEFT_OUT, others, strict=True):
+    excluded: Mapping[str, object],
+) -> SolveOptions:
+    """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
+    Raises ValueError if one of the arguments in `excluded` is given."""
+    top, names = instance("scene", scene, Scene), parse_tangents(tangents)
+    for name, value in excluded.items():
         if value is not None:
-            raise ValueError(f"tangents ride along with all states of a path: leave {word} out")
-    name = ELSE if method == "auto" else method
-    asked = request(scene, name, *steering, None, method)
-    if not asked.method.tangents:
+            raise ValueError(f"tangents ride along with all states of a path: leave {name} out")
+    chosen = ELSE if method == "auto" else method
+    options = parse_options(top, chosen, *controls, requested=method)
+    if not options.method.tangents:
         raise ValueError(
-            f"the method {name!r} carries no tangents: that is for method='taylor', or 'auto'"
+            f"the method {chosen!r} carries no tangents: that is for method='taylor', or 'auto'"
         )
-    checked_every(asked.method, every)
-    callback = checked_progress(progress)
-    columns = sum(TANGENTS[word][1] for word in by)
-    times = listed(t, asked.step, None, asked.size + 2 * 48 * columns)
+    checked_every(options.method, every)
+    return replace(options, tangents=names)
+
+
+def record_tangents(
+    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
+) -> Path:
+    """Return the path of a scene with tangents."""
+    names = options.tangents
+    columns = sum(TANGENTS[name][1] for name in names)
+    times = time_array(t, options.step, None, options.size + 2 * 48 * columns)
     end = float(times[-1]) if times.size else 0.0
-    refuse_endless(scene, end, asked.step)
-    bits = sum(TANGENTS[word][0] for word in by)
-    status, top = start_top(scene._block, *asked.core, end < 0.0, [], bits)
+    check_horizon(scene, end, options.step)
+    bits = sum(TANGENTS[name][0] for name in names)
+    status, top = start_top(scene._block, *options.core, end < 0.0, [], bits)
     if top is None:
-        path = path_of(scene, asked, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
-        raise stopped(status, path, way(path, end))
-    came, high, low, rest = top.record_tangents(times, asked.low, callback)
-    path = replace(path_of(scene, asked, came), _carried=Carried.of(high, low, rest, by))
-    if came[0] != "OK":
-        raise stopped(came[0], path, way(path, end))
-    return told(path, callback)
+        path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
+        raise stop_exception(status, path, progress_text(path, end))
+    result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
+    path = make_path(scene, options, result)
+    path = replace(path, _carried=Carried.of(high, low, rest, names))
+    if result[0] != "OK":
+        raise stop_exception(result[0], path, progress_text(path, end))
+    return report_end(path, progress)

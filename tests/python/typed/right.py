@@ -33,7 +33,7 @@ run = kr.start(scene, events=[kr.events.loop(where={"apex_z": 1.0})], want=("ene
 print(run.to([1, 2]).events.direction, [piece.events.t for piece in run.stream([3.0])])
 print([piece.events.t for piece in kr.stream(scene, times, events=[kr.events.loop()])])
 endless = kr.stream(scene, (0.1 * k for k in itertools.count()), want=("energy",))
-print(next(endless).energy, kr.start(scene).to(3).events is None)
+print(next(endless).energy, len(kr.start(scene).to(3).events))
 closed = kr.exact(scene)
 print(closed(times).apex, closed([1, 2]).q, kr.exact([scene])(1.0).shape)
 table = kr.compare(scene, 10, methods=["rk4", "taylor"], steps=[0.1], truth="exact")
@@ -47,8 +47,10 @@ print(varied.coords["spin"], varied.attitude.max(), scene.scatter(5, seed=1, att
 bodies = kr.Bodies.cone(radius=[1, 2], height=2, pivot=(0, 0, 0), mass=1)
 print(kr.Ensemble.spinning(bodies, 5.0).body, bodies.moments, kr.Ensemble.of([scene]).gravity)
 paths = kr.solve(tops, times, want=("nutation",), threads=2)
-print(paths.nutation.max(), paths.failed, paths.check().status_names, paths.why(0), paths.t.shape)
-kept = kr.solve(tops, 10, reduce={"nutation": ("min", "max"), "apex_z": "mean"})
+print(
+    paths.nutation.max(), paths.failed, paths.check().status_names, paths.message(0), paths.t.shape
+)
+kept = kr.reduce(tops, 10, {"nutation": ("min", "max"), "apex_z": "mean"})
 print(kept["nutation"]["max"].shape, kept.steps.sum(), kr.plan(tops, 10).seconds)
 print([piece.q.shape for piece in kr.stream(tops, [1, 2], chunk=2)], kr.exact(tops[:0]).period)
 source = kr.Source.grid(scene, spin=np.linspace(0, 5, 3), tilt=[0.1, 0.2])

@@ -111,7 +111,7 @@ class Gathered:
 
 def _joined(pieces: list[Path]) -> Path:
     last = pieces[-1]
-    met = [piece.events for piece in pieces if piece.events is not None]
+    met = [piece._events for piece in pieces if piece._events is not None]
     events = None
     if met:
         which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
@@ -119,10 +119,10 @@ def _joined(pieces: list[Path]) -> Path:
     if last.want is not None:
         names: tuple[str, ...] = ("t", *last.want)
         whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
-        return replace(last, states=NO_STATES, events=events, _columns=whole)
+        return replace(last, states=NO_STATES, _events=events, _columns=whole)
     low = None if last._low is None else np.concatenate([p._low for p in pieces])
     states = np.concatenate([piece.states for piece in pieces])
-    return replace(last, states=states, events=events, _low=low)
+    return replace(last, states=states, _events=events, _low=low)
 
 
 @dataclass
@@ -135,8 +135,7 @@ class Met:
 
     def add(self, piece: Path) -> None:
         """The events of the next states."""
-        if piece.events is not None:
-            self.parts.append((piece.events, kept(piece)))
+        self.parts.append((piece.events, kept(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """A row for each event: which, the time, the direction, and what the path has."""
@@ -244,5 +243,4 @@ def _finite(value: object) -> object:
 
 def as_npz(path: Path) -> bytes:
     """What path.save writes."""
-    met = path.events
-    return saved(path, None if met is None else (met.path, met.which, met.direction))
+    return saved(path, path._core_events)

@@ -14,12 +14,22 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core import Work, values
-from .._ground.arguments import Array, positive
+from .._ground.arguments import Array, positive, whole
 from .._ground.names import MethodName
-from .._model.scene import Scene
-from .._recording.path import Path, Stats, good, path_of, stopped
+from .._model.scene import Ensemble, Scene
+from .._recording.path import (
+    Error,
+    Interrupted,
+    Path,
+    Stats,
+    make_path,
+    path_or_raise,
+    stop_exception,
+)
+from .._recording.recording import report_end
 from .._recording.reference import (
     CLOSED_FORM,
     LONGER_SERIES,
@@ -29,13 +39,16 @@ from .._recording.reference import (
     closed_form_holds,
     grown_roundings,
 )
-from .._recording.rows import rows
+from .._recording.rows import record_states
+from .._recording.top_rows import STATUSES, EnsembleBuffers, SliceRunner
+from .._request.many import EnsembleOptions, member
 from .._request.methods import methods
-from .._request.plan import Choice
-from .._request.request import Progress, Request
+from .._request.plan import BY_TRIAL, Choice
+from .._request.request import Progress, SolveOptions, parse_options, wanted
+from .._request.times import check_horizon
 from ..quaternion import attitude_error
 
-Told = Progress | Work | None  # who is told of progress, or may stop the work
+Listener = Progress | Work | None  # receives progress, or may stop the work
 # The constants c, and the price of a step in kicks and drifts
 _Constants = dict[MethodName, tuple[float, float]]
 _SYMMETRIC: _Constants = {
@@ -61,8 +74,8 @@ _STALLS = (
 )
 
 
-class _Search:
-    """Runs of one method, each compared with the reference where it is looked at."""
+class StepSearch:
+    """Runs of one method with ever finer steps, each compared with a reference."""
 
     def __init__(
         self,
@@ -70,7 +83,7 @@ class _Search:
         times: Array,
         target: float,
         max_steps: int,
-        progress: Told,
+        progress: Listener,
     ) -> None:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
@@ -78,13 +91,15 @@ class _Search:
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # in all, and of the last run
         self.rate, self.weight = _rates(scene)
         self.angle = self.rate * abs(self.end)
-        self.asked = times[:: max(1, -(-times.size // _MOST_LOOKS))]
+        self.sampled_times = times[:: max(1, -(-times.size // _MOST_LOOKS))]
         _, steps = self.guess(1.0)
-        looks = self.looks(math.ceil(steps))
-        came, grown = grown_roundings(scene, looks, max_steps=max_steps, progress=progress)
-        good(scene, replace(SERIES, max_steps=max_steps), came)
+        times_checked = self.check_times(math.ceil(steps))
+        result, grown = grown_roundings(
+            scene, times_checked, max_steps=max_steps, progress=progress
+        )
+        path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
         self.conditioning = ROUNDING * grown
-        self.request = self.reference()
+        self.reference_options = self.reference()
         more = grown / (_REGULAR * (1.0 + self.angle))  # than a regular motion
         self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
@@ -100,21 +115,22 @@ class _Search:
         method = min(prices, key=lambda name: prices[name][0])
         return method, max(1.0, prices[method][1])
 
-    def looks(self, steps: int) -> Array:
-        """The times at which the error of so many steps is looked at: ends of steps, so that they
-        cost nothing, inside the steps where these are few, and times that were asked for."""
+    def check_times(self, steps: int) -> Array:
+        """Return the times at which the error of a run with `steps` steps is computed: ends of
+        steps, which cost nothing, times inside the steps where these are few, and requested
+        times."""
         often = min(max(_LOOKS, _EACH_RADIAN * self.angle), _MOST_LOOKS)
         each = max(1, math.ceil(steps / often))
         ends = np.append(np.arange(each, steps, each), steps)
         parts = min(3, math.ceil(_FEW / steps))
         inside = [ends - part / parts for part in range(parts)]
-        return self.merged(self.end * np.concatenate(inside) / steps, self.asked)
+        return self.merged(self.end * np.concatenate(inside) / steps, self.sampled_times)
 
     def merged(self, a: Array, b: Array) -> Array:
         """All times of both, in the order in which the motion meets them."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
-    def reference(self) -> Request:
+    def reference(self) -> SolveOptions:
         """What to compare with: the closed form, where the error allowed is far above its
         roundings."""
         near = ROUNDINGS * self.conditioning <= self.target
@@ -123,32 +139,35 @@ class _Search:
     def run(self, steps: int) -> tuple[Array, float] | None:
         """The states of so many steps at the times that were asked for, and the largest attitude
         error on the way; None where the steps are too large for the method."""
-        looks = self.looks(steps)
-        all_times = self.merged(looks, self.times)
+        check_times = self.check_times(steps)
+        all_times = self.merged(check_times, self.times)
         before = self.spent.evaluations
-        states = self.states(Request(methods[self.method], abs(self.end / steps)), all_times)
+        states = self.states(SolveOptions(methods[self.method], abs(self.end / steps)), all_times)
         self.cost = self.spent.evaluations - before
         if states is None:
             return None
-        truth = self.states(self.request, looks)
+        truth = self.states(self.reference_options, check_times)
         assert truth is not None
-        seen, asked = (np.searchsorted(np.abs(all_times), np.abs(t)) for t in (looks, self.times))
-        return states[asked], float(attitude_error(states[seen, 1:5], truth[:, 1:5]).max())
+        checked, requested = (
+            np.searchsorted(np.abs(all_times), np.abs(t)) for t in (check_times, self.times)
+        )
+        return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
 
-    def states(self, request: Request, times: Array) -> Array | None:
-        limited = replace(request, max_steps=self.max_steps)
-        came = rows(self.scene, limited, times, self.progress)
-        status, states, _, counts, _ = came
+    def states(self, options: SolveOptions, times: Array) -> Array | None:
+        """Return the states at `times`, or None where the steps are too large for the method."""
+        limited = replace(options, max_steps=self.max_steps)
+        result = record_states(self.scene, limited, times, self.progress)
+        status, states, _, counts, _ = result
         self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
         if status in _TOO_LARGE:
             return None
         if status != "OK":
-            path = replace(path_of(self.scene, limited, came), stats=self.spent)
-            way = f"{request.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
-            raise stopped(status, path, way)
+            path = replace(make_path(self.scene, limited, result), stats=self.spent)
+            text = f"{options.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
+            raise stop_exception(status, path, text)
         return states
 
-    def finer(self, steps: int, error: float) -> int:
+    def refine(self, steps: int, error: float) -> int:
         """Steps with which the error should be small enough."""
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
@@ -162,7 +181,7 @@ class _Search:
         )
 
 
-def checked_error(error: float | None, others: Mapping[str, object]) -> float:
+def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     """The error allowed, where no other word steers the choice."""
     if error is None:
         raise ValueError(
@@ -179,23 +198,50 @@ def checked_error(error: float | None, others: Mapping[str, object]) -> float:
     return target
 
 
-def no_error(method: object) -> ValueError:
+def error_not_allowed(method: object) -> ValueError:
     """The refusal of an error allowed, where another method was asked for."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
 
 
-def best(
+def geometric_options(
+    error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
+) -> SolveOptions:
+    """Return the options of method='geometric'. Raises ValueError if one of the arguments in
+    `excluded` is given."""
+    target = parse_error(error, excluded)
+    most, names = whole("max_steps", max_steps, 0), wanted(want)
+    placeholder = methods["strang"]
+    return SolveOptions(placeholder, None, None, None, most, names, BY_TRIAL, error=target)
+
+
+def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
+    """Return the path of one scene by method='geometric'."""
+    path = report_end(_find_whole_path(scene, options, times, progress), progress)
+    return path if options.want is None else path.only(options.want)
+
+
+def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
+    """Return the path with all its states."""
+    if not times.any():  # nothing moves
+        still = parse_options(scene, "strang", step=1.0)
+        return path_or_raise(scene, still, record_states(scene, still, times))
+    assert options.error is not None
+    check_horizon(scene, float(times[-1]), None)
+    return search_path(scene, times, options.error, options.max_steps, progress)
+
+
+def search_path(
     scene: Scene,
     times: Array,
     target: float,
     max_steps: int,
-    progress: Told = None,
+    progress: Listener = None,
 ) -> Path:
-    """The path at these times, with an attitude error below the target on all of [0, t]; progress
-    is told of each run in turn."""
-    search = _Search(scene, times, target, max_steps, progress)
+    """Return the path at these times, with an attitude error below `target` on all of [0, t].
+    `progress` is called during each run in turn."""
+    search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
         raise search.refusal("the data do not hold so much")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
@@ -209,13 +255,13 @@ def best(
         error = run[1] if run else math.inf
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
-        least, steps = min(least, error), 2 * steps if stalled else search.finer(steps, error)
+        least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
     raise search.refusal(
         f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
     )
 
 
-def _path(search: _Search, states: Array, error: float, steps: int) -> Path:
+def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
     choice = Choice(
         method=search.method,
         step=search.end / steps,
@@ -227,8 +273,9 @@ def _path(search: _Search, states: Array, error: float, steps: int) -> Path:
         trials=search.spent.evaluations - search.cost,
         budget=search.budget,
     )
-    method, step, spent = search.method, choice.step, search.spent
-    return Path(search.scene, states, method, step, None, spent, _choice=choice)
+    options = SolveOptions(methods[search.method], abs(choice.step))
+    is_back = choice.step < 0.0
+    return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
 
 
 def _constants(scene: Scene) -> _Constants:
@@ -249,3 +296,92 @@ def _rates(scene: Scene) -> tuple[float, float]:
         return rate, lever / moment / rate if rate else 0.0
     rate = math.sqrt(2.0 * (kinetic + above) / moment)
     return rate, rate
+
+
+_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top whose error no step meets
+
+
+def run_search(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Run the tops begin..end one by one, each by the cheapest method that meets the error."""
+    part = buffers.at(slice(begin, end))
+    for i in range(end - begin):
+        if work is not None and work.stopped:
+            break
+        times = t[begin + i] if t.ndim == 2 else t
+        try:
+            _run_one(part, i, options, member(tops, begin + i), times, work)
+        except Interrupted:  # a trial's states are none of a path
+            if work is None:
+                raise
+            work.stop()
+            break
+        if work is not None:
+            work.did(1)
+    return part
+
+
+def _run_one(
+    part: EnsembleBuffers,
+    i: int,
+    options: EnsembleOptions,
+    scene: Scene,
+    times: Array,
+    work: Work | None,
+) -> None:
+    """Write one row: the path of a top, or the message of one that has none."""
+    path, status = None, 0
+    try:
+        path = _find_whole_path(scene, options.solve, times, work)
+    except Error as error:
+        path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
+    except ValueError as error:
+        status, part.messages[i] = _UNMET, str(error)
+    part.status[i] = status
+    _write_row(part, i, path, times, bool(status))
+
+
+def _write_row(
+    part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
+) -> None:
+    """Write a path as a row, with NaN behind what it reached."""
+    at, reached = np.empty(0, dtype=np.intp), 0
+    if path is not None:
+        at, reached = _of_times(path, times)
+        part.counts[i] = path.stats
+        part.reached[i] = path.t[-1] if len(path) else 0.0
+        if failed and len(path):
+            part.last[i] = np.array([path.states[-1], np.zeros(8)])
+        if path._choice is not None:
+            part.chosen[i] = path._choice
+    part.done[i] = reached
+    if part.states is not None:
+        part.states[i] = np.nan
+        part.states[i, :, 0] = times
+        if path is not None:
+            part.states[i, :reached] = path.states[at]
+    for name, column in part.columns.items():
+        column[i] = np.nan
+        if path is not None:
+            column[i, :reached] = getattr(path, name)[at]
+
+
+def _of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
+    """Return which states of a path are at the first of these times, and how many; the path of a
+    trial that failed has others between them."""
+    if not len(path):
+        return np.empty(0, dtype=np.intp), 0
+    at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)
+    missing = np.flatnonzero(path.t[at] != times)
+    reached = int(missing[0]) if missing.size else times.size
+    return at[:reached], reached
+
+
+STEP_SEARCH = SliceRunner(run_search)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import overload
+from typing import Unpack, overload
 
 import numpy as np
 
@@ -14,13 +14,20 @@ from .._core import Worker, unsuited
 from .._ground.arguments import Array, Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.top_rows import TopRows, fill
-from .._request.many import Order, Reductions, member, threads_of, times_of
+from .._recording.top_rows import LANES, SCALAR, EnsembleBuffers
+from .._request.many import (
+    EnsembleOptions,
+    ReductionSpec,
+    member,
+    parse_threads,
+    parse_times,
+)
 from .._request.methods import ELSE, EXACT
 from .._request.plan import BY_TRIAL, Plan, plan_of
-from .._request.plan import plan as plan_one
-from .._request.request import checked_every
-from .many import Words, order_of, refuse_words_of_many
+from .._request.request import parse_options
+from .._request.times import time_array
+from .keywords import PlanKeywords
+from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 
 _MEMBERS = 16  # so many tops are measured, and
 _STATES, _STEPS = 1 << 11, 1 << 11  # no more of their states and steps
@@ -79,13 +86,7 @@ def plan(
     t: Numbers | None = None,
     want: Iterable[QuantityName] | None = None,
     method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    threads: None = None,
-    reduce: None = None,
+    **controls: Unpack[PlanKeywords],
 ) -> Plan: ...
 @overload
 def plan(
@@ -94,12 +95,9 @@ def plan(
     want: Iterable[QuantityName] | None = None,
     method: MethodName = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
     threads: int | None = None,
-    reduce: Reductions | None = None,
+    reduce: ReductionSpec | None = None,
+    **controls: Unpack[PlanKeywords],
 ) -> ManyPlan: ...
 def plan(
     scene: Scene | Ensemble,
@@ -112,7 +110,7 @@ def plan(
     digits: int | None = None,
     every: int | None = None,
     threads: int | None = None,
-    reduce: Reductions | None = None,
+    reduce: ReductionSpec | None = None,
 ) -> Plan | ManyPlan:
     """What kreisel.solve would use in these words, and what it would leave out. Nothing is run, but
     of an ensemble a few tops for some milliseconds, to tell how long all will take.
@@ -130,29 +128,31 @@ def plan(
     Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
     takes trial runs: see path.plan.
     """
+    if isinstance(scene, Scene) and (threads is not None or reduce is not None):
+        reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
+    if isinstance(method, str) and method == BY_TRIAL:
+        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
     if isinstance(scene, Ensemble):
-        if method == BY_TRIAL:
-            raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
-        words = Words(step, tol, digits, every, want=want, reduce=reduce)
-        return _plan_all(scene, t, method, words, threads_of(threads, None))
-    if threads is not None or reduce is not None:
-        refuse_words_of_many(threads, None, reduce)
-    return plan_one(scene, t, want, method, step=step, tol=tol, digits=digits, every=every)
+        arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
+        return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
+    options = parse_options(scene, method, step, tol, digits, 0, want, every)
+    states = None if t is None else time_array(t, options.step, options.every, options.size).size
+    return plan_of(scene, options, states)
 
 
-def _plan_all(
-    tops: Ensemble, t: Numbers | None, method: MethodName, words: Words, threads: int
+def _plan_ensemble(
+    tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
 ) -> ManyPlan:
-    asked = order_of(tops, method, words)
-    number = checked_every(asked.request.method, words.every)
-    closed, lanes = _ways(tops, asked)
-    size = 8 * len(asked.kept) if asked.kept else asked.size
+    options = parse_arguments(tops, method, arguments)
+    closed, lanes = _method_counts(tops, options)
+    row = 8 * len(options.reductions)
+    size = row or options.size
     states, seconds, measured = None, None, 0
     if t is not None:
-        times = times_of(tops, t, asked, number)
+        times = parse_times(tops, t, options)
         states = times.shape[-1]
-        size = tops.size * (_ROW + (size if asked.kept else states * size))
-        seconds, measured = _measured(tops, times, asked, threads)
+        size = tops.size * (_ROW + (row or states * size))
+        seconds, measured = _time_sample(tops, times, options, threads)
     return ManyPlan(
         shape=tops.shape,
         closed_form=closed,
@@ -163,53 +163,56 @@ def _plan_all(
         bytes=size,
         seconds=seconds,
         measured=measured,
-        first=_first(tops, asked, states),
+        first=_first_plan(tops, options, states),
     )
 
 
-def _ways(tops: Ensemble, asked: Order) -> tuple[int, int]:
-    """How many tops have a closed form that is used, and how many go in lanes."""
-    if asked.request.method.exact:
+def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+    """Return how many tops use their closed form, and how many run in lanes."""
+    if options.solve.method.exact:
         return tops.size, 0
-    if asked.alone or asked.request.method.name != ELSE:
+    if options.is_scalar or options.solve.method.name != ELSE:
         return 0, 0
     damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
-    closed = tops.size - unsuited(tops._tops, EXACT)[1] if asked.mixed else 0
+    closed = tops.size - unsuited(tops._tops, EXACT)[1] if options.is_auto else 0
     return closed, tops.size - closed - damped
 
 
-def _first(tops: Ensemble, asked: Order, states: int | None) -> Plan | None:
+def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
     if not tops.size:
         return None
-    scene, one = member(tops, 0), asked.request
-    plan = plan_of(scene, asked.of(scene) if asked.mixed else one, states)
-    kernel, order = Worker(*asked.core, []).kernel
-    if plan.method != ELSE or asked.alone or not kernel or any(scene.damping):
+    scene = member(tops, 0)
+    plan = plan_of(scene, options.of(scene), states)
+    kernel, order = Worker(*options.core, []).kernel
+    if plan.method != ELSE or options.is_scalar or not kernel or any(scene.damping):
         return plan
-    level = one.leave_heading
+    level = options.solve.leave_heading
     form = "(P, W): vertical and angular velocity seen from the body"
     form += "; without the heading" if level else ", and from these the heading"
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
 
 
-def _measured(tops: Ensemble, t: Array, asked: Order, threads: int) -> tuple[float, int]:
-    """About how many seconds the tops take, by some of them whose steps and states are limited; and
-    by how many."""
+def _time_sample(
+    tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
+) -> tuple[float, int]:
+    """Return an estimate of the seconds that the tops take, and how many tops it was measured with.
+    The steps and states of these are limited."""
     if not tops.size or not t.shape[-1]:
         return 0.0, 0
     at = np.unique(np.linspace(0, tops.size - 1, _MEMBERS).astype(np.int64))
     some = tops[np.unravel_index(at, tops.shape)] if tops.shape else tops.reshape(1)
     whole = t[at] if t.ndim == 2 else t
     times = whole[..., :_STATES]
-    few = asked.limited(_STEPS)
-    rows = TopRows.empty(at.size, times.shape[-1], few)
+    few = options.limited(_STEPS)
+    buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
+    run = (SCALAR if few.is_scalar else LANES).run
     begun = time.perf_counter()
-    fill(rows, few, some, 0, at.size, times, None)
+    run(buffers, few, some, 0, at.size, times, None)
     spent = time.perf_counter() - begun
-    all_told = rows.done == times.shape[-1]
-    part = np.where(all_told, rows.done / whole.shape[-1], np.inf)
+    all_told = buffers.done == times.shape[-1]
+    part = np.where(all_told, buffers.done / whole.shape[-1], np.inf)
     end = np.abs(np.broadcast_to(whole[..., -1], part.shape))
     with np.errstate(invalid="ignore", divide="ignore"):
-        way = np.where(end > 0.0, np.abs(rows.reached) / end, np.inf)
+        way = np.where(end > 0.0, np.abs(buffers.reached) / end, np.inf)
     done = float(np.maximum(np.minimum(part, way), 1e-9).mean())
     return spent / done * tops.size / at.size / threads, int(at.size)
