@@ -166,9 +166,8 @@ class Path(Tables):
                 f"this path is of the closed form of {self.method}'s map, which has no states "
                 "between its steps: call what kreisel.exact gave, with the numbers of the steps"
             )
-        options = replace(self._options, max_steps=0) if self._options.max_steps else self._options
-        result = record_unordered(self.scene, options, inside(self.t, t))
-        path = path_or_raise(self.scene, options, result)
+        result = record_unordered(self.scene, self._options, inside(self.t, t))
+        path = path_or_raise(self.scene, self._options, result)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
@@ -353,8 +352,8 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
     """Return the path of a result of the core, with all its states."""
     _, states, low, counts, end = result
-    whole = options if options.want is None else replace(options, want=None)
-    return Path(scene, states, Stats(*counts), whole, end < 0.0, low)
+    is_back = end < 0.0 and options.step is not None
+    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import asdict, fields, replace
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class PathRecord(NamedTuple):
     is_back: bool
     low: Array | None = None
     columns: dict[str, Array] | None = None
-    events: None = None
+    events: Any = None  # a kreisel.Events
     choice: Choice | None = None
     carried: Carried | None = None
 

@@ -183,15 +183,17 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
         return ()
     if not isinstance(reduce, Mapping):
         raise TypeError(
-            "reduce must name quantities and what to keep of them, as in "
-            f"reduce={{'nutation': ('min', 'max')}}, not {shown(reduce)}"
+            "reductions must name quantities, each with its kinds, as in "
+            f"{{'nutation': ('min', 'max')}}, not {shown(reduce)}"
         )
     if not reduce:
-        raise ValueError("reduce names no quantity; leave it out for the path of each top")
+        raise ValueError("the reductions name no quantity")
     parsed: list[Reduction] = []
     for name, given in reduce.items():
         if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
-            raise ValueError(unknown("quantity in reduce:", str(name), [*QUANTITIES, *_COMPONENTS]))
+            raise ValueError(
+                unknown("quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS])
+            )
         for kind in _parse_kinds(name, given):
             for quantity, component in components_of(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
@@ -202,13 +204,17 @@ def _parse_kinds(name: str, given: object) -> list[str]:
     """Return the kinds of reduction of a quantity, each once."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
-        raise TypeError(f"reduce[{name!r}] must be one or several of {KINDS}, not {shown(given)}")
+        raise TypeError(
+            f"reductions[{name!r}] must be one or several of {KINDS}, not {shown(given)}"
+        )
     listed = list(dict.fromkeys(kinds))
     for kind in listed:
         if kind not in KINDS:
-            raise ValueError(unknown(f"word in reduce[{name!r}]:", str(kind), KINDS))
+            raise ValueError(unknown(f"kind in reductions[{name!r}]:", str(kind), KINDS))
     if not listed:
-        raise ValueError(f"reduce[{name!r}] is empty: give one or several of {', '.join(KINDS)}")
+        raise ValueError(
+            f"reductions[{name!r}] is empty: give one or several of {', '.join(KINDS)}"
+        )
     return listed
 
 

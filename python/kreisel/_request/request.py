@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -59,6 +59,13 @@ class SolveOptions:
         leave_heading = level and self.method.headless and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
+
+    @cached_property
+    def of_path(self) -> SolveOptions:
+        """The options of a path with all its states, which has none that control a single run."""
+        events = () if self.has_events else None
+        options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
+        return self if options == self else options
 
     @property
     def leave_heading(self) -> bool:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import stat
-from dataclasses import replace
 from pathlib import Path as File
 from typing import BinaryIO
 
@@ -55,7 +54,7 @@ def _path(name: str, file: BinaryIO, size: int) -> Path:
     if met is None:
         return Path(*path)
     at, which, direction = met
-    return replace(Path(*path), _events=Events(Path(*at), which, direction))
+    return Path(*path._replace(events=Events(Path(*at), which, direction)))
 
 
 def _scene(name: str, size: int) -> Scene:
