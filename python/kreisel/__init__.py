@@ -23,22 +23,22 @@ from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
-from ._recording.growing import Indicator
-from ._recording.many_events import ManyEvents
+from ._recording.ensemble_events import EnsembleEvents
+from ._recording.ensemble_paths import Paths
+from ._recording.indicators import Indicator
 from ._recording.path import Error, Events, Interrupted, Path, Stats
-from ._recording.paths import Paths
-from ._recording.reduced import Reductions
-from ._recording.section import Section
+from ._recording.reductions import Reductions
+from ._recording.section_result import Section
 from ._request.methods import Method, methods
-from ._request.plan import Choice, Plan
+from ._request.plan import Plan, StepChoice
 from ._showing.view import View, view
 from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
 from ._sweeping.swept import Swept, read_sweep
 from ._verbs.chaos import lyapunov, megno, oli
-from ._verbs.ensemble_plan import ManyPlan, plan
+from ._verbs.ensemble_plan import EnsemblePlan, plan
 from ._verbs.exact import Exact, ExactMap, exact
-from ._verbs.exact_many import ExactEnsemble
+from ._verbs.exact_ensemble import ExactEnsemble
 from ._verbs.load import load
 from ._verbs.run import Run, resume, start
 from ._verbs.section import section
@@ -52,9 +52,10 @@ __all__ = [
     "Apex",
     "Bodies",
     "Body",
-    "Choice",
     "CompareInterrupted",
     "Ensemble",
+    "EnsembleEvents",
+    "EnsemblePlan",
     "Error",
     "Event",
     "Events",
@@ -64,8 +65,6 @@ __all__ = [
     "Frequencies",
     "Indicator",
     "Interrupted",
-    "ManyEvents",
-    "ManyPlan",
     "Method",
     "MethodName",
     "Nutation",
@@ -81,6 +80,7 @@ __all__ = [
     "Section",
     "Source",
     "Stats",
+    "StepChoice",
     "SweepInterrupted",
     "Swept",
     "Table",

@@ -38,7 +38,7 @@ from ._ground.arguments import Array, instance, number, shown, vector, whole
 from ._ground.refusals import unknown
 from ._model.scene import Scene
 from ._recording.path import Events, Path
-from ._request.methods import ELSE
+from ._request.methods import FALLBACK
 from .quaternion import turn
 
 __all__ = [

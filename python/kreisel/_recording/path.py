@@ -20,16 +20,16 @@ from .._ground.files import write
 from .._ground.names import QuantityName
 from .._model.scene import Scene
 from .._request.methods import EXACT
-from .._request.plan import Choice, Plan, plan_of
-from .._request.request import SolveOptions, wanted
-from .carried import Carried
-from .places import Which, inside, places
-from .reference import ROUNDING, SERIES, apart, grown_roundings, told_error
-from .rows import CoreResult, creation_error, record_unordered
-from .saved import saved
-from .states import NO_STATES, PARTS
-from .states import Stats as Stats
+from .._request.plan import Plan, StepChoice, plan_of
+from .._request.solve_options import SolveOptions, parse_want
+from .core_calls import CoreResult, creation_error, record_unordered
+from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
+from .indexing import StateIndex, check_path_times, resolve_index
+from .serialization import dump_path
+from .state_quantities import NO_STATES, STATE_COLUMNS
+from .state_quantities import Stats as Stats
 from .tables import Tables
+from .tangent_data import TangentData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,8 +61,8 @@ class Path(Tables):
     _low: Array | None = None  # low words of the states
     _columns: dict[str, Array] | None = None  # in place of states: t and the quantities in want
     _events: Events | None = None
-    _choice: Choice | None = None  # of method='geometric'
-    _carried: Carried | None = None  # the tangents
+    _choice: StepChoice | None = None  # of method='geometric'
+    _tangent_data: TangentData | None = None  # the tangents
 
     def __init__(
         self,
@@ -74,13 +74,17 @@ class Path(Tables):
         _low: Array | None = None,
         _columns: dict[str, Array] | None = None,
         _events: Events | None = None,
-        _choice: Choice | None = None,
-        _carried: Carried | None = None,
+        _choice: StepChoice | None = None,
+        _tangent_data: TangentData | None = None,
     ) -> None:
         fields = self.__dict__  # faster than object.__setattr__ of a frozen dataclass
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
         fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
-        fields["_events"], fields["_choice"], fields["_carried"] = _events, _choice, _carried
+        fields["_events"], fields["_choice"], fields["_tangent_data"] = (
+            _events,
+            _choice,
+            _tangent_data,
+        )
         if _low is not None:
             _low.flags.writeable = False
         if _columns is None:
@@ -89,7 +93,7 @@ class Path(Tables):
             return
         for name, column in _columns.items():
             column.flags.writeable = False
-            if name not in PARTS:
+            if name not in STATE_COLUMNS:
                 fields[name] = column
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -116,12 +120,12 @@ class Path(Tables):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        return told_error(
+        return estimate_error(
             self.scene, self.method, self.digits, self._max_angle_to, self._rounding_growth
         )
 
     def _rounding_growth(self) -> float:
-        result, largest = grown_roundings(self.scene, self.t, self.digits or 16)
+        result, largest = rounding_growth(self.scene, self.t, self.digits or 16)
         path_or_raise(self.scene, SERIES, result)
         return largest
 
@@ -129,7 +133,7 @@ class Path(Tables):
         """Return the largest angle to the attitudes of a second run, low words included."""
         result = record_unordered(self.scene, second, self.t)
         other = path_or_raise(self.scene, second, result)
-        return apart((self.q, self.q_low), (other.q, other.q_low))
+        return max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
@@ -166,12 +170,12 @@ class Path(Tables):
                 f"this path is of the closed form of {self.method}'s map, which has no states "
                 "between its steps: call what kreisel.exact gave, with the numbers of the steps"
             )
-        result = record_unordered(self.scene, self._options, inside(self.t, t))
+        result = record_unordered(self.scene, self._options, check_path_times(self.t, t))
         path = path_or_raise(self.scene, self._options, result)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
-    def __getitem__(self, which: Which) -> Path:
+    def __getitem__(self, which: StateIndex) -> Path:
         """Some of the states, as a path that keeps all but the events: a number gives one state, a
         slice, a list of numbers or of True and False several, as of an array.
 
@@ -180,13 +184,13 @@ class Path(Tables):
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
         """
-        at = places(len(self), which)
+        at = resolve_index(len(self), which)
         if self._columns is not None:
             columns = {name: column[at] for name, column in self._columns.items()}
             return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[at]
-        carried = self._carried and self._carried.at(at)
-        return replace(self, states=self.states[at], _low=low, _events=None, _carried=carried)
+        carried = self._tangent_data and self._tangent_data.at(at)
+        return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
         """The states one by one, each a path."""
@@ -198,7 +202,7 @@ class Path(Tables):
 
     def scene_at(self, i: int) -> Scene:
         """The scene that begins, at t = 0, with state i. IndexError if there is none."""
-        (state,) = self.states[places(len(self), index(i))]
+        (state,) = self.states[resolve_index(len(self), index(i))]
         return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
@@ -209,12 +213,17 @@ class Path(Tables):
     def only(self, want: Iterable[QuantityName]) -> Path:
         """The path with no more than t and these quantities, as if solve had been asked for
         them."""
-        names = wanted(want) or ()
+        names = parse_want(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
         options = replace(self._options, want=names)
         return replace(
-            self, states=NO_STATES, _options=options, _low=None, _columns=columns, _carried=None
+            self,
+            states=NO_STATES,
+            _options=options,
+            _low=None,
+            _columns=columns,
+            _tangent_data=None,
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -226,7 +235,7 @@ class Path(Tables):
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
         events_direction; of tangents tangents and tangents_low.
         """
-        write(file, saved(self, self._core_events))
+        write(file, dump_path(self, self._core_events))
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:

@@ -9,13 +9,13 @@ import numpy as np
 from .._core import Work
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
-from .._request.many import EnsembleOptions
-from .._request.request import Progress
+from .._request.ensemble_options import EnsembleOptions
+from .._request.solve_options import Progress
+from .ensemble_buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
+from .ensemble_result import EnsembleResult
 from .executor import Job, SliceTask, WorkerPool
-from .outcomes import Outcomes
-from .top_rows import INTERRUPTED, EnsembleBuffers, SliceRunner
 
-_Result = TypeVar("_Result", bound=Outcomes)
+_Result = TypeVar("_Result", bound=EnsembleResult)
 
 
 def run_ensemble(

@@ -16,17 +16,17 @@ from .._ground.files import write
 from .._ground.names import QuantityName
 from .._ground.optional import installed
 from .._ground.refusals import unknown
-from .._request.quantities import ANGLES, LOW, TIME, WANTED, Quantity
-from .states import States
+from .._request.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
+from .state_quantities import States
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-Rows = list[tuple[Quantity, Array]]
+QuantityRows = list[tuple[Quantity, Array]]
 
 
-class Keeper(Protocol):
+class HasQuantities(Protocol):
     """A path, or many: quantities are its attributes."""
 
     @property
@@ -45,13 +45,15 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows t
 }
 
 
-def tabled(path: Keeper, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
+def quantity_rows(
+    path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
+) -> QuantityRows:
     """The quantities of these names with their values at each state; of none, what the path keeps.
     The dimension of an angle is its unit."""
     in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
     rows = []
     for name in _checked(names) or _kept(path):
-        quantity, values = WANTED[name], getattr(path, name)
+        quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
             values = np.degrees(values) if in_degrees else values
@@ -67,12 +69,12 @@ def _checked(names: Iterable[str]) -> list[str]:
                 "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
                 f"not {shown(name)}"
             )
-        if name not in WANTED and name != "t":
-            raise ValueError(unknown("quantity", name, WANTED))
+        if name not in RECORDABLE and name != "t":
+            raise ValueError(unknown("quantity", name, RECORDABLE))
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _kept(path: Keeper) -> tuple[str, ...]:
+def _kept(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -82,10 +84,10 @@ def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
     """t and the components of the quantities of these names, (n,) each."""
-    return _components(path, tabled(path, names, degrees, unwrap))
+    return _components(path, quantity_rows(path, names, degrees, unwrap))
 
 
-def _components(path: States, rows: Rows) -> dict[str, Array]:
+def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -94,7 +96,7 @@ def _components(path: States, rows: Rows) -> dict[str, Array]:
     return table
 
 
-def _units(rows: Rows) -> dict[str, str]:
+def _units(rows: QuantityRows) -> dict[str, str]:
     """The unit or dimension of each component, and of t."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
@@ -122,7 +124,7 @@ class Tables(States):
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = tabled(self, _EULER, degrees, unwrap)
+        angles = quantity_rows(self, _EULER, degrees, unwrap)
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
@@ -142,7 +144,7 @@ class Tables(States):
         """
         with installed(TABLES):
             import pandas as pd
-        rows = tabled(self, names, degrees, unwrap)
+        rows = quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
         frame.attrs = self._about() | {"units": _units(rows)}
         return frame
@@ -164,7 +166,7 @@ class Tables(States):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
-        for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
+        for quantity, values in [(TIME, self.t), *quantity_rows(self, names, degrees, unwrap)]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
             along = DIMENSIONS.get(quantity.shape, own)
@@ -201,7 +203,7 @@ class Tables(States):
         all is on the disk. Raises OSError where it cannot be written, else what to_pandas raises;
         needs no pandas.
         """
-        rows = tabled(self, names, degrees, unwrap)
+        rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
         if boolean("units", units):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]

@@ -18,7 +18,7 @@ from .._model.scene import Scene
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
 # What 'auto' takes: the first where it suits.
 EXACT: Final = "exact"
-ELSE: Final = "taylor"
+FALLBACK: Final = "taylor"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Method:
         return bool(self.flags & FLAGS["splitting"])
 
     @property
-    def headless(self) -> bool:
+    def skips_heading(self) -> bool:
         """Can leave out the heading of the top, its turn about the vertical."""
         return bool(self.flags & FLAGS["headless"])
 
@@ -127,10 +127,10 @@ class Methods(dict[MethodName, Method]):
         def __getitem__(self, name: str, /) -> Method: ...
 
     def __missing__(self, name: str) -> Method:
-        raise KeyError(unknown(name))
+        raise KeyError(unknown_method(name))
 
 
-def unknown(name: str) -> str:
+def unknown_method(name: str) -> str:
     """What to say of a method that is not there."""
     if name == "geometric":
         return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
@@ -146,48 +146,48 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
-def told(scene: Scene) -> str:
+def describe_kind(scene: Scene) -> str:
     """The body of a scene by its kind, in words."""
     damped, near = "damped " if scene._is_damped else "", scene.body._nearly
     which = f", which is {near}" if near else ""
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
 
-def no_closed_form(scene: Scene) -> str:
+def why_no_closed_form(scene: Scene) -> str:
     """Why there is none, in words."""
     if scene._is_damped:
-        return f"no closed form is known for {told(scene)} with damping"
+        return f"no closed form is known for {describe_kind(scene)} with damping"
     if not methods[EXACT].applies_to(scene.body):
-        return f"no closed form is known for {told(scene)} under gravity"
+        return f"no closed form is known for {describe_kind(scene)} under gravity"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"
     )
 
 
-def named(name: object) -> Method:
+def get_method(name: object) -> Method:
     """The method of this name; TypeError or ValueError if there is none."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {shown(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
-        raise ValueError(unknown(name))
+        raise ValueError(unknown_method(name))
     return method
 
 
-def fitting(name: object, scene: Scene) -> Method:
+def resolve_method(name: object, scene: Scene) -> Method:
     """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
     the scene."""
     if isinstance(name, str) and name == "auto":
-        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
-    method = named(name)
+        return methods[EXACT if methods[EXACT].suits(scene) else FALLBACK]
+    method = get_method(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:
-            raise ValueError(f"the method {name!r} does not apply: {no_closed_form(scene)}")
+            raise ValueError(f"the method {name!r} does not apply: {why_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
         raise ValueError(
-            f"the method {name!r} does not apply to {told(scene)}: "
+            f"the method {name!r} does not apply to {describe_kind(scene)}: "
             f"it is for {tops}; these apply: {others}"
         )
     return method

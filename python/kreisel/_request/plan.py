@@ -8,17 +8,17 @@ import numpy as np
 
 from .._core import start, values
 from .._model.scene import Scene
-from .methods import ELSE, EXACT, no_closed_form, told
-from .quantities import TURNING, doubles
-from .request import SolveOptions
-from .times import PIECE
+from .methods import EXACT, FALLBACK, describe_kind, why_no_closed_form
+from .quantities import HEADING_DEPENDENT, doubles
+from .solve_options import SolveOptions
+from .times import CHUNK_SIZE
 
-BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
+GEOMETRIC: str = "geometric"  # which is no name of a method, and asked for all the same
 Reasons = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
-class Choice:
+class StepChoice:
     """What method='geometric' chose so that the attitude error stays below a target on [0, t], and
     what that cost.
 
@@ -78,7 +78,7 @@ class Plan:
     bytes: int
     left_out: Reasons
     kept: Reasons
-    choice: Choice | None = None
+    choice: StepChoice | None = None
     turn: float | None = None
 
     def __str__(self) -> str:
@@ -108,7 +108,7 @@ class Plan:
 
 
 def plan_of(
-    scene: Scene, options: SolveOptions, states: int | None = None, choice: Choice | None = None
+    scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
 ) -> Plan:
     """The plan of a request for this scene, for so many states."""
     kernel, order = "", options.method.order
@@ -142,7 +142,7 @@ def _turn(scene: Scene, options: SolveOptions) -> float | None:
     return options.step * max(velocity, scene._fastest)
 
 
-def _why(scene: Scene, options: SolveOptions, choice: Choice | None) -> str:
+def _why(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
     if choice:
         return "the cheapest that keeps the error allowed"
     if options.requested_method != "auto":
@@ -150,14 +150,16 @@ def _why(scene: Scene, options: SolveOptions, choice: Choice | None) -> str:
     if options.digits is not None:
         return f"asked for {options.digits} digits"
     if not options.method.exact:
-        return no_closed_form(scene)
-    return f"{told(scene)} has a closed form" + ("" if scene.gravity else " without gravity")
+        return why_no_closed_form(scene)
+    return f"{describe_kind(scene)} has a closed form" + (
+        "" if scene.gravity else " without gravity"
+    )
 
 
 def _form(options: SolveOptions) -> str:
     if options.leave_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
-    if options.method.name == ELSE:
+    if options.method.name == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
     return options.method.text
 
@@ -189,7 +191,7 @@ def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reason
         rows.append(
             (
                 "the states themselves",
-                f"at most {PIECE} at a time, dropped when what is wanted is computed",
+                f"at most {CHUNK_SIZE} at a time, dropped when what is wanted is computed",
             )
         )
     rows.append(("the error's estimate", "a second run, made when path.error is asked for"))
@@ -198,11 +200,11 @@ def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reason
 
 def _kept(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
-    if options.method.name == ELSE:
+    if options.method.name == FALLBACK:
         if (
             options.want is not None
             and not options.leave_heading
-            and TURNING.isdisjoint(options.want)
+            and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
             why = "the series with more digits than doubles has no form without it"
             rows.append(("attitude", "events may need it" if options.has_events else why))
@@ -219,7 +221,7 @@ def _kept(scene: Scene, options: SolveOptions) -> Reasons:
             )
     elif (
         options.want is not None
-        and TURNING.isdisjoint(options.want)
+        and HEADING_DEPENDENT.isdisjoint(options.want)
         and options.method.name != EXACT
     ):
         rows.append(

@@ -50,13 +50,13 @@ def _low(name: str) -> Quantity:
 
 
 LOW = {low.name: low for low in map(_low, ("q", "m"))}
-WANTED = QUANTITIES | LOW  # what `want` can name
+RECORDABLE = QUANTITIES | LOW  # what `want` can name
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
-TURNING = frozenset(name for name, quantity in WANTED.items() if quantity.turns)
+HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
 # as the table says in words, since an angle is a pure number
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
 def doubles(name: str) -> int:
     """How many doubles a state's quantity or time is."""
-    return (TIME if name == "t" else WANTED[name]).doubles
+    return (TIME if name == "t" else RECORDABLE[name]).doubles

@@ -13,7 +13,7 @@ import numpy as np
 from .._ground.arguments import Array, Numbers, array, number
 from .._model.scene import Scene
 
-PIECE = 1 << 14  # states that are computed, reduced and dropped at a time
+CHUNK_SIZE = 1 << 14  # states that are computed, reduced and dropped at a time
 COUNTABLE = 2.0**53  # whole numbers, and with them steps and radians, are told apart up to here
 _WHAT = "a number or a list of times"
 
@@ -62,7 +62,7 @@ def check_monotonic(times: Array, last: float, back: bool) -> None:
     raise ValueError(f"times must lead away from 0 in one direction; {here} goes back from {there}")
 
 
-def pieces(
+def time_chunks(
     t: Numbers | Iterator[float],
     step: float | None,
     every: int | None,

@@ -11,17 +11,17 @@ import numpy as np
 from .._ground.arguments import Array, Numbers, shown
 from .._ground.refusals import unknown
 from .._model.scene import Ensemble
-from .._recording.growing import Indicator
-from .._recording.paths import Paths
-from .._recording.reduced import Reductions
-from .._recording.section import Section
-from .._request.many import EnsembleOptions, parse_ensemble_options, parse_times
-from .._request.methods import ELSE
-from .._request.request import Progress
-from .._verbs.chaos import checked_growth, lyapunov, megno, oli
-from .._verbs.section import checked_section, event_of, section
+from .._recording.ensemble_paths import Paths
+from .._recording.indicators import Indicator
+from .._recording.reductions import Reductions
+from .._recording.section_result import Section
+from .._request.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress
+from .._verbs.chaos import lyapunov, megno, oli, parse_growth
+from .._verbs.section import parse_event, parse_section, section
 from .._verbs.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
-from ..events import Event, checked_events, read, written
+from ..events import Event, parse_events, read, written
 
 Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
 Became = Paths | Reductions | Indicator | Section
@@ -57,7 +57,7 @@ class Solve(NamedTuple):
         words = self.words
         told = _given(words._asdict())
         if words.events is not None:
-            told["events"] = [written(event) for event in checked_events(ELSE, words.events)]
+            told["events"] = [written(event) for event in parse_events(FALLBACK, words.events)]
         if words.want is not None:
             told["want"] = list(words.want)
         if words.reduce is not None:
@@ -119,8 +119,8 @@ class Growth(NamedTuple):
         return Growth(self.verb, _doubles(self.t), *steering)
 
     def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        times, _ = checked_growth(some, *self[1:])
-        return parse_ensemble_options(some, ELSE, tol=self.tol, max_steps=self.max_steps), times
+        times, _ = parse_growth(some, *self[1:])
+        return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
     def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
         verb, t, direction, tol, most = self
@@ -140,11 +140,11 @@ class Sections(NamedTuple):
 
     @property
     def told(self) -> dict[str, Any]:
-        return {"section": _given(self._asdict()) | {"event": written(event_of(self.event))}}
+        return {"section": _given(self._asdict()) | {"event": written(parse_event(self.event))}}
 
     def plain(self, order: EnsembleOptions) -> Sections:
         return Sections(
-            event_of(self.event),
+            parse_event(self.event),
             int(self.n),
             _double(self.wait),
             _double(self.tol),
@@ -153,7 +153,7 @@ class Sections(NamedTuple):
         )
 
     def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        waits, order = checked_section(some, *self)
+        waits, order = parse_section(some, *self)
         return order, waits[0]
 
     def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:

@@ -15,7 +15,7 @@ from concurrent.futures import (
     wait,
 )
 
-from .._request.request import Progress
+from .._request.solve_options import Progress
 from .folder import Folder
 from .rows import Rows, rows_of
 

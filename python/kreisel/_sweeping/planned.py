@@ -15,8 +15,8 @@ import numpy as np
 from .._core import Worker
 from .._ground.arguments import Array, whole
 from .._model.scene import Scene
-from .._request.many import EnsembleOptions
-from .._request.request import Progress
+from .._request.ensemble_options import EnsembleOptions
+from .._request.solve_options import Progress
 from .._request.times import memory
 from .asked import Asked, Became, read_asked
 from .source import Drawn, Source

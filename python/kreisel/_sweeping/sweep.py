@@ -12,8 +12,8 @@ from .._ground.arguments import Numbers, instance, shown
 from .._ground.names import MethodName, QuantityName
 from .._ground.refusals import warn
 from .._model.scene import Ensemble
-from .._request.many import ReductionSpec, parse_threads
-from .._request.request import Progress, checked_progress
+from .._request.ensemble_options import ReductionSpec, parse_threads
+from .._request.solve_options import Progress, parse_progress
 from .._verbs.run import EventSpec
 from ..events import Event
 from .asked import WORDS, Verb, asked_of
@@ -113,7 +113,7 @@ def sweep(
     """
     given = _given(locals())  # all words by their names, before there is anything else
     plan = _plan(tops, verb, given, part)
-    callback = checked_progress(progress)
+    callback = parse_progress(progress)
     number = parse_threads(threads, executor)
     chosen = _chosen(parts, plan.parts)
     folder = prepared(to, plan)

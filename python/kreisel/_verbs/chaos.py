@@ -13,7 +13,7 @@ from .._ground.arguments import Array, Numbers, array, number, whole
 from .._ground.refusals import refusal
 from .._model.scene import Ensemble, Scene
 from .._recording.executor import WorkerPool
-from .._recording.growing import (
+from .._recording.indicators import (
     LOG,
     MEGNO,
     MOST,
@@ -22,9 +22,9 @@ from .._recording.growing import (
     compute_indicator,
     raise_if_failed,
 )
-from .._request.many import parse_threads
-from .._request.methods import ELSE, methods
-from .._request.request import Progress, checked_progress, checked_tol
+from .._request.ensemble_options import parse_threads
+from .._request.methods import FALLBACK, methods
+from .._request.solve_options import Progress, parse_progress, parse_tol
 from .._request.times import check_horizon, time_array
 
 POINTS = 32  # of a curve, where no times are given
@@ -146,8 +146,8 @@ def _indicator(
     progress: Progress | None,
     reader: CurveFunction,
 ) -> Indicator:
-    times, steering = checked_growth(scene, t, direction, tol, max_steps)
-    crew, callback = WorkerPool(parse_threads(threads, None)), checked_progress(progress)
+    times, steering = parse_growth(scene, t, direction, tol, max_steps)
+    crew, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
     if isinstance(scene, Ensemble):
         return compute_indicator(scene, times, reader, steering, crew, callback)
     check_horizon(scene, float(times[-1]), None)
@@ -161,7 +161,7 @@ def _indicator(
     return replace(told, **own, status=told.status[0:1].reshape(()))
 
 
-def checked_growth(
+def parse_growth(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
     """The times of the curve, and what steers it: tol, max_steps and the direction. TypeError or
@@ -169,7 +169,7 @@ def checked_growth(
     if not isinstance(scene, Scene | Ensemble):
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
     times = _times(t)
-    accuracy = checked_tol(methods[ELSE], tol) or 0.0
+    accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
     steering = accuracy, whole("max_steps", max_steps, 0), _direction(direction)
     if np.any(scene.damping):
         raise ValueError(

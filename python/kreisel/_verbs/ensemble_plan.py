@@ -14,17 +14,17 @@ from .._core import Worker, unsuited
 from .._ground.arguments import Array, Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.top_rows import LANES, SCALAR, EnsembleBuffers
-from .._request.many import (
+from .._recording.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
+from .._request.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     member,
     parse_threads,
     parse_times,
 )
-from .._request.methods import ELSE, EXACT
-from .._request.plan import BY_TRIAL, Plan, plan_of
-from .._request.request import parse_options
+from .._request.methods import EXACT, FALLBACK
+from .._request.plan import GEOMETRIC, Plan, plan_of
+from .._request.solve_options import parse_options
 from .._request.times import time_array
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
@@ -35,7 +35,7 @@ _ROW = 57  # bytes that are told of each top: status, states done, counts, time 
 
 
 @dataclass(frozen=True)
-class ManyPlan:
+class EnsemblePlan:
     """What is used for an ensemble; print it.
 
     shape        of the ensemble
@@ -98,7 +98,7 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
     **controls: Unpack[PlanKeywords],
-) -> ManyPlan: ...
+) -> EnsemblePlan: ...
 def plan(
     scene: Scene | Ensemble,
     t: Numbers | None = None,
@@ -111,7 +111,7 @@ def plan(
     every: int | None = None,
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
-) -> Plan | ManyPlan:
+) -> Plan | EnsemblePlan:
     """What kreisel.solve would use in these words, and what it would leave out. Nothing is run, but
     of an ensemble a few tops for some milliseconds, to tell how long all will take.
 
@@ -130,7 +130,7 @@ def plan(
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
-    if isinstance(method, str) and method == BY_TRIAL:
+    if isinstance(method, str) and method == GEOMETRIC:
         raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
@@ -142,7 +142,7 @@ def plan(
 
 def _plan_ensemble(
     tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
-) -> ManyPlan:
+) -> EnsemblePlan:
     options = parse_arguments(tops, method, arguments)
     closed, lanes = _method_counts(tops, options)
     row = 8 * len(options.reductions)
@@ -153,7 +153,7 @@ def _plan_ensemble(
         states = times.shape[-1]
         size = tops.size * (_ROW + (row or states * size))
         seconds, measured = _time_sample(tops, times, options, threads)
-    return ManyPlan(
+    return EnsemblePlan(
         shape=tops.shape,
         closed_form=closed,
         lanes=lanes,
@@ -171,7 +171,7 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     """Return how many tops use their closed form, and how many run in lanes."""
     if options.solve.method.exact:
         return tops.size, 0
-    if options.is_scalar or options.solve.method.name != ELSE:
+    if options.is_scalar or options.solve.method.name != FALLBACK:
         return 0, 0
     damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
     closed = tops.size - unsuited(tops._tops, EXACT)[1] if options.is_auto else 0
@@ -184,7 +184,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     scene = member(tops, 0)
     plan = plan_of(scene, options.of(scene), states)
     kernel, order = Worker(*options.core, []).kernel
-    if plan.method != ELSE or options.is_scalar or not kernel or any(scene.damping):
+    if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
         return plan
     level = options.solve.leave_heading
     form = "(P, W): vertical and angular velocity seen from the body"

@@ -21,12 +21,12 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
+from .._recording.error_estimate import CLOSED_FORM
 from .._recording.path import Path, Stats
-from .._recording.reference import CLOSED_FORM
-from .._request.methods import EXACT, fitting, methods
-from .._request.request import SolveOptions
+from .._request.methods import EXACT, methods, resolve_method
+from .._request.solve_options import SolveOptions
 from .._request.times import check_horizon
-from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
+from .exact_ensemble import ExactEnsemble, from_ensemble, from_list, no_closed_form_error, parse_row
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53
@@ -135,7 +135,7 @@ class Exact(_Rates):
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
     def _times(self, t: Numbers) -> Array:
-        times = row_of(t)
+        times = parse_row(t)
         check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
 
@@ -186,9 +186,9 @@ def exact(
     Raises ValueError, with the reason, for a scene without closed form.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return ensemble_of(scene)
+        return from_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
-        return form_of(scene)
+        return from_ensemble(scene)
     top = instance("scene", scene, Scene)
     if map is not None:
         return _exact_map(top, map, step)
@@ -196,7 +196,7 @@ def exact(
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
-        raise no_form(status, top)
+        raise no_closed_form_error(status, top)
     return Exact(top, period, precession, spin, plan)
 
 
@@ -206,7 +206,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     h = number("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
-    fitting(_MAP, scene)
+    resolve_method(_MAP, scene)
     status, period, precession, spin, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(

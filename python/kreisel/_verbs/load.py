@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from .._model.scene import Scene
 from .._recording.path import Events, Path
-from .._recording.saved import unsaved
+from .._recording.serialization import load_path
 from .run import MAGIC, Run, resume
 
 _ZIP = b"PK"  # how an archive begins
@@ -48,7 +48,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
 def _path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, met = unsaved(file, size)
+        path, met = load_path(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is no path that was saved: {error}") from None
     if met is None:

@@ -27,24 +27,24 @@ from .._recording.path import (
     progress_text,
     stop_exception,
 )
-from .._recording.recording import record_chunks, report_end, with_events
-from .._request.methods import ELSE
+from .._recording.recorder import record_chunks, report_end, with_events
+from .._request.methods import FALLBACK
 from .._request.plan import Plan, plan_of
-from .._request.request import (
+from .._request.solve_options import (
     Progress,
     SolveOptions,
-    checked_every,
-    checked_progress,
+    parse_every,
     parse_options,
+    parse_progress,
 )
 from .._request.times import (
-    PIECE,
+    CHUNK_SIZE,
     check_horizon,
     check_monotonic,
-    pieces,
     time_array,
+    time_chunks,
 )
-from ..events import Event, checked_events, looked_for, read, written
+from ..events import Event, looked_for, parse_events, read, written
 
 MAGIC = b"kreisel run\n"  # how a checkpoint begins
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
@@ -90,7 +90,7 @@ class Run:
                 f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
                 "path.end goes on from there"
             )
-        return self._advance(times, checked_progress(progress))
+        return self._advance(times, parse_progress(progress))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
         """Continue to validated times."""
@@ -110,15 +110,15 @@ class Run:
         t: Numbers | Iterator[float],
         *,
         every: int | None = None,
-        chunk: int = PIECE,
+        chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
         """The states of kreisel.stream, from where the run stands; between two paths the run may be
         saved."""
-        number = checked_every(self._options.method, every)
+        number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
-        chunks = pieces(t, self.step, number, whole("chunk", chunk, 1), reached)
-        return self._stream(chunks, checked_progress(progress))
+        chunks = time_chunks(t, self.step, number, whole("chunk", chunk, 1), reached)
+        return self._stream(chunks, parse_progress(progress))
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
         while not self.ended and (chunk := next(chunks, None)) is not None:
@@ -132,7 +132,7 @@ class Run:
             progress(self.t)
 
     def _times(self, t: Numbers, every: int | None) -> Array:
-        number = checked_every(self._options.method, every)
+        number = parse_every(self._options.method, every)
         times = time_array(t, self.step, number, self._options.size)
         if np.ndim(t) > 0 or self._fresh:
             return times
@@ -241,7 +241,7 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
         raise TypeError(f"back must be true or false, not {head['back']!r}")
     options, rows = parse_options(scene, *arguments), head.get("events")
     if rows is not None:
-        events = checked_events(options.method.name, [read(row) for row in rows])
+        events = parse_events(options.method.name, [read(row) for row in rows])
         options = replace(options, events=events)
     run = Run(scene, options, head["back"])
     found = [whole("a count of events", n, 0) for n in head.get("found", [])]
@@ -321,6 +321,6 @@ def parse_run(
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)
-    chosen = ELSE if method == "auto" else method
+    chosen = FALLBACK if method == "auto" else method
     options = parse_options(scene, chosen, *controls, requested=method)
-    return replace(options, events=checked_events(options.method.name, events))
+    return replace(options, events=parse_events(options.method.name, events))

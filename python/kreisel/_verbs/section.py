@@ -13,16 +13,16 @@ from .._ground.arguments import Array, array, instance, shown, whole
 from .._model.scene import Ensemble, Scene
 from .._recording.executor import WorkerPool
 from .._recording.run_ensemble import run_ensemble
-from .._recording.section import SECTION, Section, slowest_turns
-from .._request.many import (
+from .._recording.section_result import SECTION, Section, slowest_turns
+from .._request.ensemble_options import (
     EnsembleOptions,
     check_result_memory,
     parse_ensemble_options,
     parse_threads,
 )
-from .._request.methods import ELSE
-from .._request.request import Progress, checked_progress
-from ..events import Event, checked_events, looked_for, nutation
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress, parse_progress
+from ..events import Event, looked_for, nutation, parse_events
 
 _TURNS = 1024.0  # slowest turns of a top, for which it waits for an event
 
@@ -71,14 +71,14 @@ def section(
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
-    waits, options = checked_section(many, event, n, wait, tol, digits, max_steps)
+    waits, options = parse_section(many, event, n, wait, tol, digits, max_steps)
     pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback = checked_progress(progress)
+    callback = parse_progress(progress)
     check_result_memory(many, waits, options)
     return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 
 
-def checked_section(
+def parse_section(
     tops: Ensemble,
     event: object,
     n: object,
@@ -89,23 +89,23 @@ def checked_section(
 ) -> tuple[Array, EnsembleOptions]:
     """(tops, n) how long each top waits, and the order with its event. TypeError or ValueError for
     what cannot be."""
-    options = parse_ensemble_options(tops, ELSE, None, tol, digits, max_steps, has_events=True)
-    events = looked_for([event_of(event)])
-    waits = np.broadcast_to(_waits(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
+    options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
+    events = looked_for([parse_event(event)])
+    waits = np.broadcast_to(_parse_wait(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
     return waits, replace(options, core_events=events)
 
 
-def event_of(event: object) -> Event:
+def parse_event(event: object) -> Event:
     """The event that was asked for, of which each is to be found."""
     if event is None:
         return nutation(direction=1)
-    [one] = checked_events(ELSE, [event])
+    [one] = parse_events(FALLBACK, [event])
     if one.most is not None or one.terminal:
         raise ValueError("n says how many are looked for: leave most and terminal out of the event")
     return one
 
 
-def _waits(tops: Ensemble, wait: object) -> Array:
+def _parse_wait(tops: Ensemble, wait: object) -> Array:
     """(n,) how long each top waits for an event."""
     if wait is None:
         known = np.empty(tops.size)

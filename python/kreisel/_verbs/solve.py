@@ -9,17 +9,17 @@ from typing import Literal, Unpack, overload
 from .._ground.arguments import Array, Numbers, instance
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_paths import Paths
 from .._recording.path import Path
-from .._recording.paths import Paths
-from .._recording.recording import record_path, record_path_fast
-from .._request.plan import BY_TRIAL
-from .._request.request import Progress, SolveOptions, checked_progress, parse_options
+from .._recording.recorder import record_path, record_path_fast
+from .._request.plan import GEOMETRIC
+from .._request.solve_options import Progress, SolveOptions, parse_options, parse_progress
 from .._request.times import check_horizon, time_array
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
 from .step_search import error_not_allowed, find_path, geometric_options
-from .tangents import TangentSpec, parse_tangent_options, record_tangents
+from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 
 class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
@@ -130,7 +130,7 @@ def solve(
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None
-    if is_special or is_for_many or method == BY_TRIAL:
+    if is_special or is_for_many or method == GEOMETRIC:
         others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
         special = error, events, tangents, others
         options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
@@ -140,7 +140,7 @@ def solve(
         path = record_path_fast(scene, options, t, progress)
         if path is not None:
             return path
-    return _solve_checked(scene, options, t, checked_progress(progress))
+    return _solve_checked(scene, options, t, parse_progress(progress))
 
 
 def _parse_special(
@@ -165,7 +165,7 @@ def _parse_special(
         return parse_tangent_options(scene, method, tangents, controls, every, excluded)
     if any(value is not None for value in others.values()):
         reject_ensemble_arguments(scene, **others)
-    if method == BY_TRIAL:
+    if method == GEOMETRIC:
         excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
         instance("scene", scene, Scene)
         return geometric_options(error, max_steps, want, excluded)

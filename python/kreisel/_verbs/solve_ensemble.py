@@ -10,12 +10,12 @@ from typing import NamedTuple
 from .._ground.arguments import Array, Numbers, instance
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_buffers import LANES, SCALAR, SliceRunner
+from .._recording.ensemble_paths import Paths
 from .._recording.executor import WorkerPool
-from .._recording.paths import Paths
-from .._recording.reduced import Reductions
+from .._recording.reductions import Reductions
 from .._recording.run_ensemble import run_ensemble
-from .._recording.top_rows import LANES, SCALAR, SliceRunner
-from .._request.many import (
+from .._request.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     check_result_memory,
@@ -24,9 +24,9 @@ from .._request.many import (
     parse_threads,
     parse_times,
 )
-from .._request.plan import BY_TRIAL
-from .._request.request import Progress, checked_progress
-from ..events import checked_events, looked_for
+from .._request.plan import GEOMETRIC
+from .._request.solve_options import Progress, parse_progress
+from ..events import looked_for, parse_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
 
@@ -82,7 +82,7 @@ def reduce(
     if not options.reductions:
         raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
     pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = checked_progress(progress), parse_times(tops, t, options)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
     return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
 
 
@@ -99,7 +99,7 @@ def solve_ensemble(
     """Return the paths of an ensemble."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = checked_progress(progress), parse_times(tops, t, options)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
     check_result_memory(tops, times, options)
     target = parse_out(tops, out, times, options)
     return run_ensemble(Paths, tops, times, options, pool, runner_for(options), callback, target)
@@ -125,7 +125,7 @@ def stream_ensemble(
     """Return the paths of consecutive tops, as many as have `chunk` states, one top at least."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
-    callback, times = checked_progress(progress), parse_times(tops, t, options)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
     return _stream(tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1])))
 
 
@@ -147,7 +147,7 @@ def _stream(
 
 def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
     """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
-    if isinstance(method, str) and method == BY_TRIAL:
+    if isinstance(method, str) and method == GEOMETRIC:
         excluded = arguments._asdict()
         error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
         return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
@@ -160,7 +160,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     options = parse_ensemble_options(tops, method, *controls, has_events=events is not None)
     if events is None:
         return options
-    parsed = checked_events(options.solve.method.name, events)
+    parsed = parse_events(options.solve.method.name, events)
     return replace(options, core_events=looked_for(parsed))
 
 

@@ -20,6 +20,17 @@ from .._core import Work, values
 from .._ground.arguments import Array, positive, whole
 from .._ground.names import MethodName
 from .._model.scene import Ensemble, Scene
+from .._recording.core_calls import record_states
+from .._recording.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
+from .._recording.error_estimate import (
+    CLOSED_FORM,
+    LONGER_SERIES,
+    ROUNDING,
+    ROUNDINGS,
+    SERIES,
+    closed_form_holds,
+    rounding_growth,
+)
 from .._recording.path import (
     Error,
     Interrupted,
@@ -29,22 +40,11 @@ from .._recording.path import (
     path_or_raise,
     stop_exception,
 )
-from .._recording.recording import report_end
-from .._recording.reference import (
-    CLOSED_FORM,
-    LONGER_SERIES,
-    ROUNDING,
-    ROUNDINGS,
-    SERIES,
-    closed_form_holds,
-    grown_roundings,
-)
-from .._recording.rows import record_states
-from .._recording.top_rows import STATUSES, EnsembleBuffers, SliceRunner
-from .._request.many import EnsembleOptions, member
+from .._recording.recorder import report_end
+from .._request.ensemble_options import EnsembleOptions, member
 from .._request.methods import methods
-from .._request.plan import BY_TRIAL, Choice
-from .._request.request import Progress, SolveOptions, parse_options, wanted
+from .._request.plan import GEOMETRIC, StepChoice
+from .._request.solve_options import Progress, SolveOptions, parse_options, parse_want
 from .._request.times import check_horizon
 from ..quaternion import attitude_error
 
@@ -94,7 +94,7 @@ class StepSearch:
         self.sampled_times = times[:: max(1, -(-times.size // _MOST_LOOKS))]
         _, steps = self.guess(1.0)
         times_checked = self.check_times(math.ceil(steps))
-        result, grown = grown_roundings(
+        result, grown = rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
         )
         path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
@@ -211,9 +211,9 @@ def geometric_options(
     """Return the options of method='geometric'. Raises ValueError if one of the arguments in
     `excluded` is given."""
     target = parse_error(error, excluded)
-    most, names = whole("max_steps", max_steps, 0), wanted(want)
+    most, names = whole("max_steps", max_steps, 0), parse_want(want)
     placeholder = methods["strang"]
-    return SolveOptions(placeholder, None, None, None, most, names, BY_TRIAL, error=target)
+    return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
 
 
 def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
@@ -262,7 +262,7 @@ def search_path(
 
 
 def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
-    choice = Choice(
+    choice = StepChoice(
         method=search.method,
         step=search.end / steps,
         order=search.order,

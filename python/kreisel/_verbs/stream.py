@@ -9,10 +9,10 @@ from typing import Unpack, overload
 from .._ground.arguments import Numbers, whole
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_paths import Paths
 from .._recording.path import Path
-from .._recording.paths import Paths
-from .._request.request import Progress, checked_progress
-from .._request.times import PIECE, direction, pieces
+from .._request.solve_options import Progress, parse_progress
+from .._request.times import CHUNK_SIZE, direction, time_chunks
 from .keywords import PoolKeywords, StreamKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble
@@ -90,5 +90,5 @@ def stream(
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
     back, t = direction(t)
-    chunks = pieces(t, options.step, options.every, most or PIECE, None)
-    return Run(scene, options, back)._stream(chunks, checked_progress(progress))
+    chunks = time_chunks(t, options.step, options.every, most or CHUNK_SIZE, None)
+    return Run(scene, options, back)._stream(chunks, parse_progress(progress))

@@ -24,9 +24,9 @@ from ..._core import version
 from ..._ground.arguments import Array
 from ..._ground.files import growing, write
 from ..._recording.path import Events, Path
-from ..._recording.saved import saved
-from ..._recording.states import NO_STATES
-from ..._recording.tables import columns, tabled
+from ..._recording.serialization import dump_path
+from ..._recording.state_quantities import NO_STATES
+from ..._recording.tables import columns, quantity_rows
 from ..._request.quantities import LOW
 
 _MET = "which", "direction"
@@ -226,7 +226,7 @@ def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> 
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in tabled(path, kept(path), degrees, False):
+    for quantity, values in quantity_rows(path, kept(path), degrees, False):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
@@ -243,4 +243,4 @@ def _finite(value: object) -> object:
 
 def as_npz(path: Path) -> bytes:
     """What path.save writes."""
-    return saved(path, path._core_events)
+    return dump_path(path, path._core_events)

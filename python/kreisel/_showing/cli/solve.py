@@ -12,7 +12,7 @@ import numpy as np
 from ..._ground.arguments import Array
 from ..._model.scene import Scene
 from ..._recording.path import Path
-from ..._request.request import checked_every
+from ..._request.solve_options import parse_every
 from ..._request.times import check_horizon, check_memory, time_array
 from ..._verbs.run import Run, start
 from ..._verbs.run import resume as resumed
@@ -199,7 +199,7 @@ def _pieces(
 def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
     """All times of each so many steps that a run has not passed; MemoryError if they are too
     many."""
-    whole = time_array(end, run.step, checked_every(run._options.method, every), size)
+    whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 

@@ -12,11 +12,11 @@ import numpy.typing as npt
 from .._core import Work, growth
 from .._ground.arguments import Array, frozen
 from .._model.scene import Ensemble
-from .._request.methods import ELSE, methods
-from .._request.request import Progress, SolveOptions
+from .._request.methods import FALLBACK, methods
+from .._request.solve_options import Progress, SolveOptions
+from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path
-from .top_rows import INTERRUPTED, STATUSES, Codes
 
 # Columns of the core's rows: ln of the tangent's size, the mean of MEGNO, the largest ln so far,
 # and how far the changes of energy and <m, e3> by it are from constant.
@@ -130,7 +130,7 @@ def _stopped(
     scene = tops.ravel()[i]
     status = str(told.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(told.t[-1])
-    path = make_path(scene, SolveOptions(methods[ELSE], requested_method=ELSE), none)
+    path = make_path(scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none)
     return kind(f"{text}: the tangent of {scene!r}", status, path, told)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from .._ground.arguments import Array
 from .._ground.optional import installed
 from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
-from .outcomes import Outcomes
-from .tables import DIMENSIONS, TABLES, Rows
+from .ensemble_result import EnsembleResult
+from .tables import DIMENSIONS, TABLES, QuantityRows
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -21,7 +21,7 @@ Kept = Mapping[str, Mapping[str, Array]]  # by the name of a quantity and the ki
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
-def dataset(paths: Outcomes, rows: Rows) -> Dataset:
+def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     """Quantities at all states."""
     with installed(TABLES):
         import xarray as xr
@@ -38,7 +38,7 @@ def dataset(paths: Outcomes, rows: Rows) -> Dataset:
     return xr.Dataset(variables, coordinates, _told(paths))
 
 
-def kept_dataset(reduced: Outcomes, kept: Kept) -> Dataset:
+def reduction_dataset(reduced: EnsembleResult, kept: Kept) -> Dataset:
     """What is kept of each top."""
     with installed(TABLES):
         import xarray as xr
@@ -51,7 +51,7 @@ def kept_dataset(reduced: Outcomes, kept: Kept) -> Dataset:
     return xr.Dataset(variables, coordinates, _told(reduced))
 
 
-def kept_frame(reduced: Outcomes, kept: Kept) -> DataFrame:
+def reduction_frame(reduced: EnsembleResult, kept: Kept) -> DataFrame:
     """What is kept of each top, a row each."""
     with installed(TABLES):
         import pandas as pd
@@ -60,14 +60,14 @@ def kept_frame(reduced: Outcomes, kept: Kept) -> DataFrame:
     for name, (dims, values, about) in _of_tops(reduced).items():
         columns[name] = _over(reduced, dims, values)
         units[name] = str(about["units"])
-    for column, values, unit in kept_columns(reduced, kept):
+    for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
     frame.attrs = _told(reduced) | {"units": units}
     return frame
 
 
-def kept_columns(reduced: Outcomes, kept: Kept) -> Iterator[tuple[str, Array, str]]:
+def reduction_columns(reduced: EnsembleResult, kept: Kept) -> Iterator[tuple[str, Array, str]]:
     """Each number that is kept, as a column with its name and unit."""
     for name, quantity, values in _kept(kept):
         kind = name.removeprefix(quantity.name)
@@ -103,12 +103,12 @@ def _about(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 
-def _told(of: Outcomes) -> dict[str, object]:
+def _told(of: EnsembleResult) -> dict[str, object]:
     words = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
     return {word: value for word, value in words.items() if value is not None}
 
 
-def _of_tops(of: Outcomes) -> dict[str, Variable]:
+def _of_tops(of: EnsembleResult) -> dict[str, Variable]:
     """What is known of each top: words that vary, how it went, how far it came."""
     axes = of.tops.axes
     rows: dict[str, Variable] = {}
@@ -132,7 +132,7 @@ def _of_tops(of: Outcomes) -> dict[str, Variable]:
     return rows
 
 
-def _over(of: Outcomes, dims: tuple[str, ...], values: Any) -> Any:
+def _over(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
     """An array along some dimensions, for each top; of vectors tuples."""
     axes = of.tops.axes
     own = [d for d in dims if d not in axes]

@@ -11,21 +11,21 @@ import numpy as np
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
-from .._request.quantities import LOW, WANTED
+from .._request.quantities import LOW, RECORDABLE
 from .columns import add_quantities
-from .many_events import ManyEvents, events_of, joined
-from .outcomes import Outcomes
+from .ensemble_buffers import RawEvents, values
+from .ensemble_events import EnsembleEvents, ensemble_events, join_events
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
 from .path import Events, Path
-from .places import number_of
-from .states import NO_STATES, PARTS
-from .tables import tabled
-from .top_rows import RawEvents, values
+from .state_quantities import NO_STATES, STATE_COLUMNS
+from .tables import quantity_rows
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 
-class Paths(Outcomes, Quantities):
+class Paths(EnsembleResult, Quantities):
     """The motions of an ensemble of tops, at k times each. Arrays are read-only: t, q and m are
     views of `states`, all else is computed when it is first asked for. They have the shape of the
     ensemble, then k, then that of the quantity. A top that failed keeps its good states; behind
@@ -66,17 +66,17 @@ class Paths(Outcomes, Quantities):
             return self._shaped(columns[name])
         if self.want is not None:
             raise self._left_out(name)
-        if name in PARTS:
-            return self.states[..., PARTS[name]]
+        if name in STATE_COLUMNS:
+            return self.states[..., STATE_COLUMNS[name]]
         if name in LOW:
-            part, low = PARTS[name.removesuffix("_low")], self._buffers.low
+            part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return frozen(0.0 * self.states[..., part])
             return self._shaped(low)[..., part]
         return self._shaped(values(name, self.tops, self._buffers))
 
     def _left_out(self, name: str) -> AttributeError:
-        more = f"add {name!r} to want" if name in WANTED else "solve without want"
+        more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
             f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
         )
@@ -119,13 +119,13 @@ class Paths(Outcomes, Quantities):
             raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
 
     @cached_property
-    def events(self) -> ManyEvents:
+    def events(self) -> EnsembleEvents:
         """The events met on the way; none where solve was not asked for any."""
-        return events_of(self._raw_events, self.shape)
+        return ensemble_events(self._raw_events, self.shape)
 
     @cached_property
     def _raw_events(self) -> RawEvents:
-        return joined(self._buffers.events)
+        return join_events(self._buffers.events)
 
     def _member(self, i: int) -> Path:
         path = super()._member(i)
@@ -149,7 +149,7 @@ class Paths(Outcomes, Quantities):
         >>> paths[3], paths[1:3].q.shape
         (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
         """
-        i = number_of(self.shape, key)
+        i = flat_index(self.shape, key)
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
@@ -169,9 +169,9 @@ class Paths(Outcomes, Quantities):
         Words that vary are coordinates, and so are `status` and `reached`. All else, and what it
         raises, is as of a path.
         """
-        from .tables_of_tops import dataset
+        from .ensemble_tables import dataset
 
-        return dataset(self, tabled(self, names, degrees, unwrap))
+        return dataset(self, quantity_rows(self, names, degrees, unwrap))
 
 
 add_quantities(Paths, ("*shape", "k"), Paths._column)

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array
-from .top_rows import Counts, RawEvents
+from .ensemble_buffers import Counts, RawEvents
 
 
 @dataclass(frozen=True, eq=False)
-class ManyEvents:
+class EnsembleEvents:
     """e events in all, those of one top after those of another, in the order in which each met its
     own. Arrays are read-only.
 
@@ -48,7 +48,7 @@ class ManyEvents:
         return self.states[:, 5:]
 
 
-def joined(met: list[RawEvents]) -> RawEvents:
+def join_events(met: list[RawEvents]) -> RawEvents:
     """Events in the order of their tops."""
     if not met:
         none = np.empty(0, dtype=np.intc)
@@ -60,7 +60,7 @@ def joined(met: list[RawEvents]) -> RawEvents:
     return RawEvents(*(column[order] for column in columns))
 
 
-def events_of(met: RawEvents, shape: tuple[int, ...]) -> ManyEvents:
+def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
     """The events, with their tops by the index in an ensemble."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
@@ -69,4 +69,4 @@ def events_of(met: RawEvents, shape: tuple[int, ...]) -> ManyEvents:
         top = np.array(np.unravel_index(met.top, shape)).T.reshape(len(met.top), len(shape))
     for array in (top, met.states, met.which, met.direction, count):
         array.flags.writeable = False
-    return ManyEvents(top, met.states, met.which, met.direction, count)
+    return EnsembleEvents(top, met.states, met.which, met.direction, count)

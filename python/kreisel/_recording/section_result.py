@@ -13,16 +13,16 @@ from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
-from .._request.many import EnsembleOptions
+from .._request.ensemble_options import EnsembleOptions
 from .columns import add_quantities
-from .outcomes import Outcomes
+from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
 from .path import Path, stop_exception
-from .places import number_of
-from .states import PARTS
-from .top_rows import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
+from .state_quantities import STATE_COLUMNS
 
 
-class Section(Outcomes, Quantities):
+class Section(EnsembleResult, Quantities):
     """The states in which each top of an ensemble met an event, as kreisel.section found them: flat
     arrays, e states in all, those of one top after those of another, each in the order of time.
     Arrays are read-only; all but t, q and m are computed when they are first asked for.
@@ -86,12 +86,12 @@ class Section(Outcomes, Quantities):
     def q(self) -> Array:
         """(e, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
         described to space."""
-        return self.states[:, PARTS["q"]]
+        return self.states[:, STATE_COLUMNS["q"]]
 
     @property
     def m(self) -> Array:
         """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, PARTS["m"]]
+        return self.states[:, STATE_COLUMNS["m"]]
 
     if not TYPE_CHECKING:
 
@@ -122,7 +122,7 @@ class Section(Outcomes, Quantities):
         >>> kr.section(tops, n=20)[2:4]
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """
-        i = number_of(self.shape, key)
+        i = flat_index(self.shape, key)
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:

@@ -17,9 +17,9 @@ from .._core import unsuited
 from .._ground.arguments import Array, array, shown, whole
 from .._ground.refusals import unknown
 from .._model.scene import Ensemble, Scene
-from .methods import ELSE, Method, fitting, named
+from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
-from .request import SolveOptions, cached_options
+from .solve_options import SolveOptions, cached_options
 from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
@@ -92,7 +92,7 @@ class EnsembleOptions:
         one, requested = self.solve, self.solve.requested_method
         if not self.is_auto:
             return one
-        method = fitting(requested, scene)
+        method = resolve_method(requested, scene)
         return cached_options(
             method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
         )
@@ -121,15 +121,15 @@ def member(tops: Ensemble, i: int) -> Scene:
 def method_for_all(name: object, tops: Ensemble) -> Method:
     """Return the method called `name`. Raises ValueError for the first member that it does not
     suit."""
-    method = named(name)
-    if method.name == ELSE:  # it suits every top
+    method = get_method(name)
+    if method.name == FALLBACK:  # it suits every top
         return method
     first, count = unsuited(tops._tops, method.name)
     if count:
         where = f"top{format_index(index_of(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
-            fitting(name, member(tops, first))
+            resolve_method(name, member(tops, first))
         except ValueError as error:
             raise ValueError(f"{where}{more}: {error}") from None
     return method
@@ -149,7 +149,7 @@ def parse_ensemble_options(
 ) -> EnsembleOptions:
     """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
     is_auto = isinstance(method, str) and method == "auto"
-    chosen = method_for_all(ELSE if is_auto else method, tops)
+    chosen = method_for_all(FALLBACK if is_auto else method, tops)
     reductions = parse_reductions(reduce)
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")

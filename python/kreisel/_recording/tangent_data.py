@@ -9,10 +9,10 @@ import numpy as np
 from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, frozen
 from .._model.scene import Scene
-from .places import Place
+from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))
-CARRIED = {  # what only a path with tangents has, and how to get it
+TANGENT_ATTRIBUTES = {  # what only a path with tangents has, and how to get it
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
@@ -21,23 +21,23 @@ CARRIED = {  # what only a path with tangents has, and how to get it
 _ROUNDING = 2.0**-53
 
 
-class Carried(NamedTuple):
+class TangentData(NamedTuple):
     """(n, 6, columns) tangents, what their doubles leave out, the largest last term of their
     series, and what they are the derivatives by, in the order of the core's table."""
 
     high: Array
     low: Array
-    rest: float
+    truncation: float
     by: tuple[str, ...]
 
     @classmethod
-    def of(cls, high: Array, low: Array, rest: float, by: tuple[str, ...]) -> Carried:
+    def of(cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]) -> TangentData:
         """What the core gave, row after row."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
-        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), rest, by)
+        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), truncation, by)
 
-    def at(self, which: Place) -> Carried:
+    def at(self, which: ResolvedIndex) -> TangentData:
         """Those of some of the states."""
         return self._replace(high=frozen(self.high[which]), low=frozen(self.low[which]))
 

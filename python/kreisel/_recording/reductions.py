@@ -9,15 +9,15 @@ from .._core import reductions as KINDS
 from .._ground.arguments import Array
 from .._ground.refusals import unknown
 from .._request.quantities import QUANTITIES
-from .outcomes import Outcomes
-from .places import number_of
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
 
-class Reductions(Outcomes):
+class Reductions(EnsembleResult):
     """The result of kreisel.reduce: a mapping from the names of quantities to mappings from 'min',
     'max', 'mean', 'variance', 'last', 'where_min' and 'where_max' to arrays. The arrays are
     read-only. Their shape is that of the ensemble and then that of the quantity; a top that failed
@@ -65,7 +65,7 @@ class Reductions(Outcomes):
             if key not in names:
                 raise KeyError(unknown("quantity among what was kept:", key, names))
             return {kind: self._column(key, kind) for kind in names[key]}
-        if number_of(self.shape, key) is not None:
+        if flat_index(self.shape, key) is not None:
             raise TypeError(
                 "reductions have no path of one top: index their arrays, as in "
                 "reduced['nutation']['max'][3]"
@@ -98,14 +98,14 @@ class Reductions(Outcomes):
         """An xarray.Dataset with a variable such as nutation_max for each number that is kept, with
         its units; its dimensions are those of the ensemble by name, words that vary are
         coordinates, and so are `status` and `reached`. ImportError without xarray."""
-        from .tables_of_tops import kept_dataset
+        from .ensemble_tables import reduction_dataset
 
-        return kept_dataset(self, dict(self.items()))
+        return reduction_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
         """A pandas.DataFrame with a row for each top, in C order, and a column such as nutation_max
         or apex_z_mean for each number; words that vary are columns, and so are `status` and
         `reached`. `attrs` has the units. ImportError without pandas."""
-        from .tables_of_tops import kept_frame
+        from .ensemble_tables import reduction_frame
 
-        return kept_frame(self, dict(self.items()))
+        return reduction_frame(self, dict(self.items()))

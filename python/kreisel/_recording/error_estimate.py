@@ -21,18 +21,18 @@ from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, Quaternion
 from .._ground.names import MethodName
 from .._model.scene import Scene
-from .._request.methods import ELSE, EXACT, methods
-from .._request.request import Progress, SolveOptions
+from .._request.methods import EXACT, FALLBACK, methods
+from .._request.solve_options import Progress, SolveOptions
 from ..quaternion import conjugate, multiply, turn
-from .rows import CoreResult
+from .core_calls import CoreResult
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
-SERIES = SolveOptions(methods[ELSE], requested_method=ELSE)
-LONGER_SERIES = SolveOptions(methods[ELSE], digits=20, requested_method=ELSE)
-LONGEST_SERIES = SolveOptions(methods[ELSE], digits=30, requested_method=ELSE)
+SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
+LONGER_SERIES = SolveOptions(methods[FALLBACK], digits=20, requested_method=FALLBACK)
+LONGEST_SERIES = SolveOptions(methods[FALLBACK], digits=30, requested_method=FALLBACK)
 # Shorter steps of 30 digits make other roundings.
 SHORTER_STEPS = [
-    SolveOptions(methods[ELSE], tol=2.0**-n, digits=30, requested_method=ELSE)
+    SolveOptions(methods[FALLBACK], tol=2.0**-n, digits=30, requested_method=FALLBACK)
     for n in (108, 109, 110)
 ]
 
@@ -55,29 +55,32 @@ def closed_form_holds(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 
-def told_error(
+def estimate_error(
     scene: Scene,
     method: MethodName,
     digits: int | None,
-    apart: Callable[[SolveOptions], float],
-    grown: Callable[[], float],
+    angle_to: Callable[[SolveOptions], float],
+    growth: Callable[[], float],
 ) -> float:
-    """The attitude error of a path of this method and these digits, by how far second runs are
-    apart from it, and how far a rounding of the start has grown."""
+    """Return the attitude error of a path, by the method and the digits that it has.
+
+    `angle_to` returns the largest angle to a second run, `growth` how far a rounding of the start
+    has grown.
+    """
     if not digits and method != EXACT and closed_form_holds(scene):
-        error = apart(CLOSED_FORM)
-        if error >= ROUNDINGS * ROUNDING * grown():
+        error = angle_to(CLOSED_FORM)
+        if error >= ROUNDINGS * ROUNDING * growth():
             return error
     if digits == 30:
-        errors = sorted(apart(other) for other in SHORTER_STEPS)
-        return max(errors[len(errors) // 2], ROUNDING**2 * grown())
-    error = 0.0 if digits else apart(LONGER_SERIES)
+        errors = sorted(angle_to(other) for other in SHORTER_STEPS)
+        return max(errors[len(errors) // 2], ROUNDING**2 * growth())
+    error = 0.0 if digits else angle_to(LONGER_SERIES)
     # A closed form makes its roundings once: the series may magnify its own to more than these.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
-    return apart(LONGEST_SERIES) if digits or is_unsure else error
+    return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
-def rounded(scene: Scene, digits: int = 16) -> Array:
+def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     """How a rounding of the state may move attitude and momentum, over the rounding, as columns.
     Doubles hold either in the top's own units. A series of more digits keeps the momentum as the
     body sees it: the attitude takes it along, and each number is rounded by its own size."""
@@ -85,13 +88,13 @@ def rounded(scene: Scene, digits: int = 16) -> Array:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    turns = _rounded_turns(scene)
+    turns = _rounding_turns(scene)
     taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
     return np.block([[turns, np.zeros((3, 3))], [taken, own]])
 
 
-def _rounded_turns(scene: Scene) -> Array:
+def _rounding_turns(scene: Scene) -> Array:
     """How a rounding of each number of the principal axes' attitude turns the body, seen from it.
     The number is a sum of products, each rounded by its own size."""
     axes = scene.body.axes
@@ -106,7 +109,7 @@ def _matrix(q: Quaternion) -> Array:
     return np.array([turn(q, axis) for axis in axes]).T
 
 
-def grown_roundings(
+def rounding_growth(
     scene: Scene,
     times: Array,
     digits: int = 16,
@@ -118,7 +121,7 @@ def grown_roundings(
     those of all its numbers do, as they add up by chance. Infinite where a tangent outgrows
     doubles. Before it the states that were looked at, of which some are missing where that
     run fails."""
-    directions, most = rounded(scene, digits), 1.0
+    directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
@@ -140,7 +143,7 @@ def grown_roundings(
     return came, most
 
 
-def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     """The largest angle between attitudes, each with what its doubles leave out: their difference
     loses no digit."""
     (p, p_low), (q, q_low) = one, other

@@ -22,18 +22,18 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
+from .._recording.ensemble_buffers import LANES, Codes
+from .._recording.ensemble_paths import Paths
 from .._recording.executor import Job, SliceTask, WorkerPool
-from .._recording.paths import Paths
 from .._recording.run_ensemble import run_ensemble
-from .._recording.top_rows import LANES, Codes
-from .._request.many import (
+from .._request.ensemble_options import (
     format_index,
     index_of,
     member,
     parse_ensemble_options,
     parse_threads,
 )
-from .._request.methods import EXACT, methods, no_closed_form
+from .._request.methods import EXACT, methods, why_no_closed_form
 from .._request.times import check_horizon
 
 
@@ -140,7 +140,7 @@ class ExactEnsemble:
         pool.run(SliceTask(self.tops.size, job, collect, Work()))
         if found:
             first, status = min(found)
-            refused = _no_turning if function is exact_turnings else no_form
+            refused = _no_turning if function is exact_turnings else no_closed_form_error
             raise refused(status, member(self.tops, first), self._named(first))
 
     @cached_property
@@ -210,33 +210,33 @@ def _no_turning(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + no_turning(status, scene))
 
 
-def form_of(tops: Ensemble, word: str = "top") -> ExactEnsemble:
+def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """The closed forms of an ensemble; ValueError, which names it, for the first without one."""
     first, count = unsuited(tops._tops, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(index_of(first, tops.shape))}{more}: "
-        raise no_form("ERR_METHOD", member(tops, first), where)
+        raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
     return ExactEnsemble(tops, word)
 
 
-def ensemble_of(scenes: Sequence[Scene]) -> ExactEnsemble:
+def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
     """The closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         instance(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
-    return form_of(Ensemble.of(scenes), "scene")
+    return from_ensemble(Ensemble.of(scenes), "scene")
 
 
-def no_form(status: str, scene: Scene, where: str = "") -> ValueError:
+def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
     """The refusal of a scene without closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    return ValueError(f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}")
+    return ValueError(f"{where}{why_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
-def row_of(t: Numbers) -> Array:
+def parse_row(t: Numbers) -> Array:
     """A time or a list of times."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:

@@ -13,19 +13,19 @@ from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import QuantityName
 from .._model.scene import Ensemble
-from .._request.many import EnsembleOptions, format_index, index_of, member
+from .._request.ensemble_options import EnsembleOptions, format_index, index_of, member
 from .._request.methods import methods
-from .._request.request import SolveOptions
+from .._request.solve_options import SolveOptions
+from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
+from .indexing import flat_index, flat_indices
 from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception
-from .places import number_of, numbers_of
-from .states import NO_STATES
-from .top_rows import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
+from .state_quantities import NO_STATES
 
 _T = TypeVar("_T", bound=np.generic)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Outcomes:
+class EnsembleResult:
     """What kreisel.solve tells of each top of an ensemble. Arrays are read-only, and begin with the
     shape of the ensemble.
 
@@ -137,7 +137,7 @@ class Outcomes:
 
     def message(self, index: int | tuple[int, ...]) -> str:
         """Return how the top of this index failed, or 'success'."""
-        i = number_of(self.shape, index)
+        i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
                 f"{shown(index)} is not the index of one top, of the shape {self.shape}"
@@ -227,7 +227,7 @@ class Outcomes:
 
     def _part(self, key: Any) -> Self:
         """The same of some of the tops."""
-        at = numbers_of(self.shape, key)
+        at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
         return type(self)(self.tops[key], t, self._options, self._buffers.at(which))

@@ -12,18 +12,18 @@ from .._ground.arguments import Array, frozen, number, shown
 from .._ground.names import MethodName, Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._model.scene import Scene
-from .._request.plan import Choice
-from .._request.quantities import WANTED
-from .._request.request import SolveOptions
-from .carried import CARRIED, Carried
+from .._request.plan import StepChoice
+from .._request.quantities import RECORDABLE
+from .._request.solve_options import SolveOptions
 from .columns import add_quantities
+from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 NO_STATES = np.empty((0, 8))
-PARTS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-_NEEDS = {  # what is made of several quantities, or of the states
+STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
+DEPENDENCIES = {  # what is made of several quantities, or of the states
     "q_xyzw": ["q"],
     "rotation": ["q"],
     "error": ["q"],
@@ -58,8 +58,8 @@ class States(Quantities):
     _is_back: bool
     _low: Array | None  # low words of the states
     _columns: dict[str, Array] | None  # in place of states: t and the quantities in want
-    _choice: Choice | None  # of method='geometric'
-    _carried: Carried | None  # the tangents
+    _choice: StepChoice | None  # of method='geometric'
+    _tangent_data: TangentData | None  # the tangents
 
     @property
     def method(self) -> MethodName:
@@ -93,11 +93,13 @@ class States(Quantities):
     def __dir__(self) -> list[str]:
         """What this path has: where something was wanted, none of what was left out."""
         names = {"states", *super().__dir__()}
-        names -= set() if self._carried else set(CARRIED)
+        names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
-            left_out = {"states", *WANTED} - set(self.want)
+            left_out = {"states", *RECORDABLE} - set(self.want)
             names -= left_out
-            names -= {word for word, needs in _NEEDS.items() if not left_out.isdisjoint(needs)}
+            names -= {
+                word for word, needs in DEPENDENCIES.items() if not left_out.isdisjoint(needs)
+            }
             names |= {"error"} if self._choice else set()
             names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
         return sorted(names)
@@ -110,19 +112,19 @@ class States(Quantities):
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
-                more = f"add {name!r} to want" if name in WANTED else "solve without want"
+                more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
                 raise AttributeError(
                     f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
                 )
-            if name in CARRIED:
-                raise AttributeError(f"this path has no {name!r}: {CARRIED[name]}")
+            if name in TANGENT_ATTRIBUTES:
+                raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {shown(name)}; {nearest(name, known)}")
 
     def _part(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
-        part = self.states[:, PARTS[name]]
+        part = self.states[:, STATE_COLUMNS[name]]
         return part[:, 0] if name == "t" else part
 
     @property
@@ -150,16 +152,16 @@ class States(Quantities):
     def q_low(self) -> Array:
         """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for;
         zero up to 16 digits."""
-        return self._rest("q")
+        return self._low_words("q")
 
     @cached_property
     def m_low(self) -> Array:
         """(n, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
-        return self._rest("m")
+        return self._low_words("m")
 
-    def _rest(self, name: str) -> Array:
+    def _low_words(self, name: str) -> Array:
         if self._low is not None:
-            return self._low[:, PARTS[name]]
+            return self._low[:, STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
         return frozen(np.zeros_like(getattr(self, name)))
@@ -184,7 +186,7 @@ class States(Quantities):
     def tangents_rest(self) -> float:
         """How far the tangents may be trusted: the largest last term of their series on the way,
         over the size of the tangent. The steps are those that the path alone takes."""
-        return self._tangents().rest
+        return self._tangents().truncation
 
     @property
     def conditioning(self) -> Array:
@@ -192,15 +194,15 @@ class States(Quantities):
         most [rad], of a path with tangents by all of them."""
         return self._tangents().conditioning(self.scene)
 
-    def _tangents(self) -> Carried:
-        if self._carried is None:
+    def _tangents(self) -> TangentData:
+        if self._tangent_data is None:
             raise AttributeError("tangents")
-        return self._carried
+        return self._tangent_data
 
     @property
     def rotation(self) -> Rotation:
         """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
-        from .attitudes import Attitudes
+        from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
 

@@ -11,11 +11,11 @@ from .._core import tangents as TANGENTS
 from .._ground.arguments import Numbers, instance, shown
 from .._ground.refusals import unknown
 from .._model.scene import Scene
-from .._recording.carried import Carried
 from .._recording.path import Path, make_path, progress_text, stop_exception
-from .._recording.recording import report_end
-from .._request.methods import ELSE
-from .._request.request import Progress, SolveOptions, checked_every, parse_options
+from .._recording.recorder import report_end
+from .._recording.tangent_data import TangentData
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress, SolveOptions, parse_every, parse_options
 from .._request.times import check_horizon, time_array
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
@@ -53,13 +53,13 @@ def parse_tangent_options(
     for name, value in excluded.items():
         if value is not None:
             raise ValueError(f"tangents ride along with all states of a path: leave {name} out")
-    chosen = ELSE if method == "auto" else method
+    chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
     if not options.method.tangents:
         raise ValueError(
             f"the method {chosen!r} carries no tangents: that is for method='taylor', or 'auto'"
         )
-    checked_every(options.method, every)
+    parse_every(options.method, every)
     return replace(options, tangents=names)
 
 
@@ -79,7 +79,7 @@ def record_tangents(
         raise stop_exception(status, path, progress_text(path, end))
     result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
     path = make_path(scene, options, result)
-    path = replace(path, _carried=Carried.of(high, low, rest, names))
+    path = replace(path, _tangent_data=TangentData.of(high, low, rest, names))
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, end))
     return report_end(path, progress)

@@ -15,12 +15,12 @@ from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
 from .._model.scene import Scene, parse
-from .._request.methods import methods, unknown
-from .._request.plan import Choice
-from .._request.quantities import LOW, QUANTITIES, WANTED
-from .._request.request import SolveOptions, options_for_method, wanted
-from .carried import Carried
-from .states import NO_STATES, States, Stats
+from .._request.methods import methods, unknown_method
+from .._request.plan import StepChoice
+from .._request.quantities import LOW, QUANTITIES, RECORDABLE
+from .._request.solve_options import SolveOptions, options_for_method, parse_want
+from .state_quantities import NO_STATES, States, Stats
+from .tangent_data import TangentData
 
 _FORMAT = 1  # of the head and the names of the arrays
 _EVENTS = "events_"
@@ -38,8 +38,8 @@ class PathRecord(NamedTuple):
     low: Array | None = None
     columns: dict[str, Array] | None = None
     events: Any = None  # a kreisel.Events
-    choice: Choice | None = None
-    carried: Carried | None = None
+    choice: StepChoice | None = None
+    carried: TangentData | None = None
 
     @property
     def t(self) -> Array:
@@ -50,7 +50,7 @@ class PathRecord(NamedTuple):
 Met = tuple[States, Integers, Integers]  # the path at the events, which they are, and which way
 
 
-def saved(path: States, met: Met | None) -> bytes:
+def dump_path(path: States, met: Met | None) -> bytes:
     """The bytes of a path, and of the events that it met."""
     head = {
         "kreisel": version,
@@ -64,12 +64,13 @@ def saved(path: States, met: Met | None) -> bytes:
         "low": path._low is not None,
         "stats": path.stats,
         "choice": path._choice and asdict(path._choice),
-        "tangents": path._carried and {"by": path._carried.by, "rest": path._carried.rest},
+        "tangents": path._tangent_data
+        and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
     arrays: dict[str, Array | Integers] = dict(_arrays(path, ""))
-    if path._carried:
-        arrays |= {"tangents": path._carried.high, "tangents_low": path._carried.low}
+    if path._tangent_data:
+        arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
     if met:
         at, *rest = met
         arrays |= _arrays(at, _EVENTS)
@@ -87,7 +88,7 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def unsaved(
+def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
     """The path in a file of so many bytes, and the events that it met: the path at them, which they
@@ -102,7 +103,7 @@ def unsaved(
             words = words._replace(options=replace(words.options, events=()))
         path = _numbers(archive, "", words, head)
         if head.get("tangents") is not None:
-            path = path._replace(carried=_carried(archive, len(path.t), head["tangents"]))
+            path = path._replace(carried=_tangent_data(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
         at = _numbers(archive, _EVENTS, words, _object(head["events"]))
@@ -126,7 +127,7 @@ def _words(head: dict[str, object], scene: Scene) -> PathRecord:
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
     if method not in methods:
-        raise ValueError(unknown(method))
+        raise ValueError(unknown_method(method))
     step = None if head["step"] is None else number("step", head["step"])
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
@@ -136,16 +137,16 @@ def _words(head: dict[str, object], scene: Scene) -> PathRecord:
     return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
 
 
-def _chosen(words: dict[str, object]) -> Choice:
+def _chosen(words: dict[str, object]) -> StepChoice:
     """What method="geometric" chose."""
-    for field in fields(Choice):
+    for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
-    make: Callable[..., Choice] = Choice
+    make: Callable[..., StepChoice] = StepChoice
     return make(**words)
 
 
-def _carried(archive: Archive, n: int, head: object) -> Carried:
+def _tangent_data(archive: Archive, n: int, head: object) -> TangentData:
     """The tangents of n states."""
     words = _object(head)
     by, rest = words["by"], number("rest", words["rest"])
@@ -153,7 +154,7 @@ def _carried(archive: Archive, n: int, head: object) -> Carried:
         raise ValueError(f"its tangents are by {shown(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
-    return Carried.of(high, low, rest, tuple(by))
+    return TangentData.of(high, low, rest, tuple(by))
 
 
 def _numbers(
@@ -165,9 +166,9 @@ def _numbers(
         raise TypeError(f"low is true or false, not {shown(is_low)}")
     t = archive.doubles(f"{prefix}t", None)
     if want is not None:
-        names = wanted(want) or ()
+        names = parse_want(want) or ()
         columns = {
-            name: archive.doubles(prefix + name, len(t), *WANTED[name].shape) for name in names
+            name: archive.doubles(prefix + name, len(t), *RECORDABLE[name].shape) for name in names
         }
         options = replace(words.options, want=names)
         return words._replace(options=options, columns={"t": t} | columns)

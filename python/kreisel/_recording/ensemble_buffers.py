@@ -13,9 +13,9 @@ import numpy.typing as npt
 from .._core import Work, Worker, alone, statuses, values_of_tops
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
-from .._request.many import EnsembleOptions
-from .._request.plan import Choice
-from .._request.quantities import QUANTITIES, WANTED
+from .._request.ensemble_options import EnsembleOptions
+from .._request.plan import StepChoice
+from .._request.quantities import QUANTITIES, RECORDABLE
 
 Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]
@@ -70,7 +70,7 @@ class EnsembleBuffers:
     last: dict[int, Array] = field(default_factory=dict)
     messages: dict[int, str] = field(default_factory=dict)
     events: list[RawEvents] = field(default_factory=list)
-    chosen: dict[int, Choice] = field(default_factory=dict)
+    chosen: dict[int, StepChoice] = field(default_factory=dict)
 
     @classmethod
     def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
@@ -85,7 +85,7 @@ class EnsembleBuffers:
             buffers.reduced = np.empty((n, len(options.reductions)))
         elif options.solve.want is not None:
             for name in options.solve.want:
-                buffers.columns[name] = np.empty((n, k, *WANTED[name].shape))
+                buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
             buffers.low = np.empty((n, k, 8)) if options.solve.extended_precision else None

@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from .._ground.arguments import Array, Numbers, array, shown
 
-Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
-Place = slice | npt.NDArray[np.intp]
+StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
+ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
-def places(n: int, which: Which) -> Place:
+def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     """The numbers of the states that are meant, of n: as a slice where they are one or a slice."""
     if isinstance(which, slice):
         return which
@@ -35,7 +35,7 @@ def places(n: int, which: Which) -> Place:
     return at
 
 
-def inside(reached: Array, t: Numbers) -> Array:
+def check_path_times(reached: Array, t: Numbers) -> Array:
     """(k,) times that a user gave, in any order, on the way from 0 to all that was reached."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:
@@ -54,13 +54,13 @@ def inside(reached: Array, t: Numbers) -> Array:
     return times.reshape(-1)
 
 
-def numbers_of(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
+def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
     """The numbers, in C order, of the members of a shape that an index of numpy's means."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
-def number_of(shape: tuple[int, ...], key: Any) -> int | None:
+def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
     """The number of the one member that is meant; None where the index means several, or none."""
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]

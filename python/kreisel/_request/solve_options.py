@@ -13,9 +13,9 @@ from .._ground.arguments import instance, positive, shown, whole
 from .._ground.names import QuantityName
 from .._ground.refusals import unknown
 from .._model.scene import Scene
-from .methods import ELSE, Method, fitting
-from .quantities import TURNING, WANTED, doubles
-from .times import COUNTABLE, PIECE
+from .methods import FALLBACK, Method, resolve_method
+from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
+from .times import CHUNK_SIZE, COUNTABLE
 
 Progress = Callable[[float], object]
 
@@ -54,9 +54,9 @@ class SolveOptions:
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:
         """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
-        level = self.want is not None and TURNING.isdisjoint(self.want)
+        level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.extended_precision or self.has_events
-        leave_heading = level and self.method.headless and not precise
+        leave_heading = level and self.method.skips_heading and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 
@@ -80,7 +80,7 @@ class SolveOptions:
     @cached_property
     def chunk_size(self) -> int:
         """The largest number of states recorded at once."""
-        return sys.maxsize if self.want is None else PIECE
+        return sys.maxsize if self.want is None else CHUNK_SIZE
 
     @property
     def size(self) -> int:
@@ -113,7 +113,7 @@ def parse_options(
     Raises TypeError or ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else instance("scene", scene, Scene)
-    chosen = fitting(ELSE if method == "auto" and digits is not None else method, top)
+    chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
     name = method if requested is None else requested
     return cached_options(chosen, step, tol, digits, max_steps, name, want, every)
 
@@ -134,13 +134,13 @@ def options_for_method(
     """
     return SolveOptions(
         method,
-        checked_step(method, step),
-        checked_tol(method, tol),
-        checked_digits(method, digits, tol),
+        parse_step(method, step),
+        parse_tol(method, tol),
+        parse_digits(method, digits, tol),
         whole("max_steps", max_steps, 0),
-        wanted(want),
+        parse_want(want),
         str(requested),
-        checked_every(method, every),
+        parse_every(method, every),
     )
 
 
@@ -166,7 +166,7 @@ def cached_options(
     return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
 
 
-def wanted(want: object) -> tuple[QuantityName, ...] | None:
+def parse_want(want: object) -> tuple[QuantityName, ...] | None:
     """Names of quantities, each once; None for all."""
     if want is None:
         return None
@@ -176,15 +176,15 @@ def wanted(want: object) -> tuple[QuantityName, ...] | None:
         )
     given = list(want)
     for name in given:
-        if not isinstance(name, str) or (name not in WANTED and name != "t"):
-            raise ValueError(unknown("quantity in want:", str(name), ["t", *WANTED]))
+        if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
+            raise ValueError(unknown("quantity in want:", str(name), ["t", *RECORDABLE]))
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
         raise ValueError("want names no quantity beside t; leave it out for all of them")
     return kept
 
 
-def checked_step(method: Method, step: object) -> float | None:
+def parse_step(method: Method, step: object) -> float | None:
     """The step, where the method has one."""
     if step is not None:
         h = positive("step", step)
@@ -194,7 +194,7 @@ def checked_step(method: Method, step: object) -> float | None:
     return None
 
 
-def checked_tol(method: Method, tol: object) -> float | None:
+def parse_tol(method: Method, tol: object) -> float | None:
     """The tolerance, where the method has one."""
     if tol is None:
         return None
@@ -210,7 +210,7 @@ def checked_tol(method: Method, tol: object) -> float | None:
     return None if method.exact else accuracy
 
 
-def checked_digits(method: Method, digits: object, tol: object) -> int | None:
+def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     """The digits, rounded up to 16, 20 or 30."""
     if digits is None:
         return None
@@ -226,7 +226,7 @@ def checked_digits(method: Method, digits: object, tol: object) -> int | None:
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
 
 
-def checked_every(method: Method, every: object) -> int | None:
+def parse_every(method: Method, every: object) -> int | None:
     """Each so many steps, for a method that has such."""
     if every is None:
         return None
@@ -238,7 +238,7 @@ def checked_every(method: Method, every: object) -> int | None:
     return whole("every", every, 1)
 
 
-def checked_progress(progress: Progress | None) -> Progress | None:
+def parse_progress(progress: Progress | None) -> Progress | None:
     """A function to be told the time reached, or none."""
     if progress is not None and not callable(progress):
         raise TypeError(

@@ -15,11 +15,11 @@ from .._core import record
 from .._ground.arguments import Array
 from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.request import Progress, SolveOptions
-from .._request.times import PIECE
+from .._request.solve_options import Progress, SolveOptions
+from .._request.times import CHUNK_SIZE
+from .core_calls import record_states
 from .path import Events, Path, Stats, path_or_raise
-from .rows import record_states
-from .states import NO_STATES
+from .state_quantities import NO_STATES
 
 CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 
@@ -125,4 +125,4 @@ def record_chunks(
 
 
 def _chunks(times: Array) -> Iterator[Array]:
-    return (times[first : first + PIECE] for first in range(0, times.size, PIECE))
+    return (times[first : first + CHUNK_SIZE] for first in range(0, times.size, CHUNK_SIZE))
