@@ -69,7 +69,7 @@ class _Count(TypedDict, total=False):
     """Keyword arguments of crossing and extremum except `where`."""
 
     direction: int
-    most: int | None
+    max_count: int | None
     terminal: bool
 
 
@@ -100,7 +100,7 @@ class Event:
     where: Terms = ()
     extremum: bool = False
     direction: int = 0
-    most: int | None = None
+    max_count: int | None = None
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
@@ -115,7 +115,7 @@ def crossing(
     *,
     direction: int = 0,
     where: Function | None = None,
-    most: int | None = None,
+    max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
     """Find where a function crosses a value, given in its own units.
@@ -125,7 +125,7 @@ def crossing(
     """
     level = number("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, _condition(where), False, direction, most, terminal)
+    return _event(terms, _condition(where), False, direction, max_count, terminal)
 
 
 def extremum(
@@ -133,12 +133,12 @@ def extremum(
     *,
     direction: int = 0,
     where: Function | None = None,
-    most: int | None = None,
+    max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
     """Find local minima (direction 1) or maxima (-1) of a function; the rest as in crossing."""
     terms = _terms("function", function)
-    return _event(terms, _condition(where), True, direction, most, terminal)
+    return _event(terms, _condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -280,7 +280,7 @@ def _event(
     where: Terms,
     extremum: bool,
     direction: int,
-    most: int | None,
+    max_count: int | None,
     terminal: bool,
 ) -> Event:
     if not any(of for _, of, _ in terms):
@@ -293,7 +293,7 @@ def _event(
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, not {shown(value)}")
-    limit = None if most is None else whole("most", most, 1)
+    limit = None if max_count is None else whole("max_count", max_count, 1)
     return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
@@ -323,7 +323,7 @@ LookedFor = list[
 def looked_for(events: Iterable[Event]) -> LookedFor:
     """Convert events to the tuples that the core takes."""
     return [
-        (list(e.terms), list(e.where), e.extremum, e.direction, e.most or 0, e.terminal)
+        (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
     ]
 
@@ -338,7 +338,7 @@ class Written(TypedDict):
     where: list[tuple[float, str, str]]
     extremum: bool
     direction: int
-    most: int | None
+    max_count: int | None
     terminal: bool
 
 
@@ -349,7 +349,7 @@ def written(event: Event) -> Written:
         "where": _named(event.where),
         "extremum": event.extremum,
         "direction": event.direction,
-        "most": event.most,
+        "max_count": event.max_count,
         "terminal": event.terminal,
     }
 
@@ -367,7 +367,7 @@ def read(row: Written) -> Event:
         _numbered(row["where"]),
         row["extremum"],
         row["direction"],
-        row["most"],
+        row["max_count"],
         row["terminal"],
     )
 

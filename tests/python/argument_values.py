@@ -45,7 +45,7 @@ MANY = [
     kr.solve(ENSEMBLES[2], [4.0, 5.0], "taylor", max_steps=3),
     kr.solve(ENSEMBLES[3], 1.0),
 ]
-SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, wait=20) for i in (0, 2, 3, 4)]
+SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, max_wait=20) for i in (0, 2, 3, 4)]
 SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
 KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
 REDUCED = [kr.reduce(tops, [0.5, 1.0], KEEPING) for tops in ENSEMBLES]
@@ -79,7 +79,9 @@ RIGHT = {
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
     **dict.fromkeys(["made_up", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
     **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
-    **dict.fromkeys(["n", "every", "most", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS),
+    **dict.fromkeys(
+        ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
+    ),
     **dict.fromkeys(["function", "where"], FUNCTIONS),
     **dict.fromkeys(["file", "source", "path"], FILES),
     **dict.fromkeys(["t", "times"], TIMES),
@@ -105,7 +107,7 @@ RIGHT = {
     "checkpoint": [CHECKPOINT, "top.run"],
     "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
     "event": [None, LOW],
-    "wait": [None, 20.0, -5],
+    "max_wait": [None, 20.0, -5],
     "seed": [0, 7],
     "map": ["bobenko_suris", None],
     "rotation": [PATHS[0].rotation[0]],
@@ -140,7 +142,7 @@ RIGHT = {
     "sweep": [None],
 }
 WORDS = {  # what a function's **words are
-    "more": ["direction", "where", "most", "terminal"],
+    "more": ["direction", "where", "max_count", "terminal"],
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }

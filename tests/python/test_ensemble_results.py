@@ -159,8 +159,8 @@ def test_low_words_are_those_of_each_top_alone(digits):
 
 
 def test_events_are_those_of_each_top_alone():
-    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, most=1)
-    ends = kr.events.nutation(direction=-1, most=1, terminal=True)
+    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, max_count=1)
+    ends = kr.events.nutation(direction=-1, max_count=1, terminal=True)
     for events in (low, [low, high], [low, ends]):
         many = kr.solve(MIXED, [1.0, 5.0, 10.0], events=events)
         met = many.events

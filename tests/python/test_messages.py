@@ -72,7 +72,7 @@ CALLS = {
     "factor": lambda x: events.crossing({"spin": x}),
     "direction": lambda x: events.nutation(direction=x),
     "terminal": lambda x: events.nutation(terminal=x),
-    "most": lambda x: events.nutation(most=x),
+    "max_count": lambda x: events.nutation(max_count=x),
     "normal": lambda x: events.plane(x),
     "of": lambda x: events.plane((0, 1, 0), of=x),
     "within": lambda x: events.cusp(within=x),

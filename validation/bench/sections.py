@@ -18,7 +18,7 @@ from .ensemble import graded
 
 BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
 TOPS, CROSSINGS, ROUNDS = 100, 500, 7
-LOW = kr.events.nutation(direction=1, most=CROSSINGS, terminal=True)
+LOW = kr.events.nutation(direction=1, max_count=CROSSINGS, terminal=True)
 
 
 def best(function):

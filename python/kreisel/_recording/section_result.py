@@ -47,7 +47,7 @@ class Section(EnsembleResult, Quantities):
         return self.done
 
     @property
-    def wait(self) -> Array:
+    def max_wait(self) -> Array:
         """(*shape) how long an event could take to come, from the start or the one before; negative
         where the way led back [T]."""
         return self._shaped(self._t[:, 0].copy())

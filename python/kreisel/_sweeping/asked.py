@@ -133,7 +133,7 @@ class Sections(NamedTuple):
 
     event: Event | None = None
     n: int = 500
-    wait: float | None = None
+    max_wait: float | None = None
     tol: float | None = None
     digits: int | None = None
     max_steps: int = 0
@@ -146,7 +146,7 @@ class Sections(NamedTuple):
         return Sections(
             parse_event(self.event),
             int(self.n),
-            _double(self.wait),
+            _double(self.max_wait),
             _double(self.tol),
             order.solve.digits,
             int(self.max_steps),
@@ -185,8 +185,8 @@ def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
             raise ValueError(
                 "t must be a number or a list of times, which all tops of a sweep share"
             )
-    if np.ndim(words.get("wait", 0.0)):
-        raise ValueError("wait must be a number, which all tops of a sweep share")
+    if np.ndim(words.get("max_wait", 0.0)):
+        raise ValueError("max_wait must be a number, which all tops of a sweep share")
     if verb == "section":
         return Sections(**words)
     return Growth(verb, **words) if verb in INDICATORS else _solve(**words)

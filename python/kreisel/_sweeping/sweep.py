@@ -58,7 +58,7 @@ def sweep(
     direction: Sequence[float] | None = None,
     event: Event | None = None,
     n: int | None = None,
-    wait: float | None = None,
+    max_wait: float | None = None,
     part: int | None = None,
     parts: range | None = None,
     threads: int | None = None,
@@ -84,7 +84,7 @@ def sweep(
     to        the folder: one that is not there yet, or empty, or has parts of the same plan
     verb      what becomes of each top; with its own words, which are those of kreisel.<verb>:
               "solve"; "lyapunov", "megno" or "oli": t, direction, tol, max_steps, and the columns
-              are the verb's name, certificate, t and <verb>_curve; "section": event, n, wait (a
+              are the verb's name, certificate, t and <verb>_curve; "section": event, n, max_wait (a
               number), tol, digits, max_steps, and the columns are events, how many were met, and
               event_t, event_q_w, ..., event_m_z, which are the states
     part      tops of a part; left out: 131072, or fewer so that a part takes about 64 MB

@@ -65,7 +65,7 @@ class Exact(_Rates):
 
         >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
-        >>> top.course, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
+        >>> top.motion_type, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
         ('cusps', 0.9273, 1.1414)
         >>> top(top.t_greatest).nutation.round(4)
         array([1.1414])
@@ -100,7 +100,7 @@ class Exact(_Rates):
         return float(self._turning.t_greatest[0])
 
     @property
-    def course(self) -> str:
+    def motion_type(self) -> str:
         """How the apex goes about the vertical. By the precession where gravity has it highest:
         against that at the other turning point 'loops', none 'cusps', with it 'waves'. Without
         nutation 'sleeping' (upright against gravity), 'hanging', 'steady'. Through the vertical

@@ -194,7 +194,7 @@ class ExactEnsemble:
         return self._shaped(self._turning.t_greatest)
 
     @property
-    def course(self) -> npt.NDArray[np.str_]:
+    def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) as in Exact."""
         course = self._turning.course.reshape(self.tops.shape)
         course.flags.writeable = False

@@ -32,7 +32,7 @@ def section(
     event: Event | None = None,
     n: int = 500,
     *,
-    wait: ArrayLike | None = None,
+    max_wait: ArrayLike | None = None,
     tol: float | None = None,
     digits: int | None = None,
     max_steps: int = 0,
@@ -46,7 +46,7 @@ def section(
                which every motion meets that is not steady. None is missed on taylor's way; the one
                on which a top may begin does not count
     n          how many states of each top
-    wait       how long an event may take to come, since the start and then since the one before: a
+    max_wait       how long an event may take to come, since the start and then since the one before: a
                number, or an array of the ensemble's shape; negative: back in time. A top that waits
                longer has the status 'ERR_EVENT' and keeps what it met. Left out: 1024 turns about
                the axis of the largest moment, at the pace of momentum and gravity [T]
@@ -71,7 +71,7 @@ def section(
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
-    waits, options = parse_section(many, event, n, wait, tol, digits, max_steps)
+    waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback = parse_progress(progress)
     check_result_memory(many, waits, options)
@@ -82,7 +82,7 @@ def parse_section(
     tops: Ensemble,
     event: object,
     n: object,
-    wait: object,
+    max_wait: object,
     tol: object,
     digits: object,
     max_steps: object,
@@ -91,7 +91,7 @@ def parse_section(
     what cannot be."""
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
     events = looked_for([parse_event(event)])
-    waits = np.broadcast_to(_parse_wait(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
+    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, whole("n", n, 1)))
     return waits, replace(options, core_events=events)
 
 
@@ -100,23 +100,25 @@ def parse_event(event: object) -> Event:
     if event is None:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
-    if one.most is not None or one.terminal:
-        raise ValueError("n says how many are looked for: leave most and terminal out of the event")
+    if one.max_count is not None or one.terminal:
+        raise ValueError(
+            "n says how many are looked for: leave max_count and terminal out of the event"
+        )
     return one
 
 
-def _parse_wait(tops: Ensemble, wait: object) -> Array:
+def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
     """(n,) how long each top waits for an event."""
-    if wait is None:
+    if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._tops, known)
         return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
-    given = array("wait", wait, "a number, or one for each top")
+    given = array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
-        raise ValueError("wait must not be zero: no event comes in no time")
+        raise ValueError("max_wait must not be zero: no event comes in no time")
     try:
         return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
     except ValueError:
         raise ValueError(
-            f"wait must be a number, or an array of shape {tops.shape}, not {shown(wait)}"
+            f"max_wait must be a number, or an array of shape {tops.shape}, not {shown(max_wait)}"
         ) from None

@@ -27,7 +27,7 @@ for method_name in kr.methods:
         kr.plan(scene, 1, method=method_name, step=0.01)
 watched = kr.solve(heavier, 9, events=[kr.events.nutation(), kr.events.crossing("spin", 1.0)])
 print(watched.events.t, watched.events.path.energy, len(watched.events))
-one = kr.solve(heavier, 9, events=kr.events.plane((0, 1, 0), most=3, terminal=True))
+one = kr.solve(heavier, 9, events=kr.events.plane((0, 1, 0), max_count=3, terminal=True))
 print(one.events.which)
 run = kr.start(scene, events=[kr.events.loop(where={"apex_z": 1.0})], want=("energy",))
 print(run.to([1, 2]).events.direction, [piece.events.t for piece in run.stream([3.0])])

@@ -86,7 +86,7 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
     shell_complete=one_of(MAKERS),
     help="What to look for, once or more often, in the words of kreisel.events: nutation, "
-    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:most=3:terminal.",
+    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @to
 def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
