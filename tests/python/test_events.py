@@ -298,7 +298,8 @@ def test_ctrl_c_keeps_the_events_found():
 import os, signal, threading, kreisel as kr
 threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 try:
-    kr.solve(kr.scenes.asymmetric, 1e7, events=[kr.events.nutation(max_count=5), kr.events.loop(max_count=5)])
+    events = [kr.events.nutation(max_count=5), kr.events.loop(max_count=5)]
+    kr.solve(kr.scenes.asymmetric, 1e7, events=events)
 except kr.Interrupted as stopped:
     print(len(stopped.path.events), stopped.path.t[-1])
 """

@@ -37,7 +37,7 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def at(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return some of them, with other numbers of their tops."""
+        """Return chosen events with other numbers of their tops."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
@@ -137,7 +137,7 @@ class EnsembleBuffers:
         self.merge(begin, part)
 
     def merge(self, begin: int, part: EnsembleBuffers) -> None:
-        """Merge what is no array of rows that begin at `begin`: failures, choices and events."""
+        """Merge the failures, choices and events of rows that begin at `begin`."""
         if part is self:
             return
         if part.last:

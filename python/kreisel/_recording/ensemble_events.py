@@ -1,4 +1,4 @@
-"""Events that many tops met."""
+"""Events of the tops of an ensemble."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .ensemble_buffers import Counts, RawEvents
 
 @dataclass(frozen=True, eq=False)
 class EnsembleEvents:
-    """e events in all, those of one top after those of another, in the order in which each met its
-    own. Arrays are read-only.
+    """e events of an ensemble, top by top, in the order in which each top met them. Arrays are
+    read-only.
 
     top        (e,) the number of the top; (e, dimensions) of an ensemble with several or none
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    which      (e,) the index of each in the list that solve was given
+    which      (e,) the index of each event in the list passed to solve
     direction  (e,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
-    count      (*shape) how many each top met
+    count      (*shape) the number of events of each top
     """
 
     top: Counts
@@ -49,7 +49,7 @@ class EnsembleEvents:
 
 
 def join_events(met: list[RawEvents]) -> RawEvents:
-    """Events in the order of their tops."""
+    """Return the events of several slices, sorted by their tops."""
     if not met:
         none = np.empty(0, dtype=np.intc)
         return RawEvents(
@@ -61,7 +61,7 @@ def join_events(met: list[RawEvents]) -> RawEvents:
 
 
 def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
-    """The events, with their tops by the index in an ensemble."""
+    """Return the events of an ensemble of this shape."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

@@ -1,4 +1,4 @@
-"""Paths of many tops: arrays over the shape of the ensemble, and the path of each."""
+"""Paths of an ensemble: arrays over its shape, and the path of each top."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._request.quantities import LOW, RECORDABLE
-from .columns import add_quantities
 from .ensemble_buffers import RawEvents, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
 from .path import Events, Path
-from .state_quantities import NO_STATES, STATE_COLUMNS
+from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantities
 from .tables import quantity_rows
 
 if TYPE_CHECKING:
@@ -26,18 +25,18 @@ if TYPE_CHECKING:
 
 
 class Paths(EnsembleResult, Quantities):
-    """The motions of an ensemble of tops, at k times each. Arrays are read-only: t, q and m are
-    views of `states`, all else is computed when it is first asked for. They have the shape of the
-    ensemble, then k, then that of the quantity. A top that failed keeps its good states; behind
-    them is NaN.
+    """The motions of an ensemble of tops, at k times each. Arrays are read-only. t, q and m are
+    views of `states`; other quantities are computed on first access. An array has the shape of the
+    ensemble, then k, then the shape of the quantity. A top that failed keeps its good states,
+    followed by NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers (at other times than
-            these it is moved alone, with the roundings of taylor that it has then); slices, lists
-            and masks give the kreisel.Paths of some, as of an array
+    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; at other times the top
+            runs alone, with the roundings that taylor then has. Slices, lists and masks give the
+            kreisel.Paths of several tops, as of an array
     """
 
-    _one = Path  # what a single one is
+    _one = Path  # the class of a single result
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
@@ -45,7 +44,7 @@ class Paths(EnsembleResult, Quantities):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """What solve was asked to keep beside t, and all that there is then; None: the states."""
+        """The quantities that the paths keep beside t; None: the states."""
         return self._options.solve.want
 
     @property
@@ -60,7 +59,7 @@ class Paths(EnsembleResult, Quantities):
         return self._shaped(self._buffers.states)
 
     def _column(self, name: str) -> Array:
-        """A quantity over all tops."""
+        """Return a quantity of all tops."""
         columns = self._buffers.columns
         if name in columns:
             return self._shaped(columns[name])
@@ -94,12 +93,12 @@ class Paths(EnsembleResult, Quantities):
 
     @cached_property
     def q_low(self) -> Array:
-        """(*shape, k, 4) what the doubles of q leave out; zero up to 16 digits."""
+        """(*shape, k, 4) low words of q; zero up to 16 digits."""
         return self._column("q_low")
 
     @cached_property
     def m_low(self) -> Array:
-        """(*shape, k, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
+        """(*shape, k, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
         return self._column("m_low")
 
     @property
@@ -110,7 +109,7 @@ class Paths(EnsembleResult, Quantities):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """A hint for any other name, as AttributeError."""
+            """Raise AttributeError with a hint."""
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
@@ -120,7 +119,7 @@ class Paths(EnsembleResult, Quantities):
 
     @cached_property
     def events(self) -> EnsembleEvents:
-        """The events met on the way; none where solve was not asked for any."""
+        """The events on the way; empty if none were requested."""
         return ensemble_events(self._raw_events, self.shape)
 
     @cached_property
@@ -140,7 +139,7 @@ class Paths(EnsembleResult, Quantities):
         return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
-        """The path of one top, or those of some, as of an array.
+        """Return the path of one top, or the paths of several, as of an array.
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -153,21 +152,21 @@ class Paths(EnsembleResult, Quantities):
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Paths are many arrays, and no one of them is meant."""
+        """Raise TypeError: paths have several arrays."""
         raise TypeError("paths are no array: take one of theirs, as paths.q or paths.states")
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """An xarray.Dataset with a variable for each quantity of these names, in place of what the
+        """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
         paths keep. Its dimensions are those of the ensemble by name, then time, then those of a
-        path's; where each top has its own times, t is a variable along both.
+        path's quantity. If each top has its own times, t is a variable along both.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        Words that vary are coordinates, and so are `status` and `reached`. All else, and what it
-        raises, is as of a path.
+        Parameters that vary are coordinates, and so are `status` and `reached`. The rest is as of
+        Path.to_xarray.
         """
         from .ensemble_tables import dataset
 

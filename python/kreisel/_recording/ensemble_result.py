@@ -1,4 +1,4 @@
-"""What became of many tops: for each how it went, how far it came, and what that cost."""
+"""Results of an ensemble: for each top its status, the time it reached and its step counts."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _T = TypeVar("_T", bound=np.generic)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult:
-    """What kreisel.solve tells of each top of an ensemble. Arrays are read-only, and begin with the
-    shape of the ensemble.
+    """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
+    ensemble.
 
     tops  the ensemble
     """
@@ -44,12 +44,12 @@ class EnsembleResult:
 
     @property
     def ndim(self) -> int:
-        """The number of its dimensions."""
+        """The number of dimensions of the ensemble."""
         return len(self.tops.shape)
 
     @property
     def size(self) -> int:
-        """How many tops there are."""
+        """The number of tops."""
         return self.tops.size
 
     def __len__(self) -> int:
@@ -57,27 +57,27 @@ class EnsembleResult:
 
     @property
     def method(self) -> str:
-        """Its name in the words of solve: 'auto' is exact for the tops that have a closed form, and
-        taylor for all others."""
+        """The name of the method; 'auto' is exact for tops that have a closed form, and taylor for
+        all others."""
         return self._options.solve.requested_method
 
     @property
     def step(self) -> float | None:
-        """As used, positive; None where there is none, or it was left to the method [T]."""
+        """The step as used, positive; None where the method has none or chose its own [T]."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """As used; None where there is none, or it was left to the method."""
+        """The tolerance as used; None where the method has none or chose its own."""
         return self._options.solve.tol
 
     @property
     def digits(self) -> int | None:
-        """As used; None where none were asked for."""
+        """The digits as used; None where none were requested."""
         return self._options.solve.digits
 
     def _shaped(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Rows over the shape of the ensemble."""
+        """Return rows over the shape of the ensemble."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -89,8 +89,8 @@ class EnsembleResult:
 
     @property
     def status(self) -> Codes:
-        """(*shape) 0 for a top of which all went well, else the code of what did not;
-        `status_names` and `message` are its text."""
+        """(*shape) 0 for a top without failure, else the code of its failure; `status_names` and
+        `message` give its text."""
         return self._shaped(self._buffers.status)
 
     @property
@@ -100,8 +100,8 @@ class EnsembleResult:
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the numbers of the tops that were not brought to their last time; (f, dimensions) of
-        an ensemble with several dimensions or none."""
+        """(f,) the numbers of the tops that did not reach their last time; (f, dimensions) of an
+        ensemble with several dimensions or none."""
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
 
@@ -112,7 +112,7 @@ class EnsembleResult:
 
     @property
     def done(self) -> Counts:
-        """(*shape) how many of the times were reached."""
+        """(*shape) the number of times that were reached."""
         return self._shaped(self._buffers.done)
 
     @property
@@ -122,7 +122,7 @@ class EnsembleResult:
 
     @property
     def rejected(self) -> Counts:
-        """(*shape) steps that were too long, and made again."""
+        """(*shape) rejected steps."""
         return self._shaped(self._buffers.counts[:, 1])
 
     @property
@@ -132,7 +132,7 @@ class EnsembleResult:
 
     @property
     def iterations(self) -> Counts:
-        """(*shape) iterations of a solver."""
+        """(*shape) iterations of an implicit solver."""
         return self._shaped(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
@@ -145,16 +145,16 @@ class EnsembleResult:
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
 
     def check(self) -> Self:
-        """The same, where all tops were brought to their last times. Raises kreisel.Error for the
-        first that was not, which names it and tells how many there are: its `.path` is that top's,
-        its `.paths` are these."""
+        """Return the result if all tops reached their last times. Raises kreisel.Error for the
+        first that did not: its message has the index and the number of failures, its `.path` is the
+        path of that top, its `.paths` this result."""
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
             raise self._stop_error(int(failed[0]), failed.size)
         return self
 
     def _failure(self, i: int) -> BaseException:
-        """The exception that a run of this top alone would have ended in."""
+        """Return the exception that this top alone would have raised."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -183,7 +183,7 @@ class EnsembleResult:
         return replace(options, want=None, error=None)
 
     def _member(self, i: int) -> Path:
-        """The path of the i-th top in C order, with the last good state of one that failed."""
+        """Return the path of the i-th top in C order; one that failed has its last good state."""
         buffers, done = self._buffers, int(self._buffers.done[i])
         states, low = NO_STATES, None
         if buffers.states is not None:
@@ -206,7 +206,7 @@ class EnsembleResult:
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """The path with the last good state, where that is none of those that were asked for."""
+        """Return the path with the last good state, unless that is one of its states."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):
@@ -226,31 +226,31 @@ class EnsembleResult:
         )
 
     def _part(self, key: Any) -> Self:
-        """The same of some of the tops."""
+        """Return the result of some of the tops."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
         return type(self)(self.tops[key], t, self._options, self._buffers.at(which))
 
     def __iter__(self) -> Iterator[Any]:
-        """What stands along the first dimension."""
+        """Return an iterator along the first dimension."""
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key: Any) -> Any:
-        """Of one top or of some, as of an array."""
+        """Return the result of one top, or of several, as of an array."""
         raise NotImplementedError
 
     def _summary(self) -> str:
-        """Shape, method, and how many failed, for a line that tells what this is."""
-        words = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
+        """Return the method and the number of failures as text."""
+        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
+        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         count = int(np.count_nonzero(self._buffers.status))
-        told = f"{count} failed" if count else "none failed"
-        return f"{self.method}{steering}, {told}"
+        failures = f"{count} failed" if count else "none failed"
+        return f"{self.method}{controls}, {failures}"
 
 
 def with_columns(path: Path, columns: dict[str, Array]) -> Path:
-    """The path with these columns in place of its states."""
+    """Return the path with these columns in place of its states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

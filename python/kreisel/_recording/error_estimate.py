@@ -1,9 +1,10 @@
-"""Reference: a second run that is better than the first, and how far roundings move either.
+"""Error estimates: a reference run that is more precise, and the growth of roundings.
 
 The Taylor series with 20 digits errs by far less than any run in doubles, however much the motion
-magnifies roundings. A closed form is cheaper on fast tops, but it is one of a body of its kind, in
-doubles: it counts where the body is of this kind to the bit, and where what it says is far above
-its roundings.
+magnifies roundings. A closed form is cheaper on fast tops, but it holds for a body of its kind, in
+doubles. It is a reference if the body is of its kind to the bit, and if the error found is far
+above its roundings.
+
 """
 
 from __future__ import annotations
@@ -37,13 +38,12 @@ SHORTER_STEPS = [
 ]
 
 ROUNDING = 2.0**-53
-_LOOKS = 1024  # at the tangents of a path, at most
-ROUNDINGS = 128  # of the start come to more than those of a closed form by far
+_MAX_POINTS = 1024  # times of a path at which tangents are computed
+ROUNDINGS = 128  # a closed form errs by far less than this many roundings of the start
 
 
 def closed_form_holds(scene: Scene) -> bool:
-    """Whether the scene has a closed form, and nothing of its body was rounded for it to have
-    one."""
+    """Return True if the scene has a closed form without any rounding of its body."""
     if not CLOSED_FORM.method.suits(scene):
         return False
     near = 2.0 * KIND_RTOL
@@ -81,9 +81,13 @@ def estimate_error(
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """How a rounding of the state may move attitude and momentum, over the rounding, as columns.
-    Doubles hold either in the top's own units. A series of more digits keeps the momentum as the
-    body sees it: the attitude takes it along, and each number is rounded by its own size."""
+    """Return how a rounding of the state moves attitude and momentum, over the rounding, as
+    columns.
+
+    Doubles hold either in the top's own units. A series of more digits holds the momentum seen from
+    the body, which the attitude takes along, and each number is rounded by its own size.
+
+    """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
@@ -95,8 +99,8 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """How a rounding of each number of the principal axes' attitude turns the body, seen from it.
-    The number is a sum of products, each rounded by its own size."""
+    """Return how a rounding of each number of the principal axes' attitude turns the body, seen
+    from it. The number is a sum of products, each rounded by its own size."""
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
     sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
@@ -116,11 +120,15 @@ def rounding_growth(
     max_steps: int = 0,
     progress: Progress | Work | None = None,
 ) -> tuple[CoreResult, float]:
-    """How far one rounding of the start moves the attitude on the way at most [rad], over the
-    rounding, by tangents of the series, whatever method moves the top; of more digits, how far
-    those of all its numbers do, as they add up by chance. Infinite where a tangent outgrows
-    doubles. Before it the states that were looked at, of which some are missing where that
-    run fails."""
+    """Return a result of the core, and how far one rounding of the start moves the attitude at most
+    [rad], over the rounding.
+
+    The growth is that of tangents of the series, whatever method moves the top. With more digits it
+    is that of the roundings of all numbers, added as independent errors. It is infinite if a
+    tangent outgrows doubles. The result has the states at which the growth was computed; some are
+    missing if the run fails.
+
+    """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
@@ -129,8 +137,8 @@ def rounding_growth(
             continue
         _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
-        each = -(-side.size // _LOOKS)
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # the end is looked at, too
+        each = -(-side.size // _MAX_POINTS)
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # with the end
         came, high, *_ = top.record_tangents(on_the_way, False, progress)
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
@@ -144,8 +152,8 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """The largest angle between attitudes, each with what its doubles leave out: their difference
-    loses no digit."""
+    """Return the largest angle between attitudes, each with its low words: their difference loses
+    no digit."""
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]

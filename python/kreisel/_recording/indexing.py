@@ -1,4 +1,4 @@
-"""Places of a path: which of its states are meant, and which times lie on its way."""
+"""Indices of the states of a path and of the members of an ensemble, and times within a path."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
-    """The numbers of the states that are meant, of n: as a slice where they are one or a slice."""
+    """Return the numbers of the states, of n, that an index means; a slice for one or a slice."""
     if isinstance(which, slice):
         return which
     given = np.asarray(which)
@@ -36,7 +36,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 
 
 def check_path_times(reached: Array, t: Numbers) -> Array:
-    """(k,) times that a user gave, in any order, on the way from 0 to all that was reached."""
+    """Return (k,) times in any order. Raises ValueError for times outside the path."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
@@ -55,13 +55,13 @@ def check_path_times(reached: Array, t: Numbers) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """The numbers, in C order, of the members of a shape that an index of numpy's means."""
+    """Return the numbers, in C order, of the members of a shape that an index means."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
 def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """The number of the one member that is meant; None where the index means several, or none."""
+    """Return the number of the member that an index means, or None if it means several."""
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]
     found = np.arange(math.prod(shape)).reshape(shape)[key]

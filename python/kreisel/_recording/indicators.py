@@ -1,5 +1,4 @@
-"""Growth: how a tangent of each of many tops grows, and the indicators of chaos that are read off
-it."""
+"""Indicators of chaos of an ensemble, computed from the growth of one tangent of each top."""
 
 from __future__ import annotations
 
@@ -25,15 +24,14 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
 
 @dataclass(frozen=True, eq=False)
 class Indicator:
-    """What kreisel.lyapunov, kreisel.megno and kreisel.oli give. Arrays are read-only; of one scene
-    their shape is () in place of an ensemble's.
+    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli. Arrays are read-only; those of
+    one scene have the shape () in place of an ensemble's.
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest error of the tangent on the way, as its conserved forms tell:
-                 how far the changes of energy and <m, e3> by it are from what they were at the
-                 start, over its size
-    status       (*shape,) how each run went: "OK", or the reason's name, and NaN in the curve
+    certificate  (*shape,) the largest error of the tangent on the way, by its conserved forms: how
+                 far its changes of energy and <m, e3> are from those at the start, over its size
+    status       (*shape,) "OK", or the name of the failure; the curve of a failure is NaN
     """
 
     t: Array
@@ -47,7 +45,7 @@ class Indicator:
 
     @property
     def value(self) -> Array | float:
-        """The indicator at the last time: a number of one scene, (*shape,) of an ensemble."""
+        """The indicator at the last time: a number for one scene, (*shape,) for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else frozen(last)
 
@@ -126,7 +124,7 @@ def _rows(
 def _stopped(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, told: Indicator
 ) -> Error | Interrupted:
-    """The exception for top number i."""
+    """Return the exception for the i-th top."""
     scene = tops.ravel()[i]
     status = str(told.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(told.t[-1])
@@ -135,6 +133,6 @@ def _stopped(
 
 
 def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
-    """Raises what became of the only top."""
+    """Raise kreisel.Error if the only top failed."""
     if told.failed.size:
         raise _stopped(Error, tops, 0, text, told)

@@ -1,5 +1,4 @@
-"""Paths: the states at the times asked for, and what can be computed from them, when it is asked
-for."""
+"""Paths: the states at the requested times, and the quantities computed from them on access."""
 
 from __future__ import annotations
 
@@ -40,17 +39,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(Tables):
-    """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
-    m are views of `states`, all else is computed when it is first asked for. Vectors are seen from
-    space unless said otherwise.
+    """n states of a scene in motion. Arrays are read-only; a copy is writeable. t, q and m are
+    views of `states`; other quantities are computed on first access. Vectors are seen from space
+    unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
             or chose its own
     stats   what the run cost, trial runs included
-    events  those met on the way; none where solve was not asked for any
-    want    what solve was asked to keep beside t, and all that there is then; None: the states, and
-            with them everything
+    events  the events met on the way; empty if none were requested
+    want    the quantities that the path keeps beside t; None: the states, and so every quantity
     """
 
     scene: Scene
@@ -103,19 +101,23 @@ class Path(Tables):
                 frozen(array)
 
     def __repr__(self) -> str:
-        words = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
+        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
+        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
-        ran = f"{self.method}{steering}, {self.stats.steps} steps"
+        ran = f"{self.method}{controls}, {self.stats.steps} steps"
         return f"<kreisel.Path: {len(self)} states{span}; {ran}>"
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of the states [rad], as a second run tells: the closed form
-        where it holds to the bit and is far nearer, or the Taylor series with 20 digits (30 for a
-        path of 20, and for a closed form that is far from that of 20). Of 30 digits it is a guess,
-        by three runs of shorter steps and what roundings grow to.
-        Without the attitude it is the largest on all of the way, where solve was given an error."""
+        """The largest attitude error of the states [rad], estimated by a second run.
+
+        The second run is the closed form where it holds to the bit and is precise enough, else the
+        Taylor series with 20 digits. It has 30 digits for a path of 20 digits, and for a closed
+        form that is far from the series of 20. The error of 30 digits is estimated by three runs of
+        shorter steps and the growth of roundings. Without the attitude it is the largest error on
+        the way, if solve was given an error.
+
+        """
         if not len(self):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
@@ -137,20 +139,20 @@ class Path(Tables):
 
     @cached_property
     def plan(self) -> Plan:
-        """What was used for this path, and what was left out, and why."""
+        """What was used for this path, what was left out, and why."""
         return plan_of(self.scene, self._options, len(self), self._choice)
 
     @cached_property
     def events(self) -> Events:
-        """The events met on the way, as kreisel.Events; none where solve was not asked for any."""
+        """The events met on the way; empty if none were requested."""
         if self._events is not None:
             return self._events
         none = np.empty(0, dtype=np.intc)
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """The states of the same run at other times, as a path: bit for bit those that solve gives
-        in the same words.
+        """Return a path of the states of the same run at other times: bit for bit those that solve
+        returns with the same arguments.
 
         t  a number, for the path of one state, or a list in any order, between 0 and where the
            path ends [T]
@@ -161,9 +163,9 @@ class Path(Tables):
             [2.5, 1.0]
 
         Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
-        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is made
-        again, from the start to the last of these times; by the closed form at once. It keeps what
-        `want` names, no events and no tangents.
+        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is repeated
+        from the start to the last of these times; a closed form is evaluated directly. The path
+        keeps the quantities in `want`, but no events and no tangents.
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
@@ -176,8 +178,8 @@ class Path(Tables):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: StateIndex) -> Path:
-        """Some of the states, as a path that keeps all but the events: a number gives one state, a
-        slice, a list of numbers or of True and False several, as of an array.
+        """Return a path of some states, without events. A number selects one state; a slice, a list
+        of numbers or a mask several, as of an array.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -193,26 +195,27 @@ class Path(Tables):
         return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
-        """The states one by one, each a path."""
+        """Return an iterator over the states, each a path."""
         return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """A path is many arrays, and no one of them is meant."""
-        raise TypeError("a path is no array: take one of its own, as path.q or path.states")
+        """Raise TypeError: a path has several arrays."""
+        raise TypeError("a path is no array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
-        """The scene that begins, at t = 0, with state i. IndexError if there is none."""
+        """Return the scene that begins, at t = 0, with state i. Raises IndexError if there is no
+        such state."""
         (state,) = self.states[resolve_index(len(self), index(i))]
         return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state. IndexError if there is none."""
+        """The scene that begins, at t = 0, with the last state. Raises IndexError if there is no
+        state."""
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
-        """The path with no more than t and these quantities, as if solve had been asked for
-        them."""
+        """Return the path with no more than t and the quantities in `want`."""
         names = parse_want(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
@@ -227,8 +230,8 @@ class Path(Tables):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path, for kreisel.load; a file of that name is replaced once all is on the
-        disk, never left half done. OSError where it cannot be written.
+        """Write the path to a file for kreisel.load. The file is replaced atomically. Raises
+        OSError if it cannot be written.
 
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
@@ -244,7 +247,7 @@ class Path(Tables):
         return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
-        """The picture that kreisel.plot draws, of this path alone."""
+        """Return the picture that kreisel.plot draws of this path."""
         from .._drawing.charts import plotted
 
         return plotted([(self, self.events.path if len(self.events) else None)], axes, degrees)
@@ -257,14 +260,14 @@ class Path(Tables):
         fps: int = 25,
         size: int = 480,
     ) -> Film:
-        """The body in motion with the trace of its apex, drawn with matplotlib: a film that a
-        notebook shows, and that goes to a file. A body symmetric about its apex is drawn as a
-        turned top, any other as a cuboid, in the proportions of its moments.
+        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib. A
+        notebook shows it, and it can be written to a file. A body symmetric about its apex is drawn
+        as a body of revolution, any other as a cuboid, in the proportions of its moments.
 
-        file   its name, .gif, .mp4 (where ffmpeg is) or .html; it is there whole or not at all
-        speed  of the path's time that passes in a second [T]; left out: all of it in 8 seconds
-        fps    frames in a second; of a GIF, hundredths of a second
-        size   of a frame, high and wide [pixels]
+        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
+        speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
+        fps    frames in a second; frames of a GIF last whole hundredths of a second
+        size   the height and width of a frame [pixels]
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, 2)
@@ -272,8 +275,8 @@ class Path(Tables):
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
         Frames are evenly spaced in time, whatever the path's times are: their states are those of
-        `path(t)`, which raises what it cannot give. ValueError for a path within no time, and for
-        more than 2**28 pixels in all; OSError for a file that cannot be written.
+        `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
+        more than 2**28 pixels in all, OSError for a file that cannot be written.
         """
         from .._drawing.film import film_of
 
@@ -284,9 +287,8 @@ class Path(Tables):
 class Events:
     """k events in the order in which a path met them. Arrays are read-only.
 
-    path       the states at the events, with all that a path can tell; its t is (k,), in the path's
-               order [T]
-    which      (k,) the index of each in the list that solve was given
+    path       a kreisel.Path of the states at the events; its t is (k,), in the path's order [T]
+    which      (k,) the index of each event in the list passed to solve
     direction  (k,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
     """
 
@@ -316,12 +318,12 @@ class Events:
 
 
 class Stopped(BaseException):
-    """A run that ended before its time.
+    """A run that ended before its last time.
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
-    path    the states asked for that were reached, and the last good state where that is later
-    paths   of many tops what is known of all, a kreisel.Paths or kreisel.Reduced; `path` is then
-            that of the first that failed, or was not done
+    path    the requested states that were reached, and the last good state if that is later
+    paths   of an ensemble its kreisel.Paths or kreisel.Reductions; `path` is then that of the first
+            top that failed or was not done
     """
 
     def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:

@@ -38,7 +38,7 @@ class Reductions(EnsembleResult):
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
 
     def _names(self) -> dict[str, list[str]]:
-        """The kinds that are kept, by the name that was asked for."""
+        """Return the kinds of reduction by the name of their quantity."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])
@@ -59,11 +59,11 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """What is kept of a quantity, by the kind; or, by an index, what is kept of some tops."""
+        """Return the reductions of a quantity by kind; or, by an index, those of some tops."""
         if isinstance(key, str):
             names = self._names()
             if key not in names:
-                raise KeyError(unknown("quantity among what was kept:", key, names))
+                raise KeyError(unknown("quantity among the reductions:", key, names))
             return {kind: self._column(key, kind) for kind in names[key]}
         if flat_index(self.shape, key) is not None:
             raise TypeError(
@@ -76,36 +76,36 @@ class Reductions(EnsembleResult):
         return iter(self._names())
 
     def __len__(self) -> int:
-        """How many quantities are kept."""
+        """Return the number of quantities."""
         return len(self._names())
 
     def __contains__(self, name: object) -> bool:
         return name in self._names()
 
     def keys(self) -> KeysView[str]:
-        """The names of what is kept."""
+        """Return the names of the quantities."""
         return self._names().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
-        """The names of what is kept, each with its arrays by kind."""
+        """Return the names of the quantities, each with its arrays by kind."""
         return {name: self[name] for name in self}.items()
 
     def values(self) -> ValuesView[dict[str, Array]]:
-        """What is kept of each quantity: arrays by kind."""
+        """Return the arrays of each quantity by kind."""
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
-        """An xarray.Dataset with a variable such as nutation_max for each number that is kept, with
-        its units; its dimensions are those of the ensemble by name, words that vary are
-        coordinates, and so are `status` and `reached`. ImportError without xarray."""
+        """Return an xarray.Dataset with a variable such as nutation_max for each reduction, with
+        its units. Its dimensions are those of the ensemble by name; parameters that vary are
+        coordinates, and so are `status` and `reached`. Raises ImportError without xarray."""
         from .ensemble_tables import reduction_dataset
 
         return reduction_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
-        """A pandas.DataFrame with a row for each top, in C order, and a column such as nutation_max
-        or apex_z_mean for each number; words that vary are columns, and so are `status` and
-        `reached`. `attrs` has the units. ImportError without pandas."""
+        """Return a pandas.DataFrame with a row for each top, in C order, and a column such as
+        nutation_max or apex_z_mean for each number. Parameters that vary are columns, and so are
+        `status` and `reached`. `attrs` has the units. Raises ImportError without pandas."""
         from .ensemble_tables import reduction_frame
 
         return reduction_frame(self, dict(self.items()))

@@ -1,4 +1,4 @@
-"""Sections: the states in which each of many tops met an event."""
+"""Sections: the states in which each top of an ensemble met an event."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
 from .._request.ensemble_options import EnsembleOptions
-from .columns import add_quantities
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
 from .path import Path, stop_exception
-from .state_quantities import STATE_COLUMNS
+from .state_quantities import STATE_COLUMNS, add_quantities
 
 
 class Section(EnsembleResult, Quantities):
-    """The states in which each top of an ensemble met an event, as kreisel.section found them: flat
-    arrays, e states in all, those of one top after those of another, each in the order of time.
-    Arrays are read-only; all but t, q and m are computed when they are first asked for.
+    """The states in which each top of an ensemble met an event, as kreisel.section found them: e
+    states in flat arrays, top by top, each in the order of time. Arrays are read-only; quantities
+    other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path of these states of one top; slices, lists and masks give the
@@ -38,27 +37,27 @@ class Section(EnsembleResult, Quantities):
 
     @property
     def n(self) -> int:
-        """How many states were looked for of each top."""
+        """The number of states that were requested of each top."""
         return int(self._t.shape[1])
 
     @property
     def count(self) -> Counts:
-        """(*shape) how many were found."""
+        """(*shape) the number of states that were found."""
         return self.done
 
     @property
     def max_wait(self) -> Array:
-        """(*shape) how long an event could take to come, from the start or the one before; negative
-        where the way led back [T]."""
+        """(*shape) the longest time from the start or the last event to the next; negative back in
+        time [T]."""
         return self._shaped(self._t[:, 0].copy())
 
     @cached_property
     def _found(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) which of the rows are states."""
+        """(tops, n) True for the rows that are states."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _flat(self, rows: Array) -> Array:
-        """The rows that are states."""
+        """Return the rows that are states."""
         whole = bool(self._found.all())
         return frozen(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
 
@@ -96,7 +95,7 @@ class Section(EnsembleResult, Quantities):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """A hint for any other name, as AttributeError."""
+            """Raise AttributeError with a hint."""
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
@@ -115,7 +114,7 @@ class Section(EnsembleResult, Quantities):
         return stop_exception(name, self._member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
-        """The states of one top, as a path, or those of some, as of an array.
+        """Return the states of one top, as a path, or the section of several, as of an array.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -126,8 +125,8 @@ class Section(EnsembleResult, Quantities):
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """A section is many arrays, and no one of them is meant."""
-        raise TypeError("a section is no array: take one of its own, as section.q")
+        """Raise TypeError: a section has several arrays."""
+        raise TypeError("a section is no array: use one of its arrays, as section.q")
 
 
 def _column(section: Section, name: str) -> Array:
@@ -162,8 +161,8 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """(n,) how long each top takes for a turn about the axis of its largest moment, or to swing
-    about that [T]; 1 for what is at rest without a torque."""
+    """Return (n,) the time that each top takes for a turn about the axis of its largest moment, or
+    to swing about it [T]; 1 for a top at rest without torque."""
     body = tops.body
     largest = np.max(body.moments, axis=-1)
     rate = np.linalg.norm(tops.momentum, axis=-1) / largest

@@ -1,5 +1,4 @@
-"""Saved paths: all that a path is, as an archive of a head in JSON, the scene in TOML and the
-arrays."""
+"""Serialization of paths: an archive of a head in JSON, the scene in TOML and the arrays."""
 
 from __future__ import annotations
 
@@ -47,11 +46,11 @@ class PathRecord(NamedTuple):
         return self.states[:, 0] if self.columns is None else self.columns["t"]
 
 
-Met = tuple[States, Integers, Integers]  # the path at the events, which they are, and which way
+EventArrays = tuple[States, Integers, Integers]  # the path at them, indices, directions
 
 
-def dump_path(path: States, met: Met | None) -> bytes:
-    """The bytes of a path, and of the events that it met."""
+def dump_path(path: States, met: EventArrays | None) -> bytes:
+    """Return the bytes of a path and its events."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -91,22 +90,22 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
-    """The path in a file of so many bytes, and the events that it met: the path at them, which they
-    are, and which way. ValueError for what saved has not made."""
+    """Return the path in a file of `size` bytes, and its events: the path at them, their indices
+    and directions. Raises ValueError if dump_path did not write it."""
     archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
         if whole("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
-        words = _words(head, parse(archive.text("scene")))
+        words = _parse_head(head, parse(archive.text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
-        path = _numbers(archive, "", words, head)
+        path = _read_arrays(archive, "", words, head)
         if head.get("tangents") is not None:
-            path = path._replace(carried=_tangent_data(archive, len(path.t), head["tangents"]))
+            path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
-        at = _numbers(archive, _EVENTS, words, _object(head["events"]))
+        at = _read_arrays(archive, _EVENTS, words, _object(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its head is damaged: {error}") from None
     which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
@@ -121,8 +120,8 @@ def _object(value: object) -> dict[str, object]:
     return value
 
 
-def _words(head: dict[str, object], scene: Scene) -> PathRecord:
-    """A path without its numbers, each of its words checked as those of a request are."""
+def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
+    """Return a path without arrays, each field of its head validated."""
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
@@ -132,13 +131,13 @@ def _words(head: dict[str, object], scene: Scene) -> PathRecord:
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
     costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
-    choice = None if head["choice"] is None else _chosen(_object(head["choice"]))
+    choice = None if head["choice"] is None else _parse_choice(_object(head["choice"]))
     is_back = step is not None and step < 0.0
     return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
 
 
-def _chosen(words: dict[str, object]) -> StepChoice:
-    """What method="geometric" chose."""
+def _parse_choice(words: dict[str, object]) -> StepChoice:
+    """Return the choice of method='geometric'."""
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
@@ -146,8 +145,8 @@ def _chosen(words: dict[str, object]) -> StepChoice:
     return make(**words)
 
 
-def _tangent_data(archive: Archive, n: int, head: object) -> TangentData:
-    """The tangents of n states."""
+def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
+    """Return the tangents of n states."""
     words = _object(head)
     by, rest = words["by"], number("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
@@ -157,10 +156,10 @@ def _tangent_data(archive: Archive, n: int, head: object) -> TangentData:
     return TangentData.of(high, low, rest, tuple(by))
 
 
-def _numbers(
+def _read_arrays(
     archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
 ) -> PathRecord:
-    """The path of these words with the numbers whose names begin so."""
+    """Return the path with the arrays whose names begin with `prefix`."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low is true or false, not {shown(is_low)}")

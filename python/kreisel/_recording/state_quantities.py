@@ -1,9 +1,10 @@
-"""States: n of them, and what can be computed from them, when it is asked for."""
+"""The n states of a path, and the quantities computed from them on access."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -13,17 +14,17 @@ from .._ground.names import MethodName, Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._model.scene import Scene
 from .._request.plan import StepChoice
-from .._request.quantities import RECORDABLE
+from .._request.quantities import QUANTITIES, RECORDABLE, Quantity
 from .._request.solve_options import SolveOptions
-from .columns import add_quantities
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+Recorded = TypeVar("Recorded")
 NO_STATES = np.empty((0, 8))
 STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-DEPENDENCIES = {  # what is made of several quantities, or of the states
+DEPENDENCIES = {  # attributes that need quantities or the states
     "q_xyzw": ["q"],
     "rotation": ["q"],
     "error": ["q"],
@@ -39,7 +40,7 @@ DEPENDENCIES = {  # what is made of several quantities, or of the states
 
 
 class Stats(NamedTuple):
-    """What a run cost: steps, rejected ones, evaluations of the right-hand side or torque,
+    """The cost of a run: steps, rejected steps, evaluations of the right-hand side or torque,
     iterations of a solver."""
 
     steps: int
@@ -49,7 +50,7 @@ class Stats(NamedTuple):
 
 
 class States(Quantities):
-    """What the states of a kreisel.Path tell: each quantity is an attribute."""
+    """The quantities of a kreisel.Path, each an attribute."""
 
     scene: Scene
     states: Array  # missing where _columns are
@@ -84,14 +85,14 @@ class States(Quantities):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """What solve was asked to keep beside t; None: the states, and with them everything."""
+        """The quantities that the path keeps beside t; None: the states, and so every quantity."""
         return self._options.want
 
     def __len__(self) -> int:
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """What this path has: where something was wanted, none of what was left out."""
+        """Return the names of the attributes, without those that `want` leaves out."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -107,8 +108,7 @@ class States(Quantities):
     if not TYPE_CHECKING:  # which knows the quantities
 
         def __getattr__(self, name: str) -> Array:
-            """The quantities are attributes, set below; for any other name a hint, as
-            AttributeError."""
+            """Raise AttributeError with a hint; quantities are attributes, set below."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -150,13 +150,12 @@ class States(Quantities):
 
     @cached_property
     def q_low(self) -> Array:
-        """(n, 4) what the doubles of q leave out: q + q_low has as many digits as were asked for;
-        zero up to 16 digits."""
+        """(n, 4) low words of q: q + q_low has the requested digits; zero up to 16 digits."""
         return self._low_words("q")
 
     @cached_property
     def m_low(self) -> Array:
-        """(n, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
+        """(n, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
         return self._low_words("m")
 
     def _low_words(self, name: str) -> Array:
@@ -168,30 +167,33 @@ class States(Quantities):
 
     @property
     def tangents(self) -> Array:
-        """(n, 6, c) derivatives of the states, where solve was asked for tangents: the first three
-        rows are the rotation vector by which the attitude is turned, seen from the body [rad], the
-        others the momentum, in space [M L^2 T^-1]. With "start" the first six columns are the same
-        of the start, hence the first matrix is the unit matrix; then come, as far as they were
-        asked for, the moments (3) and the centre of mass (3) along the principal axes, gravity and
-        mass, each in its own unit. The momentum at the start stays what it is, whatever else
-        changes."""
+        """(n, 6, c) derivatives of the states, if solve was given tangents. The first three rows
+        are the rotation vector by which the attitude turns, seen from the body [rad]; the others
+        are the momentum, in space [M L^2 T^-1].
+
+        With "start" the first six columns are the derivatives by the start, so that the first
+        matrix is the unit matrix. Columns of the moments (3), the centre of mass (3) along the
+        principal axes, gravity and mass follow as requested, each in its own unit. The momentum at
+        the start does not change with the other parameters.
+
+        """
         return self._tangents().high
 
     @property
     def tangents_low(self) -> Array:
-        """(n, 6, c) what the doubles of the tangents leave out; below rounding up to 16 digits."""
+        """(n, 6, c) low words of the tangents; below rounding up to 16 digits."""
         return self._tangents().low
 
     @property
     def tangents_rest(self) -> float:
-        """How far the tangents may be trusted: the largest last term of their series on the way,
-        over the size of the tangent. The steps are those that the path alone takes."""
+        """The truncation error of the tangents: the largest last term of their series, over the
+        size of the tangent. The path alone controls the steps."""
         return self._tangents().truncation
 
     @property
     def conditioning(self) -> Array:
-        """(n,) how far one rounding of each datum of the scene, 2^-53 of it, moves the attitude at
-        most [rad], of a path with tangents by all of them."""
+        """(n,) how far one rounding (2^-53) of each datum of the scene moves the attitude at most
+        [rad], of a path with all tangents."""
         return self._tangents().conditioning(self.scene)
 
     def _tangents(self) -> TangentData:
@@ -201,13 +203,15 @@ class States(Quantities):
 
     @property
     def rotation(self) -> Rotation:
-        """The attitudes as one scipy.spatial.transform.Rotation; ImportError without SciPy."""
+        """The attitudes as one scipy.spatial.transform.Rotation. Raises ImportError without
+        SciPy."""
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
 
     def modified_energy(self, step: float) -> Array:
-        """(n,) the energy that bobenko_suris keeps at this step, E + step <torque, m> / (2 I1)
+        """Return (n,) the energy that bobenko_suris conserves at this step,
+        E + step <torque, m> / (2 I1)
         [M L^2 T^-2].
 
         NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
@@ -215,15 +219,16 @@ class States(Quantities):
         return modified_energy(self.scene._block, self.states, number("step", step))
 
     def modified_energy4(self, step: float) -> Array:
-        """(n,) the energy that bobenko_suris4 keeps at this step, E up to a constant and step^4
-        [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large for the
-        method."""
+        """Return (n,) the energy that bobenko_suris4 conserves at this step, E up to a constant and
+        step^4 [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large
+        for the method."""
         return modified_energy4(self.scene._block, self.states, number("step", step))
 
     @cached_property
     def energy_error(self) -> float:
-        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0; zero for a path
-        without states, nan for a damped top, which loses energy."""
+        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0. It is zero for a path
+        without states, and nan for a damped top, which loses energy.
+        """
         if self.scene._is_damped:
             return np.nan
         if not len(self):
@@ -236,6 +241,33 @@ class States(Quantities):
         size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
         change = np.abs(self.energy - (kinetic + potential)).max()
         return float(change / size) if change else 0.0
+
+
+def add_quantities(
+    kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+) -> None:
+    """Add to a class an attribute for each quantity that it does not define itself.
+
+    lead      the names of the dimensions in front of a quantity's own
+    column    returns the values of a quantity
+    """
+    for name in [name for name in QUANTITIES if name not in vars(kind)]:
+        attribute = _attribute(QUANTITIES[name], lead, column)
+        attribute.__set_name__(kind, name)
+        setattr(kind, name, attribute)
+
+
+def _attribute(
+    quantity: Quantity, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+) -> cached_property[Array]:
+    def of(recorded: Recorded) -> Array:
+        return column(recorded, quantity.name)
+
+    sizes = [*lead, *map(str, quantity.shape)]
+    shape = ", ".join(sizes) + ("," if len(sizes) == 1 else "")
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
+    return cached_property(of)
 
 
 def _column(path: States, name: str) -> Array:

@@ -13,23 +13,22 @@ from .quantities import HEADING_DEPENDENT, doubles
 from .solve_options import SolveOptions
 from .times import CHUNK_SIZE
 
-GEOMETRIC: str = "geometric"  # which is no name of a method, and asked for all the same
+GEOMETRIC: str = "geometric"  # a value of method= that names no method
 Reasons = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
 class StepChoice:
-    """What method='geometric' chose so that the attitude error stays below a target on [0, t], and
-    what that cost.
+    """The method and step that method='geometric' chose, and the cost of the choice.
 
     step          [T]
-    target        the error asked for [rad]
-    error         what it is, by a reference: the closed form or the Taylor series with 20 digits
-                  [rad]
-    conditioning  about how far one rounding of the state moves the attitude [rad]
-    run, trials   evaluations of the torque: of the run that was kept, and of all others, a term of
-                  the reference's series being one
-    budget        the steps that all runs together were allowed
+    target        the error allowed [rad]
+    error         the largest attitude error on [0, t], by a reference: the closed form or the
+                  Taylor series with 20 digits [rad]
+    conditioning  how far one rounding of the state moves the attitude, approximately [rad]
+    run, trials   evaluations of the torque: of the final run, and of all others, where a term of
+                  the reference's series counts as one
+    budget        the largest number of steps of all runs together
     """
 
     method: str
@@ -54,18 +53,18 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is used; print it.
+    """What a run uses and leaves out; print it.
 
-    method, why   its name, and why it is this one; step and order: None and 0 where it has none, or
+    method, why   its name and the reason for it; step and order: None and 0 where it has none, or
                   chooses them
     form          the equations that are integrated
     kernel        the instruction set of taylor's series, else empty
-    columns       what is recorded of a state, `bytes` so many a state
-    left_out      (what, why) of all that the scene or the request does not need
-    kept          (what, why) of what is not needed and yet computed
-    choice        of method="geometric": its target, error, conditioning and cost; else None
-    turn          about how far the top turns in a step: as fast as at the start, or as a pendulum
-                  would; None where the steps are chosen on the way [rad]
+    columns       what is recorded of a state, and `bytes`, their size
+    left_out      (what, why) of all that neither the scene nor the options need
+    kept          (what, why) of what is computed without need
+    choice        of method='geometric': its target, error, conditioning and cost; else None
+    turn          how far the top turns in a step, approximately: as fast as at the start, or as a
+                  pendulum would; None where the method chooses its steps [rad]
     """
 
     method: str
@@ -110,7 +109,7 @@ class Plan:
 def plan_of(
     scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
 ) -> Plan:
-    """The plan of a request for this scene, for so many states."""
+    """Return the plan of a solve of this scene, for so many states."""
     kernel, order = "", options.method.order
     if options.method.suits(scene):
         _, top = start(scene._block, *options.core)
@@ -135,7 +134,7 @@ def plan_of(
 
 
 def _turn(scene: Scene, options: SolveOptions) -> float | None:
-    """How far the top turns in a fixed step; from a radian on few methods can follow it."""
+    """Return how far the top turns in a fixed step. From a radian on few methods can follow it."""
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))

@@ -24,9 +24,11 @@ Progress = Callable[[float], object]
 class SolveOptions:
     """The validated arguments of a solve, whatever the scene.
 
-    step, tol and digits are None where the method has none or chooses its own. `error` is that of
-    method='geometric', for which `method` is a placeholder. `events` are of kreisel.events; an
-    empty tuple has none, and yet `has_events`. `tangents` names what they are derivatives by.
+    `step`, `tol` and `digits` are None where the method has none or chooses its own. `error` is
+    that of method='geometric', for which `method` is a placeholder. `events` are
+    kreisel.events.Event objects; those of a path that was loaded are empty. `tangents` names what
+    the derivatives are by.
+
     """
 
     method: Method
@@ -43,7 +45,7 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are searched for, which may need what is not wanted."""
+        """True if events are searched for, which may need more than the quantities in `want`."""
         return self.events is not None
 
     @cached_property
@@ -62,7 +64,7 @@ class SolveOptions:
 
     @cached_property
     def of_path(self) -> SolveOptions:
-        """The options of a path with all its states, which has none that control a single run."""
+        """The options of a path with all its states: without those that control a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
@@ -167,7 +169,7 @@ def cached_options(
 
 
 def parse_want(want: object) -> tuple[QuantityName, ...] | None:
-    """Names of quantities, each once; None for all."""
+    """Return names of quantities, each once; None for all."""
     if want is None:
         return None
     if isinstance(want, str) or not isinstance(want, Iterable):
@@ -185,7 +187,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
 
 
 def parse_step(method: Method, step: object) -> float | None:
-    """The step, where the method has one."""
+    """Return the step, or None if the method has none."""
     if step is not None:
         h = positive("step", step)
         return None if method.exact else h
@@ -195,7 +197,7 @@ def parse_step(method: Method, step: object) -> float | None:
 
 
 def parse_tol(method: Method, tol: object) -> float | None:
-    """The tolerance, where the method has one."""
+    """Return the tolerance, or None if the method has none."""
     if tol is None:
         return None
     if not (method.adaptive or method.implicit):
@@ -211,7 +213,7 @@ def parse_tol(method: Method, tol: object) -> float | None:
 
 
 def parse_digits(method: Method, digits: object, tol: object) -> int | None:
-    """The digits, rounded up to 16, 20 or 30."""
+    """Return the digits, rounded up to 16, 20 or 30."""
     if digits is None:
         return None
     if not method.digits:
@@ -227,7 +229,7 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
 
 
 def parse_every(method: Method, every: object) -> int | None:
-    """Each so many steps, for a method that has such."""
+    """Return the number of steps between two states. Raises ValueError for an adaptive method."""
     if every is None:
         return None
     if method.adaptive:
@@ -239,7 +241,7 @@ def parse_every(method: Method, every: object) -> int | None:
 
 
 def parse_progress(progress: Progress | None) -> Progress | None:
-    """A function to be told the time reached, or none."""
+    """Return `progress`. Raises TypeError if it is neither a function nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(
             f"progress must be a function that takes the time reached, not {shown(progress)}"
