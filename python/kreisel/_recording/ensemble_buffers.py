@@ -36,7 +36,7 @@ class RawEvents(NamedTuple):
     which: npt.NDArray[np.intc]
     direction: npt.NDArray[np.intc]
 
-    def at(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
+    def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
         """Return chosen events with other numbers of their tops."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
@@ -101,7 +101,7 @@ class EnsembleBuffers:
         arrays = {name: getattr(self, name) for name in names}
         return {name: array for name, array in arrays.items() if array is not None}
 
-    def at(self, which: Which) -> EnsembleBuffers:
+    def select(self, which: Which) -> EnsembleBuffers:
         """Return some rows; those of a slice share memory with these."""
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
@@ -123,7 +123,7 @@ class EnsembleBuffers:
             first = np.searchsorted(events.top, numbers, "left", order)
             count = np.searchsorted(events.top, numbers, "right", order) - first
             behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
-            found.append(events.at(order[behind], np.repeat(np.arange(numbers.size), count)))
+            found.append(events.select(order[behind], np.repeat(np.arange(numbers.size), count)))
         return found
 
     def copy_in(self, begin: int, part: EnsembleBuffers) -> None:
@@ -179,7 +179,7 @@ def run_lanes(
 ) -> EnsembleBuffers:
     """Run the tops begin..end, several at a time, and return their rows, which share memory with
     `buffers`. `work` may stop the run, or assigns it some of these tops."""
-    part = buffers if end - begin == buffers.size else buffers.at(slice(begin, end))
+    part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
@@ -198,7 +198,7 @@ def run_scalar(
     work: Work | None,
 ) -> EnsembleBuffers:
     """Run the tops begin..end one by one, with events and low words; else as run_lanes."""
-    part = buffers.at(slice(begin, end))
+    part = buffers.select(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
         tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,

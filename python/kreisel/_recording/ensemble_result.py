@@ -13,7 +13,7 @@ from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import QuantityName
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions, format_index, index_of, member
+from .._request.ensemble_options import EnsembleOptions, format_index, unravel_index, member
 from .._request.methods import methods
 from .._request.solve_options import SolveOptions
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
@@ -167,19 +167,19 @@ class EnsembleResult:
         the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = f"top{format_index(index_of(i, self.shape))}{first}: {self._failure(i)}"
+        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
         kind = Interrupted if interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
 
     def _times(self, i: int) -> Array:
         return self._t if self._t.ndim == 1 else self._t[i]
 
-    def _options_of(self, i: int) -> SolveOptions:
+    def _member_options(self, i: int) -> SolveOptions:
         """Return the options of the i-th top, for all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
-        options = self._options.of(member(self.tops, i))
+        options = self._options.options_for(member(self.tops, i))
         return replace(options, want=None, error=None)
 
     def _member(self, i: int) -> Path:
@@ -192,7 +192,7 @@ class EnsembleResult:
         path = self._path(i, states, low)
         if buffers.columns:
             columns = {name: column[i, :done] for name, column in buffers.columns.items()}
-            path = with_columns(path, {"t": self._times(i)[:done].copy()} | columns)
+            path = replace_columns(path, {"t": self._times(i)[:done].copy()} | columns)
         return self._with_last(i, path) if i in buffers.last or buffers.status[i] else path
 
     def _path(self, i: int, states: Array, low: Array | None) -> Path:
@@ -201,7 +201,7 @@ class EnsembleResult:
         steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
         counts = steps, rejected, evaluations, iterations
         result = "OK", states, low, counts, end
-        path = make_path(member(self.tops, i), self._options_of(i), result)
+        path = make_path(member(self.tops, i), self._member_options(i), result)
         choice = self._buffers.chosen.get(i)
         return path if choice is None else replace(path, _choice=choice)
 
@@ -217,7 +217,7 @@ class EnsembleResult:
         if path._columns is None:
             return self._path(i, np.vstack([path.states, state]), low)
         more = self._path(i, state, None).only(path.want or ())
-        return with_columns(
+        return replace_columns(
             path,
             {
                 name: np.concatenate([column, getattr(more, name)])
@@ -230,7 +230,7 @@ class EnsembleResult:
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
-        return type(self)(self.tops[key], t, self._options, self._buffers.at(which))
+        return type(self)(self.tops[key], t, self._options, self._buffers.select(which))
 
     def __iter__(self) -> Iterator[Any]:
         """Return an iterator along the first dimension."""
@@ -249,7 +249,7 @@ class EnsembleResult:
         return f"{self.method}{controls}, {failures}"
 
 
-def with_columns(path: Path, columns: dict[str, Array]) -> Path:
+def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
     """Return the path with these columns in place of its states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)

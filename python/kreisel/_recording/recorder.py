@@ -54,14 +54,14 @@ def report_end(path: Path, progress: Progress | None) -> Path:
     return path
 
 
-def with_events(path: Path, met: CoreEvents) -> Path:
+def add_events(path: Path, met: CoreEvents) -> Path:
     """Return the path with its events: their states, low words, indices and directions."""
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)
     return replace(path, _events=Events(at_events, which, direction))
 
 
-def _joined(met: list[Events]) -> Events:
+def _join_events(met: list[Events]) -> Events:
     """Return the events of consecutive paths as one."""
     states = np.concatenate([one.states for one in met])
     low = np.concatenate([low for one in met if (low := one.path._low) is not None])
@@ -92,7 +92,7 @@ class ColumnRecorder:
     def path(self, last: Path) -> Path:
         """Return the path; all but its columns and events is that of `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
-        events = _joined(self._events) if self._events else None
+        events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
         return replace(
             last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns

@@ -147,7 +147,7 @@ def run_section(
 ) -> EnsembleBuffers:
     """Search for the states of the tops begin..end; each row of `t` has the longest wait of a top
     in each place."""
-    part = buffers.at(slice(begin, end))
+    part = buffers.select(slice(begin, end))
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
     Worker(*options.core, (), work).section(

@@ -153,7 +153,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
         raise ValueError(f"its tangents are by {shown(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
-    return TangentData.of(high, low, rest, tuple(by))
+    return TangentData.from_flat(high, low, rest, tuple(by))
 
 
 def _read_arrays(

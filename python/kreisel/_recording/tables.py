@@ -150,8 +150,8 @@ class Tables(States):
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
-        path keeps. Its dimensions are time, and for components quaternion (w, x, y, z), axis (x, y, z)
-        and principal_axis (N, B, T).
+        path keeps. Its dimensions are time, and for components quaternion (w, x, y, z), axis
+        (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims

@@ -31,13 +31,15 @@ class TangentData(NamedTuple):
     by: tuple[str, ...]
 
     @classmethod
-    def of(cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]) -> TangentData:
+    def from_flat(
+        cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
+    ) -> TangentData:
         """Return the tangents of the flat arrays of the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), truncation, by)
 
-    def at(self, which: ResolvedIndex) -> TangentData:
+    def select(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of some of the states."""
         return self._replace(high=frozen(self.high[which]), low=frozen(self.low[which]))
 

@@ -19,7 +19,7 @@ from .._ground.refusals import unknown
 from .._model.scene import Ensemble, Scene
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
-from .solve_options import SolveOptions, cached_options
+from .solve_options import SolveOptions, make_options
 from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
@@ -87,17 +87,17 @@ class EnsembleOptions:
             return 0
         return self.solve.size * (2 if self.solve.extended_precision else 1)
 
-    def of(self, scene: Scene) -> SolveOptions:
+    def options_for(self, scene: Scene) -> SolveOptions:
         """Return the options of one top."""
         one, requested = self.solve, self.solve.requested_method
         if not self.is_auto:
             return one
         method = resolve_method(requested, scene)
-        return cached_options(
+        return make_options(
             method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
         )
 
-    def limited(self, max_steps: int) -> EnsembleOptions:
+    def limit_steps(self, max_steps: int) -> EnsembleOptions:
         """Return the options with at most `max_steps` steps of each top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
@@ -108,14 +108,14 @@ def format_index(index: Index) -> str:
     return f"[{', '.join(map(str, index))}]" if index else ""
 
 
-def index_of(i: int, shape: Shape) -> Index:
+def unravel_index(i: int, shape: Shape) -> Index:
     """Return the index of the i-th member in C order."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
 def member(tops: Ensemble, i: int) -> Scene:
     """Return the i-th member in C order."""
-    return tops._member(index_of(i, tops.shape))
+    return tops._member(unravel_index(i, tops.shape))
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
@@ -126,7 +126,7 @@ def method_for_all(name: object, tops: Ensemble) -> Method:
         return method
     first, count = unsuited(tops._tops, method.name)
     if count:
-        where = f"top{format_index(index_of(first, tops.shape))}"
+        where = f"top{format_index(unravel_index(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
         try:
             resolve_method(name, member(tops, first))
@@ -154,7 +154,7 @@ def parse_ensemble_options(
     if reductions and want is not None:
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
-    solve = cached_options(chosen, step, tol, digits, max_steps, method, names, every)
+    solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
     if reductions and solve.extended_precision:
         raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
     if has_events:
@@ -170,7 +170,7 @@ _COMPONENTS = {
 
 
 @lru_cache
-def components_of(name: str) -> list[tuple[str, int]]:
+def list_components(name: str) -> list[tuple[str, int]]:
     """Return the components of a quantity, or the one called `name`, as quantity and number."""
     if name in QUANTITIES:
         return [(name, i) for i in range(QUANTITIES[name].doubles)]
@@ -195,7 +195,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                 unknown("quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS])
             )
         for kind in _parse_kinds(name, given):
-            for quantity, component in components_of(name):
+            for quantity, component in list_components(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 
@@ -271,7 +271,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     if not wrong.any():
         return
     i, k = (int(where[0]) for where in np.nonzero(wrong))
-    at = index_of(first + i, shape)
+    at = unravel_index(first + i, shape)
     there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
     raise ValueError(
         "the times of a top must lead away from 0 in one direction; "

@@ -117,7 +117,7 @@ def parse_options(
     top = scene if type(scene) is Scene else instance("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
     name = method if requested is None else requested
-    return cached_options(chosen, step, tol, digits, max_steps, name, want, every)
+    return make_options(chosen, step, tol, digits, max_steps, name, want, every)
 
 
 def options_for_method(
@@ -149,7 +149,7 @@ def options_for_method(
 _memoized = lru_cache(maxsize=256, typed=True)(options_for_method)
 
 
-def cached_options(
+def make_options(
     method: Method,
     step: object,
     tol: object,

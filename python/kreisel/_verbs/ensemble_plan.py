@@ -1,5 +1,4 @@
-"""kreisel.plan: what a verb would use and leave out, and what it would cost, of one scene or of
-many."""
+"""kreisel.plan: what a solve would use and leave out, and its cost, for a scene or an ensemble."""
 
 from __future__ import annotations
 
@@ -29,26 +28,25 @@ from .._request.times import time_array
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 
-_MEMBERS = 16  # so many tops are measured, and
-_STATES, _STEPS = 1 << 11, 1 << 11  # no more of their states and steps
-_ROW = 57  # bytes that are told of each top: status, states done, counts, time reached
+_SAMPLES = 16  # tops that the estimate is measured with
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # of each of these
+_ROW = 57  # bytes of each top: status, states done, counts, time reached
 
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """What is used for an ensemble; print it.
+    """What a solve of an ensemble uses; print it.
 
     shape        of the ensemble
-    closed_form  how many tops go by their closed form
-    lanes        how many go as many at once as a vector has lanes
-    alone        how many go one by one, in each thread
-    threads      how many move them
-    states       of each top; None where no times were given
-    bytes        of the result, or of a state where no times were given
-    seconds      about how long it takes; None where no times were given
-    measured     how many tops, spread over the ensemble, that was measured with, each for at most
-                 some thousand steps
-    first        what is used for the first top; None where there is none
+    closed_form  the number of tops that use their closed form
+    lanes        the number of tops that run several at a time, in the lanes of a vector
+    alone        the number of tops that run one by one, in each thread
+    threads      the number of threads
+    states       of each top; None without times
+    bytes        of the result, or of a state without times
+    seconds      an estimate of the run time; None without times
+    measured     the number of tops, spread over the ensemble, that the estimate was measured with
+    first        the plan of the first top; None if there is none
     """
 
     shape: tuple[int, ...]
@@ -112,10 +110,11 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
-    """What kreisel.solve would use in these words, and what it would leave out. Nothing is run, but
-    of an ensemble a few tops for some milliseconds, to tell how long all will take.
+    """Return what kreisel.solve would use with these arguments, and what it would leave out.
+    Nothing runs except a few tops of an ensemble for some milliseconds, to estimate the run time.
 
-    t  may be left out; with it the plan says which states are wanted
+    t       optional; with it the plan includes the number of states
+    reduce  of an ensemble: the reductions of kreisel.reduce in place of states
 
         >>> import kreisel as kr
         >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
@@ -125,8 +124,8 @@ def plan(
         >>> print(str(kr.plan(tops, 10, threads=2)).splitlines()[0])
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
-    Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
-    takes trial runs: see path.plan.
+    Raises what kreisel.solve raises before anything runs. Raises ValueError for 'geometric', which
+    needs trial runs: see path.plan.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
@@ -182,7 +181,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     if not tops.size:
         return None
     scene = member(tops, 0)
-    plan = plan_of(scene, options.of(scene), states)
+    plan = plan_of(scene, options.options_for(scene), states)
     kernel, order = Worker(*options.core, []).kernel
     if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
         return plan
@@ -195,15 +194,15 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _time_sample(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the seconds that the tops take, and how many tops it was measured with.
-    The steps and states of these are limited."""
+    """Return an estimate of the run time [s], and the number of tops that it was measured with;
+    their steps and states are limited."""
     if not tops.size or not t.shape[-1]:
         return 0.0, 0
-    at = np.unique(np.linspace(0, tops.size - 1, _MEMBERS).astype(np.int64))
+    at = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))
     some = tops[np.unravel_index(at, tops.shape)] if tops.shape else tops.reshape(1)
     whole = t[at] if t.ndim == 2 else t
-    times = whole[..., :_STATES]
-    few = options.limited(_STEPS)
+    times = whole[..., :_MAX_STATES]
+    few = options.limit_steps(_MAX_STEPS)
     buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
     run = (SCALAR if few.is_scalar else LANES).run
     begun = time.perf_counter()

@@ -1,5 +1,4 @@
-"""Runs: a top in motion that can be led on, streamed, saved, and gone on with later, with the same
-bits."""
+"""Runs: a top in motion that can be advanced, streamed, saved and resumed, with the same bits."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ from .._recording.path import (
     progress_text,
     stop_exception,
 )
-from .._recording.recorder import record_chunks, report_end, with_events
+from .._recording.recorder import record_chunks, report_end, add_events
 from .._request.methods import FALLBACK
 from .._request.plan import Plan, plan_of
 from .._request.solve_options import (
@@ -46,7 +45,7 @@ from .._request.times import (
 )
 from ..events import Event, looked_for, parse_events, read, written
 
-MAGIC = b"kreisel run\n"  # how a checkpoint begins
+MAGIC = b"kreisel run\n"  # first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 EventSpec = Event | Sequence[Event]
 
@@ -56,9 +55,8 @@ class Run:
     lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
-    t      how far it has come: the time of the last state that it gave, or of the last good one
-           where it failed [T]
-    stats  what it has cost so far
+    t      the time of the last state returned, or of the last good state after a failure [T]
+    stats  the cost so far
     """
 
     def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
@@ -79,9 +77,9 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """On to t: a number, for the state where the run stands and that at t, or with `every` for
-        each so many steps not given yet; or a list, for exactly these. Raises what kreisel.solve
-        raises; the run then stays at its last good state."""
+        """Advance to t and return the path: for a number the current state and that at t, or with
+        `every` the states of each so many steps since; for a list exactly these states. Raises what
+        kreisel.solve raises; the run then stays at its last good state."""
         times = self._times(t, every)
         if times.size:
             self._check(times)
@@ -113,8 +111,8 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """The states of kreisel.stream, from where the run stands; between two paths the run may be
-        saved."""
+        """Return the states of kreisel.stream from the current time on. The run may be saved
+        between two paths."""
         number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
         chunks = time_chunks(t, self.step, number, whole("chunk", chunk, 1), reached)
@@ -156,13 +154,13 @@ class Run:
             self.t, self._fresh = self._top.t, self._fresh and not times.size
         path = make_path(self.scene, self._options, result)
         if met is not None:
-            path = with_events(path, met)
+            path = add_events(path, met)
         self.stats = path.stats
         return result[0], path
 
     @property
     def ended(self) -> bool:
-        """Whether a terminal event was met, where the run then stands: it goes no further."""
+        """True if a terminal event was met; the run then stays there."""
         return self._top.ended
 
     @property
@@ -172,8 +170,8 @@ class Run:
 
     @property
     def checkpoint(self) -> bytes:
-        """All that the run is, for kreisel.resume: from there it goes on as if it had never
-        stopped, with the same bits."""
+        """The complete state of the run for kreisel.resume: it then continues with the same
+        bits."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -195,23 +193,22 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Copies and pickles go by the checkpoint: two runs never share a motion."""
+        """Copy and pickle by the checkpoint: two runs never share a motion."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint; a file of that name is replaced once all is on the disk, never left
-        half done."""
+        """Write the checkpoint to a file, which is replaced atomically."""
         write(file, self.checkpoint)
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """The run of a checkpoint, or of the file in which it was saved, as it stood, with the events
-    that it looks for. `max_steps`: another limit. How to keep results exactly once though a run is
-    killed is told by help(kreisel.start).
+    """Return the run of a checkpoint, or of the file in which it was saved, with its events.
+    `max_steps` sets another limit. help(kreisel.start) explains how to store each state exactly
+    once even if a run is killed.
 
-    Raises ValueError for what is damaged, of another version of kreisel or another kind of machine;
-    OSError for a file that cannot be read. Warns where this processor has another kernel of
-    taylor's: then it goes on to rounding only.
+    Raises ValueError for a checkpoint that is damaged, or of another version of kreisel or another
+    kind of machine; OSError for a file that cannot be read. Warns if this processor has another
+    kernel of taylor: results then agree up to rounding only.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -220,7 +217,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
         raise ValueError(f"{name} is not what a run has saved, or damaged")
     line, _, memory = body.partition(b"\n")
     try:
-        run, kernel = _restored(line, memory, max_steps)
+        run, kernel = _restore_run(line, memory, max_steps)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
@@ -230,8 +227,8 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     return run
 
 
-def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """The run of a checkpoint's two parts, and the kernel that it was made with."""
+def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
+    """Return the run of the two parts of a checkpoint, and the kernel that computed it."""
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
@@ -270,8 +267,8 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """A run of a scene that goes on in pieces: run.to(t) is kreisel.solve up to there,
-    run.save(file) and kreisel.resume let it go on another day.
+    """Start a run of a scene that advances in pieces: run.to(t) is kreisel.solve up to t;
+    run.save(file) and kreisel.resume continue it later.
 
         file = pathlib.Path("run.kreisel")
         run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)
@@ -279,14 +276,13 @@ def start(
             keep(path)
             run.save(file)
 
-    The words are those of kreisel.solve; `back` for a run back in time. Any method but 'geometric',
-    which tries whole runs. With events each path tells those that it met, all together those of one
-    solve; a terminal one ends the run, which then goes no further: run.ended, and run.t is its
-    time.
+    The arguments are those of kreisel.solve; `back` is True for a run back in time. Every method
+    except 'geometric', which needs trial runs, is allowed. Each path has the events that it met,
+    together those of a single solve. A terminal event ends the run: run.ended is then True, and
+    run.t is its time.
 
-    A run killed between keep and save goes on behind what was kept last. For each state to be kept
-    once, cut off what lies behind run.t, as here where rows of eight doubles are appended to a
-    file:
+    A run killed between keep and save repeats states that were kept last. To store each state once,
+    truncate the file behind run.t, as here where rows of eight doubles are appended to it:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)

@@ -1,4 +1,4 @@
-"""kreisel.section: where the ways of many tops meet an event."""
+"""kreisel.section: the states in which the tops of an ensemble meet an event."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .._request.methods import FALLBACK
 from .._request.solve_options import Progress, parse_progress
 from ..events import Event, looked_for, nutation, parse_events
 
-_TURNS = 1024.0  # slowest turns of a top, for which it waits for an event
+_TURNS = 1024.0  # default longest wait, in slowest turns of a top
 
 
 def section(
@@ -40,20 +40,20 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """The first n states after its start in which each top meets an event.
+    """Find the first n states after its start in which each top meets an event.
 
-    event      what kreisel.events makes; left out: where the apex is lowest, nutation(direction=1),
-               which every motion meets that is not steady. None is missed on taylor's way; the one
-               on which a top may begin does not count
-    n          how many states of each top
-    max_wait       how long an event may take to come, since the start and then since the one before: a
-               number, or an array of the ensemble's shape; negative: back in time. A top that waits
-               longer has the status 'ERR_EVENT' and keeps what it met. Left out: 1024 turns about
-               the axis of the largest moment, at the pace of momentum and gravity [T]
+    event      an event of kreisel.events; default: the lowest points of the apex,
+               nutation(direction=1), which every motion meets that is not steady. No event is
+               missed; one at the start itself does not count
+    n          the number of states of each top
+    max_wait   the longest time to an event, from the start or from the event before: a number, or
+               an array of the ensemble's shape; negative: back in time. A top that waits longer has
+               the status 'ERR_EVENT' and keeps its states. Default: 1024 turns about the axis of
+               the largest moment, at the rate of momentum and gravity [T]
 
-    The other words are those of solve. A top's states are its own to the last bit, whatever else is
-    moved. What is linear in body_vertical, body_velocity, body_momentum, apex_z and spin is looked
-    for in many tops at once and comes soonest.
+    The other arguments are those of solve. The bits of a top do not depend on the other tops.
+    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest, since
+    the core searches for them in several tops at once.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -64,8 +64,8 @@ def section(
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
-    kreisel.Interrupted, with what was done, for Ctrl-C. What fails of single tops is told by
-    section.status and section.check().
+    kreisel.Interrupted, with what was done, for Ctrl-C. Failures of single tops are in
+    section.status and raised by section.check().
 
     Sources: Poincare 1892; H. R. Dullin, A. Wittek, Complete Poincare sections and tangent sets,
     J. Phys. A 28 (1995), for sections that every motion meets.
@@ -87,8 +87,8 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """(tops, n) how long each top waits, and the order with its event. TypeError or ValueError for
-    what cannot be."""
+    """Return (tops, n) the longest wait of each top, and the options with the event. Raises
+    TypeError or ValueError for an invalid argument."""
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
     events = looked_for([parse_event(event)])
     waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, whole("n", n, 1)))
@@ -96,7 +96,7 @@ def parse_section(
 
 
 def parse_event(event: object) -> Event:
-    """The event that was asked for, of which each is to be found."""
+    """Return the event, of which every occurrence is to be found."""
     if event is None:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
@@ -108,7 +108,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """(n,) how long each top waits for an event."""
+    """Return (n,) the longest wait of each top for an event."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._tops, known)

@@ -61,35 +61,32 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
 ) -> Path | Paths:
-    """The motion of a scene, which starts at t = 0; or of many, as a kreisel.Ensemble.
+    """Solve the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
 
-    t          a list: exactly these states, all on one side of 0 and ever further from it. A
-               number: the start and the end, or with `every` each so many steps. Negative: back in
-               time [T]
+    t          a list: exactly these times, monotonic and on one side of 0. A number: the start and
+               the end, or with `every` each so many steps. Negative: back in time [T]
     method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for
                digits and events; 'geometric' chooses a structure-preserving method and its step so
                that `error` is met
-    step       positive [T]. Fixed-step methods need it, and read times off their grid by a side
-               step. Else it is the first
-    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed.
-               exact meets any
-    digits     taylor only, instead of tol: up to 16, 20 or 30; what doubles leave out is path.q_low
-               and path.m_low
+    step       positive [T]. Fixed-step methods need it, and reach times off their grid by a side
+               step. For adaptive methods it is the first step
+    tol        adaptive methods: local error of a step; implicit methods: residual; else not
+               allowed. exact ignores it
+    digits     taylor only, instead of tol: up to 16, 20 or 30; low words are path.q_low and
+               path.m_low
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
-    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad];
-               met, by a reference with 20 digits or the closed form, or refused, at the latest
-               after 64 times the steps first thought of
-    want       names, as ("nutation", "energy"): the path keeps t and these; without the heading
-               where none needs it
-    progress   called about ten times a second with the time reached, and with the end [T]; what it
-               raises stops the run
-    events     taylor only: what kreisel.events makes, one or a list, for path.events; a terminal
-               one ends the path
-
-    tangents   of a path of taylor's with all its states, and of one scene: "start", "moments",
-               "com", "gravity", "mass", or several of these: the derivatives by them ride along,
-               for path.tangents; the path is the same to the last bit
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]. It
+               is checked by a reference with 20 digits or the closed form. Raises ValueError if it
+               is not met within 64 times the steps of the first guess
+    want       names such as ("nutation", "energy"): the path keeps t and these, and the core skips
+               the heading if none needs it
+    progress   called about ten times a second with the time reached, and with the end [T]; an
+               exception stops the run
+    events     taylor only: an event of kreisel.events or a list of them, for path.events; a
+               terminal event ends the path
+    tangents   taylor only, for one scene: "start", "moments", "com", "gravity", "mass", or several
+               of these, for path.tangents, the derivatives of the states; the path keeps its bits
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -102,15 +99,15 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    Of an ensemble the words mean the same for each top, and the result is a kreisel.Paths: arrays
-    that begin with the shape of the ensemble. A top's numbers are its own to the last bit, whatever
-    else is moved, where and by whom; they are those of the top alone but for roundings of taylor's.
-    `t` may also be an array (*shape, k) of times of each top, `progress` is called with the part of
-    the tops that is done, 0 .. 1, and there is more to say:
+    For an ensemble the arguments apply to each top, and the result is a kreisel.Paths: arrays that
+    begin with the shape of the ensemble. The bits of a top do not depend on the other tops, on the
+    threads or on the executor; they are those of the top alone up to roundings of taylor. `t` may
+    also be an array (*shape, k) of times of each top. `progress` is called with the part of the
+    tops that is done, 0 .. 1. An ensemble has further arguments:
 
-    threads    how many move the tops; left out: as many as there are processors
-    executor   of concurrent.futures, in their place; tops that go to other processes are copied
-    out        a float64 array (*shape, k, 8) in C order, which gets the states
+    threads    number of threads; default: the number of processors
+    executor   of concurrent.futures, in place of threads; other processes receive copies of tops
+    out        a float64 array (*shape, k, 8) in C order, which receives the states
 
         >>> import numpy as np
         >>> tops = kr.scenes.cusps.vary(gravity=np.linspace(0.5, 1.0, 3))
@@ -120,8 +117,8 @@ def solve(
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
-    with `.path` up to the last good state. Of an ensemble a run that fails is told by
-    paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
+    with `.path` up to the last good state. A failed top of an ensemble has a status in
+    paths.status, which paths.check() raises; Interrupted has the results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
         if tangents is not None:

@@ -1,10 +1,12 @@
-"""Method and step chosen for the user: the cheapest geometric method that keeps the attitude error
-below what is asked for.
+"""The choice of method='geometric': the cheapest geometric method and step that keep the attitude
+error below a target.
 
-A method of order p errs by about g w t (c h r)^p, where the rate r and the weight w come from the
-integrals of motion and the constants c were measured; g is how much more than a regular motion this
-one magnifies small changes, as it does near an unstable equilibrium. With that the cheapest method
-and its step h are guessed, and refined until the run is near enough to a reference.
+A method of order p errs by about g w t (c h r)^p. The rate r and the weight w come from the
+integrals of motion, and the constants c were measured. The factor g is how much more than a regular
+motion this one magnifies small changes, as near an unstable equilibrium. With this estimate the
+cheapest method and its step h are guessed. The step is refined until the run is near enough to a
+reference.
+
 """
 
 from __future__ import annotations
@@ -58,17 +60,17 @@ _SYMMETRIC: _Constants = {
 }
 _GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
-_SHORTER = 1.05  # a step too short costs less than one more run
-_AIM = 0.4  # a refined run aims at this part of the target, and
-_ENOUGH = 0.8  # one is good enough with an error below this: a larger one may lie between two looks
-_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # what steps are, at the start or on the way
-_UNLIKE = 0.1  # the error of a run further off tells nothing of a finer one's [rad]
-_LOOKS = 128  # at the error on the way, or
-_EACH_RADIAN = 4  # while the top turns by one where these are more,
-_MOST_LOOKS = 1 << 13  # but no more, nor at more of the times that were asked for
-_FEW = 32  # steps are looked into, too: between their ends they may err by more
-_REGULAR = 30.0  # times the angle turned: by no more a regular motion magnifies a small change
-_BUDGET = 64  # times the steps first thought of may be taken in all
+_SHORTER = 1.05  # a step too short costs less than another run
+_AIM = 0.4  # part of the target that a refined run aims at
+_ENOUGH = 0.8  # accepted part of the target: the error may be larger between the checked times
+_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses of steps that are too large
+_UNLIKE = 0.1  # a larger error does not predict that of a finer run [rad]
+_MIN_CHECKS = 128  # times at which the error is computed
+_CHECKS_PER_RADIAN = 4  # of the angle turned
+_MAX_CHECKS = 1 << 13  # also of the requested times
+_FEW = 32  # fewer steps are also checked inside, where the error may be larger than at their ends
+_REGULAR = 30.0  # a regular motion magnifies a small change by at most this times the angle turned
+_BUDGET = 64  # steps of all runs together, in units of the first guess
 _STALLS = (
     3  # so often a finer run may be no better by half; then half the step makes other roundings
 )
@@ -91,7 +93,7 @@ class StepSearch:
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # in all, and of the last run
         self.rate, self.weight = _rates(scene)
         self.angle = self.rate * abs(self.end)
-        self.sampled_times = times[:: max(1, -(-times.size // _MOST_LOOKS))]
+        self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
         _, steps = self.guess(1.0)
         times_checked = self.check_times(math.ceil(steps))
         result, grown = rounding_growth(
@@ -103,10 +105,10 @@ class StepSearch:
         more = grown / (_REGULAR * (1.0 + self.angle))  # than a regular motion
         self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
-        self.budget = _BUDGET * max(self.first, _LOOKS, math.ceil(self.angle))
+        self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
     def guess(self, grown: float) -> tuple[MethodName, float]:
-        """The cheapest method, and how many steps it will take."""
+        """Return the cheapest method, and the number of steps that it needs."""
         prices, t = {}, abs(self.end)
         for name, (c, price) in _constants(self.scene).items():
             part = self.weight * t * grown / self.target
@@ -119,28 +121,28 @@ class StepSearch:
         """Return the times at which the error of a run with `steps` steps is computed: ends of
         steps, which cost nothing, times inside the steps where these are few, and requested
         times."""
-        often = min(max(_LOOKS, _EACH_RADIAN * self.angle), _MOST_LOOKS)
+        often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
         ends = np.append(np.arange(each, steps, each), steps)
         parts = min(3, math.ceil(_FEW / steps))
         inside = [ends - part / parts for part in range(parts)]
-        return self.merged(self.end * np.concatenate(inside) / steps, self.sampled_times)
+        return self.merge_times(self.end * np.concatenate(inside) / steps, self.sampled_times)
 
-    def merged(self, a: Array, b: Array) -> Array:
-        """All times of both, in the order in which the motion meets them."""
+    def merge_times(self, a: Array, b: Array) -> Array:
+        """Return all times of both arrays, in the direction of the motion."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def reference(self) -> SolveOptions:
-        """What to compare with: the closed form, where the error allowed is far above its
+        """Return the options of the reference: the closed form if the target is far above its
         roundings."""
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and closed_form_holds(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """The states of so many steps at the times that were asked for, and the largest attitude
-        error on the way; None where the steps are too large for the method."""
+        """Return the states of a run with so many steps at the requested times, and the largest
+        attitude error on the way; None if the steps are too large for the method."""
         check_times = self.check_times(steps)
-        all_times = self.merged(check_times, self.times)
+        all_times = self.merge_times(check_times, self.times)
         before = self.spent.evaluations
         states = self.states(SolveOptions(methods[self.method], abs(self.end / steps)), all_times)
         self.cost = self.spent.evaluations - before
@@ -168,7 +170,7 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Steps with which the error should be small enough."""
+        """Return the number of steps with which the error should be small enough."""
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
@@ -182,7 +184,7 @@ class StepSearch:
 
 
 def parse_error(error: float | None, others: Mapping[str, object]) -> float:
-    """The error allowed, where no other word steers the choice."""
+    """Return the error allowed. Raises ValueError if one of the arguments in `others` is given."""
     if error is None:
         raise ValueError(
             "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
@@ -199,7 +201,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """The refusal of an error allowed, where another method was asked for."""
+    """Return the exception for an error given with another method."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -283,7 +285,7 @@ def _constants(scene: Scene) -> _Constants:
 
 
 def _rates(scene: Scene) -> tuple[float, float]:
-    """How fast the top turns, and the weight of a method's error."""
+    """Return the rate of the top, and the weight of a method's error."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
     kinetic, potential = (
@@ -311,7 +313,7 @@ def run_search(
     work: Work | None,
 ) -> EnsembleBuffers:
     """Run the tops begin..end one by one, each by the cheapest method that meets the error."""
-    part = buffers.at(slice(begin, end))
+    part = buffers.select(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
             break
@@ -354,7 +356,7 @@ def _write_row(
     """Write a path as a row, with NaN behind what it reached."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
-        at, reached = _of_times(path, times)
+        at, reached = _find_times(path, times)
         part.counts[i] = path.stats
         part.reached[i] = path.t[-1] if len(path) else 0.0
         if failed and len(path):
@@ -373,7 +375,7 @@ def _write_row(
             column[i, :reached] = getattr(path, name)[at]
 
 
-def _of_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
+def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
     """Return which states of a path are at the first of these times, and how many; the path of a
     trial that failed has others between them."""
     if not len(path):

@@ -1,4 +1,4 @@
-"""kreisel.stream: states in constant memory, of one scene or of many."""
+"""kreisel.stream: states in constant memory, of a scene or of an ensemble."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def stream(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Path] | Iterator[Paths]:
-    """The states of kreisel.solve, with the same bits, as paths of at most `chunk` states: in
-    constant memory; chunk left out: 2**14.
+    """Yield the states of kreisel.solve, with the same bits, as paths of at most `chunk` states
+    (default 2**14), in constant memory.
 
-    t      a list, an iterator of times, which may have no end, or with `every` a number, which may
+    t      a list; an iterator of times, which may be endless; or with `every` a number, which may
            be math.inf [T]
 
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
@@ -71,13 +71,13 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    Of an ensemble it gives the kreisel.Paths of consecutive tops, in C order, with at most `chunk`
-    states together (2**20 if left out), one top at least. Then t is no iterator, and threads,
-    executor and progress are as in solve.
+    For an ensemble it yields the kreisel.Paths of consecutive tops, in C order, with at most
+    `chunk` states together (default 2**20), one top at least. Then t must not be an iterator, and
+    threads, executor and progress are as in solve.
 
-    Each path's stats are those of the whole run so far, its events those of its part of the way; a
-    terminal one ends the stream. Raises what kreisel.solve raises: for what can be seen at once, at
-    once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
+    The stats of a path are those of the whole run so far; its events are those since the path
+    before. A terminal event ends the stream. Raises what kreisel.solve raises: immediately for its
+    arguments, later for times of an iterator. `.path` is then the incomplete last path.
     """
     most = None if chunk is None else whole("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

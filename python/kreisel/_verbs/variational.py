@@ -1,4 +1,5 @@
-"""Tangents: a path with the derivatives of its states, by its start and by what its body is."""
+"""Tangents: a path with the derivatives of its states by its start and by parameters of its
+body."""
 
 from __future__ import annotations
 
@@ -79,7 +80,7 @@ def record_tangents(
         raise stop_exception(status, path, progress_text(path, end))
     result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
     path = make_path(scene, options, result)
-    path = replace(path, _tangent_data=TangentData.of(high, low, rest, names))
+    path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, names))
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, end))
     return report_end(path, progress)
