@@ -13,7 +13,7 @@ from .._core import statuses
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import QuantityName
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions, format_index, unravel_index, member
+from .._request.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._request.methods import methods
 from .._request.solve_options import SolveOptions
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers

@@ -139,7 +139,7 @@ class Path(Tables):
 
     @cached_property
     def plan(self) -> Plan:
-        """What was used for this path, what was left out, and why."""
+        """The kreisel.Plan of this path: what was used, what was left out, and why."""
         return plan_of(self.scene, self._options, len(self), self._choice)
 
     @cached_property

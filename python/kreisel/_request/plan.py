@@ -53,7 +53,7 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run uses and leaves out; print it.
+    """The plan of a run: what it uses and what it leaves out; print it.
 
     method, why   its name and the reason for it; step and order: None and 0 where it has none, or
                   chooses them

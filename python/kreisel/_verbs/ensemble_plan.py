@@ -35,7 +35,7 @@ _ROW = 57  # bytes of each top: status, states done, counts, time reached
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """What a solve of an ensemble uses; print it.
+    """The plan of a solve of an ensemble; print it.
 
     shape        of the ensemble
     closed_form  the number of tops that use their closed form

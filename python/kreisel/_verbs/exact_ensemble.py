@@ -28,10 +28,10 @@ from .._recording.executor import Job, SliceTask, WorkerPool
 from .._recording.run_ensemble import run_ensemble
 from .._request.ensemble_options import (
     format_index,
-    unravel_index,
     member,
     parse_ensemble_options,
     parse_threads,
+    unravel_index,
 )
 from .._request.methods import EXACT, methods, why_no_closed_form
 from .._request.times import check_horizon

@@ -26,7 +26,7 @@ from .._recording.path import (
     progress_text,
     stop_exception,
 )
-from .._recording.recorder import record_chunks, report_end, add_events
+from .._recording.recorder import add_events, record_chunks, report_end
 from .._request.methods import FALLBACK
 from .._request.plan import Plan, plan_of
 from .._request.solve_options import (
@@ -165,7 +165,7 @@ class Run:
 
     @property
     def plan(self) -> Plan:
-        """What is used, and what is left out."""
+        """The kreisel.Plan of the run."""
         return plan_of(self.scene, self._options)
 
     @property
