@@ -53,7 +53,7 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
     rows, results = Rows(), list(_results(plan, outcome))
     taken = {name for name, _, _ in results}
     rows.add("top", np.arange(tops.start, tops.stop, dtype=np.int64))
-    made = plan.source[tops.start : tops.stop] if isinstance(outcome, Indicator) else outcome.tops
+    made = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     starts = plan.source._coords(tops.start, tops.stop, made)
     for name, one in starts.items():
         for column, values in _components(name, one):
