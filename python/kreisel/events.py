@@ -92,8 +92,8 @@ class Event:
     where      terms of a function that must be positive at the event; empty: no condition
     extremum   False: g crosses zero; True: g has an extremum
     direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    most       number of events to record, the first ones; None: all
-    terminal   True: the path ends at the event, or at the last one if `most` is given
+    max_count  number of events to record, the first ones; None: all
+    terminal   True: the path ends at the event, or at the last one if `max_count` is given
     """
 
     terms: Terms
@@ -120,8 +120,8 @@ def crossing(
 ) -> Event:
     """Find where a function crosses a value, given in its own units.
 
-    direction, most and terminal are as in Event; where is a function that must be positive at the
-    event. Raises TypeError and ValueError for invalid functions and for a constant.
+    direction, max_count and terminal are as in Event; `where` is a function that must be positive
+    at the event. Raises TypeError and ValueError for invalid functions and for a constant.
     """
     level = number("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -302,10 +302,12 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by the names that a shell and fil
 }
 
 
-def checked_events(method: str, events: object) -> tuple[Event, ...]:
+def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """Validate the events of a call; raise TypeError or ValueError if the method has none."""
-    if method != ELSE:
-        raise ValueError(f"events need the polynomials of method={ELSE!r}, and {method!r} has none")
+    if method != FALLBACK:
+        raise ValueError(
+            f"events need the polynomials of method={FALLBACK!r}, and {method!r} has none"
+        )
     listed = [events] if isinstance(events, Event) else events
     if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
-from internals import WANTED, cli
+from internals import RECORDABLE, cli
 from tops import GENERAL
 
 SCENE = GENERAL.replace(gravity=1 / 3)

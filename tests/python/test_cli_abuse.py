@@ -5,7 +5,7 @@ import random
 import kreisel as kr
 import pytest
 from click.testing import CliRunner
-from internals import WANTED, cli, view
+from internals import RECORDABLE, cli, view
 
 # In each list what may do comes first, and is drawn more often.
 NUMBERS = [

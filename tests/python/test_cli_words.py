@@ -236,9 +236,9 @@ def test_names_are_completed(line, found):
 
 def test_events_in_the_shell_are_counted_beyond_the_twentieth():
     def shown(n):
-        return call(f"solve thesis --t 1000 --events nutation:most={n}")
+        return call(f"solve thesis --t 1000 --events nutation:max_count={n}")
 
-    path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(most=21))
+    path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(max_count=21))
     assert len(path.events.t) == 21
     for n, more in ((19, ""), (20, ""), (21, "and 1 more events: --events-csv writes all")):
         text = said(shown(n))

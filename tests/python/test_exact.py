@@ -236,8 +236,8 @@ def test_closed_forms_of_many_are_those_of_one():
         assert np.array_equal(states[i], one(own[i]).states)
         assert np.array_equal(at_once[i], one([0.5, -0.5, 0.0]).states)
         assert np.array_equal(told(-1.5)[i], one(-1.5).states[0])
-        assert told.t_least[i] == one.t_least and told.course[i] == one.course
-    assert not told.course.flags.writeable and not told.period.flags.writeable
+        assert told.t_least[i] == one.t_least and told.motion_type[i] == one.motion_type
+    assert not told.motion_type.flags.writeable and not told.period.flags.writeable
     assert repr(told) == "<kreisel.ExactEnsemble: scenes of shape (2, 3)>"
     assert repr(kr.exact([THESIS, FREE])) == "<kreisel.ExactEnsemble: 2 scenes>"
     with pytest.raises(ValueError, match=r"^top\[0, 0\]: by t = 1e\+17 this top turns"):

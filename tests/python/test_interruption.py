@@ -9,7 +9,7 @@ import weakref
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import run, tangents
+from kreisel._verbs import run, variational
 from toolbox import python
 from tops import GENERAL
 
@@ -243,7 +243,7 @@ def test_other_signals_raise_what_their_handler_raises():
 
 @pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
 def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
-    for verb in run, tangents:
+    for verb in run, variational:
         monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
     with pytest.raises(kr.Error) as told:
         kr.solve(TOP, [1.0], **words)

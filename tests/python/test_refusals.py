@@ -6,7 +6,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import rows
+from internals import core_calls
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
@@ -25,10 +25,10 @@ def refused(make, words, exception, message):
 
 @pytest.fixture(autouse=True)
 def nothing_runs(monkeypatch):
-    def record(*words, original=rows.record, **more):
+    def record(*words, original=core_calls.record, **more):
         assert original(*words, **more) is None, "a run was begun"
 
-    monkeypatch.setattr(rows, "record", record)
+    monkeypatch.setattr(core_calls, "record", record)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pydoc
 
 import kreisel as kr
 import pytest
-from internals import WANTED
+from internals import RECORDABLE
 
 TOP = kr.scenes.asymmetric
 

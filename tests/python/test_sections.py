@@ -182,14 +182,14 @@ def test_what_cannot_be_is_refused(words, said):
 
 def test_a_section_waits_as_long_as_is_said():
     first = kr.section(TOP, n=1).t[0]
-    assert kr.section(TOP, n=1, wait=1.001 * first).count.tolist() == [1]
-    late = kr.section(TOP, n=1, wait=0.999 * first)
+    assert kr.section(TOP, n=1, max_wait=1.001 * first).count.tolist() == [1]
+    late = kr.section(TOP, n=1, max_wait=0.999 * first)
     assert late.count.tolist() == [0] and late.failed.tolist() == [0]
-    for wrong, said in ((0.0, "wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
+    for wrong, said in ((0.0, "max_wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
         with pytest.raises(ValueError, match=said):
-            kr.section(TOP, n=1, wait=wrong)
-    for event in (kr.events.nutation(most=2), kr.events.nutation(terminal=True)):
-        with pytest.raises(ValueError, match="leave most and terminal out"):
+            kr.section(TOP, n=1, max_wait=wrong)
+    for event in (kr.events.nutation(max_count=2), kr.events.nutation(terminal=True)):
+        with pytest.raises(ValueError, match="leave max_count and terminal out"):
             kr.section(TOP, event, 1)
     with pytest.raises(ValueError, match="n must be"):
         kr.section(TOP, n=0)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from internals import QUANTITIES, WANTED
+from internals import QUANTITIES, RECORDABLE
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 
@@ -240,7 +240,7 @@ def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
 
 def test_kept_vectors_name_their_components():
     pytest.importorskip("xarray")
-    kept = kr.solve(MANY, 1.0, reduce={"apex": "mean", "energy": "max"}).to_xarray()
+    kept = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
     (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
     inner = kept[name].dims[-1]
     assert kept[inner].values.tolist() == ["x", "y", "z"]

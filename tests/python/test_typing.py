@@ -10,7 +10,7 @@ from typing import get_args
 
 import kreisel as kr
 import pytest
-from internals import WANTED
+from internals import RECORDABLE
 from toolbox import ROOT, run
 
 SCRIPTS = ROOT / "tests/python/typed"

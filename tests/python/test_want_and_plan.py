@@ -7,14 +7,14 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import PIECE, TURNING, WANTED
-from kreisel._verbs import plans
+from internals import CHUNK_SIZE, HEADING_DEPENDENT, RECORDABLE
+from kreisel._verbs import ensemble_plan
 from tops import FREE, WILD, scene_for, words_for
 
 THESIS = kr.scenes.thesis
 
 TOP = kr.scenes.asymmetric
-MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
+MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more than a piece
 TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
@@ -220,13 +220,13 @@ def test_a_plan_tells_its_bytes_in_all():
 
 def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
     seen = []
-    fill = plans.fill
+    lanes = ensemble_plan.LANES
 
     def filled(rows, few, some, begin, end, times, work):
         seen.append(np.array(times))
-        return fill(rows, few, some, begin, end, times, work)
+        return lanes.run(rows, few, some, begin, end, times, work)
 
-    monkeypatch.setattr(plans, "fill", filled)
+    monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=filled))
     own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
     at = np.linspace(0, 99, 16).astype(int)
